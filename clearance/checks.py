@@ -1,0 +1,56 @@
+"""Checks of user input: each raises ValueError (or TypeError) naming the field and the value."""
+
+import math
+from collections.abc import Callable
+
+Check = Callable[[str, object], float]
+
+
+def finite(field: str, value: object) -> float:
+    """A finite real number, returned as float."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) and not hasattr(value, "__float__"):
+        raise TypeError(f"{field} must be a number, got {value!r}")
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{field} must be a number, got {value!r}") from None
+    if not math.isfinite(number):
+        raise ValueError(f"{field} must be finite, got {value!r}")
+    return number
+
+
+def positive(field: str, value: object) -> float:
+    number = finite(field, value)
+    if number <= 0.0:
+        raise ValueError(f"{field} must be positive, got {value!r}")
+    return number
+
+
+def non_negative(field: str, value: object) -> float:
+    number = finite(field, value)
+    if number < 0.0:
+        raise ValueError(f"{field} must not be negative, got {value!r}")
+    return number
+
+
+def fraction(field: str, value: object) -> float:
+    number = finite(field, value)
+    if not 0.0 <= number <= 1.0:
+        raise ValueError(f"{field} must lie in [0, 1], got {value!r}")
+    return number
+
+
+def pair(field: str, value: object) -> tuple[float, float]:
+    """Two finite numbers, returned as a tuple of floats."""
+    try:
+        x, y = value  # type: ignore[misc]
+    except (TypeError, ValueError):
+        raise TypeError(f"{field} must be a pair of numbers (x, y), got {value!r}") from None
+    return finite(f"{field}[0]", x), finite(f"{field}[1]", y)
+
+
+def identifier(field: str, value: object) -> str:
+    """A name usable in files and on the command line: no slash, no blank, not empty."""
+    if not isinstance(value, str) or not value or any(c in value for c in "/. \t\n"):
+        raise ValueError(f"{field} must be a non-empty name without '/', '.' or blanks, got {value!r}")
+    return value

@@ -1,0 +1,129 @@
+"""How bodies are joined, and for each joint how real it is."""
+
+import math
+from dataclasses import dataclass
+
+from clearance import checks
+from clearance.laws.law import BoundLaw, FilmJoint, bound, contact, film, friction
+from clearance.materials import Lubricant
+from clearance.scene import Body, Point, as_point, ground
+
+
+class Joint:
+    """Base of all joints: two points on two different bodies, a and b."""
+
+    def _check(self):
+        kind = type(self).__name__
+        given = [p.body.name if isinstance(p, Point) else getattr(p, "name", "?") for p in (self.a, self.b)]
+        name = self.name if self.name is not None else "-".join(given)
+        self._set("name", checks.identifier(f"{kind} name", name))
+        self._set("a", as_point(self.label(), self.a))
+        self._set("b", as_point(self.label(), self.b))
+        if self.a.body is self.b.body:
+            raise ValueError(f"{self.label()} joins body {self.a.body.name!r} to itself")
+
+    def _set(self, name, value):
+        object.__setattr__(self, name, value)
+
+    def label(self) -> str:
+        return f"joint {self.name}"
+
+    def bodies(self) -> tuple[Body, Body]:
+        return self.a.body, self.b.body
+
+
+@dataclass(frozen=True)
+class Revolute(Joint):
+    """Ideal hinge: point b coincides with point a."""
+
+    a: Point
+    b: Point
+    name: str | None = None
+
+    def __post_init__(self):
+        self._check()
+
+
+@dataclass(frozen=True)
+class Prismatic(Joint):
+    """Ideal slide: point b stays on the line through point a along `axis`, and b does not turn relative to a.
+
+    axis: direction (x, y) in a's frame, any length but zero; angle: constant angle of b's frame against a's [rad].
+    """
+
+    a: Point
+    b: Point
+    axis: tuple[float, float] = (1.0, 0.0)
+    angle: float = 0.0
+    name: str | None = None
+
+    def __post_init__(self):
+        self._check()
+        x, y = checks.pair(f"{self.label()}: axis", self.axis)
+        length = math.hypot(x, y)
+        checks.positive(f"{self.label()}: length of axis", length)
+        self._set("axis", (x / length, y / length))
+        self._set("angle", checks.finite(f"{self.label()}: angle", self.angle))
+
+
+@dataclass(frozen=True)
+class ClearanceRevolute(Joint):
+    """Hinge with radial clearance: the journal (on b) moves inside the bearing (on a).
+
+    radius: journal radius R_J [m] (the bearing's is R_J + clearance); clearance: radial clearance c [m]; length of the
+    bearing [m], needed by a film; contact, friction, film: bound laws, or None for what the joint has not got;
+    lubricant: the film's oil; roughness: composite rms roughness [m], switches the film thickness ratio output on.
+    eccentricity [m] and eccentricity_rate [m/s]: start values of the journal's displacement in the bearing, along the
+    fixed axes x and y.
+    """
+
+    a: Point
+    b: Point
+    name: str | None = None
+    radius: float = None
+    clearance: float = None
+    length: float | None = None
+    contact: BoundLaw | None = None
+    friction: BoundLaw | None = None
+    film: BoundLaw | None = None
+    lubricant: Lubricant | None = None
+    roughness: float | None = None
+    eccentricity: tuple[float, float] = (0.0, 0.0)
+    eccentricity_rate: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self):
+        self._check()
+        label = self.label()
+        self._set("clearance", checks.positive(f"{label}: clearance", self.clearance))
+        self._set("radius", checks.positive(f"{label}: radius", self.radius))
+        if self.radius <= self.clearance:
+            raise ValueError(f"{label}: radius {self.radius!r} m must be larger than clearance {self.clearance!r} m")
+        for slot, family in (("contact", contact), ("friction", friction), ("film", film)):
+            self._set(slot, bound(f"{label}: {slot}", getattr(self, slot), family))
+        if self.contact is None and self.film is None:
+            raise ValueError(f"{label}: a clearance joint needs a contact law, a film, or both")
+        if self.friction is not None and self.contact is None:
+            raise ValueError(f"{label}: friction needs a contact law to give the normal force")
+        if self.film is not None:
+            if not isinstance(self.lubricant, Lubricant):
+                raise ValueError(f"{label}: film needs lubricant=Lubricant(viscosity), got {self.lubricant!r}")
+            if self.length is None:
+                raise ValueError(f"{label}: film needs the bearing length [m]")
+        if self.film is not None and self.contact is not None:
+            raise ValueError(f"{label}: film and contact together need a transition model; give one of the two")
+        if self.length is not None:
+            self._set("length", checks.positive(f"{label}: length", self.length))
+        if self.roughness is not None:
+            self._set("roughness", checks.positive(f"{label}: roughness", self.roughness))
+        self._set("eccentricity", checks.pair(f"{label}: eccentricity", self.eccentricity))
+        self._set("eccentricity_rate", checks.pair(f"{label}: eccentricity_rate", self.eccentricity_rate))
+        if self.contact is None and math.hypot(*self.eccentricity) >= self.clearance:
+            raise ValueError(f"{label}: start eccentricity {self.eccentricity} lies outside the clearance circle")
+
+    @property
+    def film_joint(self) -> FilmJoint:
+        """What the film law reads of this joint."""
+        return FilmJoint(self.radius, self.clearance, self.length, self.lubricant.viscosity)
+
+
+__all__ = ["ClearanceRevolute", "Joint", "Prismatic", "Revolute", "ground"]

@@ -1,0 +1,335 @@
+"""The start of a run: bodies put together from a rough position, every loop closed, velocities from the drives.
+
+Works on absolute coordinates of all bodies (numpy, once per run), independent of the compiled kinematics.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearance.joints import ClearanceRevolute, Joint, Prismatic
+from clearance.loads import Drive
+from clearance.mechanism.derivative import dependencies, jacobian_name, jacobian_sources
+from clearance.scene import Body, Scene, ground
+
+CLOSURE = 1e-12  # largest closing error accepted, relative to the mechanism's size
+RANK = 1e-9  # singular values below this share of the largest count as zero
+ITERATIONS = 200
+LARGEST_TURN = 0.5  # rad a single correction may turn a body
+
+
+@dataclass(frozen=True)
+class Start:
+    """Assembled poses and velocities: body -> (x, y, angle) of the centre of mass; size of the mechanism [m]."""
+
+    pose: dict[Body, tuple[float, float, float]]
+    velocity: dict[Body, tuple[float, float, float]]
+    size: float
+
+    def slide(self, joint: Prismatic) -> tuple[float, float]:
+        """Displacement of a prismatic joint and its rate."""
+        return _slide(joint, self.pose), _slide_rate(joint, self.pose, self.velocity)
+
+
+def assemble(scene: Scene) -> Start:
+    """Close all loops and find the start velocities.
+
+    Raises ValueError naming the joint for a loop that cannot close (and by how much), a locked mechanism or a redundant
+    loop, a drive that fights another.
+    """
+    system = _System(scene)
+    q = system.rough()
+    system.take_start_values(q)
+    q = system.closed(q)
+    system.check_rank(q)
+    velocity = system.velocities(q)
+    poses = {b: tuple(map(float, q[3 * i : 3 * i + 3])) for i, b in enumerate(scene.bodies)}
+    rates = {b: tuple(map(float, velocity[3 * i : 3 * i + 3])) for i, b in enumerate(scene.bodies)}
+    return Start(poses | {ground: (0.0, 0.0, 0.0)}, rates | {ground: (0.0, 0.0, 0.0)}, system.size)
+
+
+class _System:
+    """Constraint equations of a scene: joints first, then drives; each item is (label, rows, jacobian, rates)."""
+
+    def __init__(self, scene: Scene):
+        self.scene = scene
+        self.place = {b: 3 * i for i, b in enumerate(scene.bodies)}
+        self.drives = [d for d in scene.loads if isinstance(d, Drive)]
+        self.start: dict[Drive, float] = {}
+        self.size = _size(scene)
+
+    # --- rough start
+    def rough(self) -> np.ndarray:
+        """Body angles as given, positions as given or found by following the joints from ground."""
+        q = np.zeros(3 * len(self.scene.bodies))
+        placed = {ground}
+        for body in self.scene.bodies:
+            q[self.place[body] + 2] = body.angle
+            if body.position is not None:
+                self._set_origin(q, body, body.position)
+                placed.add(body)
+        pending = list(self.scene.joints)
+        while pending:
+            joint = next((j for j in pending if len(placed & set(j.bodies())) == 1), None)
+            if joint is None:
+                break
+            pending.remove(joint)
+            self._follow(q, joint, placed)
+        return q
+
+    def _set_origin(self, q, body: Body, origin) -> None:
+        i = self.place[body]
+        x, y = _turned(q[i + 2], *body.com)
+        q[i : i + 2] = origin[0] + x, origin[1] + y
+
+    def _follow(self, q, joint: Joint, placed: set) -> None:
+        a, b = joint.a.body, joint.b.body
+        known, new = (joint.a, joint.b) if a in placed else (joint.b, joint.a)
+        if isinstance(joint, Prismatic):
+            turn = joint.angle if new is joint.b else -joint.angle
+            q[self.place[new.body] + 2] = self._pose(q, known.body)[2] + turn
+        target = self._point(q, known)
+        i = self.place[new.body]
+        arm = _turned(q[i + 2], new.x - new.body.com[0], new.y - new.body.com[1])
+        q[i : i + 2] = target[0] - arm[0], target[1] - arm[1]
+        placed.add(new.body)
+
+    def take_start_values(self, q) -> None:
+        """Start value of each driven coordinate: as given, from its motion, or that of the rough start."""
+        for drive in self.drives:
+            if drive.motion is not None:
+                self.start[drive] = float(drive.motion(0.0))
+            elif drive.start is not None:
+                self.start[drive] = drive.start
+            elif drive.prescribes:
+                self.start[drive] = self._coordinate(drive.target, {b: self._pose(q, b) for b in self._all()})
+
+    def _all(self):
+        return (*self.scene.bodies, ground)
+
+    @staticmethod
+    def _coordinate(target, pose) -> float:
+        if isinstance(target, Prismatic):
+            return _slide(target, pose)
+        if isinstance(target, Body):
+            return pose[target][2]
+        return pose[target.b.body][2] - pose[target.a.body][2]
+
+    # --- geometry
+    def _pose(self, q, body: Body):
+        i = self.place.get(body)
+        return (0.0, 0.0, 0.0) if i is None else (q[i], q[i + 1], q[i + 2])
+
+    def _point(self, q, point):
+        x, y, angle = self._pose(q, point.body)
+        dx, dy = _turned(angle, point.x - point.body.com[0], point.y - point.body.com[1])
+        return x + dx, y + dy
+
+    # --- equations
+    def equations(self, q, starting: bool = True):
+        """Labels, residuals and Jacobian of all constraints; `starting` includes start values of effort drives."""
+        rows: list[tuple[str, float, dict[int, float]]] = []
+        for joint in self.scene.joints:
+            rows += self._joint_rows(q, joint)
+        for drive in self.drives:
+            if drive in self.start and (starting or drive.prescribes):
+                rows.append(self._drive_row(q, drive))
+        matrix = np.zeros((len(rows), q.size))
+        for i, (_, _, slopes) in enumerate(rows):
+            for j, slope in slopes.items():
+                matrix[i, j] += slope
+        return [r[0] for r in rows], np.array([r[1] for r in rows]), matrix
+
+    def _joint_rows(self, q, joint: Joint):
+        pa, pb = self._point(q, joint.a), self._point(q, joint.b)
+        x, y = pb[0] - pa[0], pb[1] - pa[1]
+        arms = self._arms(q, joint)
+        if not isinstance(joint, Prismatic):
+            ex, ey = getattr(joint, "eccentricity", (0.0, 0.0))
+            across = self._gradient(joint, arms, (1.0, 0.0)), self._gradient(joint, arms, (0.0, 1.0))
+            return [(joint.label(), x - ex, across[0]), (joint.label(), y - ey, across[1])]
+        ta, tb = self._pose(q, joint.a.body)[2], self._pose(q, joint.b.body)[2]
+        dx, dy = _turned(ta, *joint.axis)
+        slopes = self._gradient(joint, arms, (-dy, dx))
+        self._put(slopes, joint.a.body, 2, -(dx * x + dy * y))
+        turn: dict[int, float] = {}
+        self._put(turn, joint.a.body, 2, -1.0)
+        self._put(turn, joint.b.body, 2, 1.0)
+        wrong = math.remainder(tb - ta - joint.angle, 2.0 * math.pi)
+        return [(joint.label(), dx * y - dy * x, slopes), (joint.label(), wrong, turn)]
+
+    def _arms(self, q, joint):
+        return tuple(
+            _turned(self._pose(q, p.body)[2], p.x - p.body.com[0], p.y - p.body.com[1]) for p in (joint.a, joint.b)
+        )
+
+    def _gradient(self, joint, arms, direction) -> dict[int, float]:
+        """Gradient of direction . (r_b - r_a)."""
+        slopes: dict[int, float] = {}
+        for sign, point, arm in ((-1.0, joint.a, arms[0]), (1.0, joint.b, arms[1])):
+            self._put(slopes, point.body, 0, sign * direction[0])
+            self._put(slopes, point.body, 1, sign * direction[1])
+            self._put(slopes, point.body, 2, sign * (direction[1] * arm[0] - direction[0] * arm[1]))
+        return slopes
+
+    def _put(self, slopes: dict, body: Body, which: int, value: float) -> None:
+        if body in self.place:
+            i = self.place[body] + which
+            slopes[i] = slopes.get(i, 0.0) + value
+
+    def _drive_row(self, q, drive: Drive):
+        target, slopes = drive.target, {}
+        pose = {b: self._pose(q, b) for b in self._all()}
+        error = self._coordinate(target, pose) - self.start[drive]
+        if isinstance(target, Prismatic):
+            dx, dy = _turned(pose[target.a.body][2], *target.axis)
+            slopes = self._gradient(target, self._arms(q, target), (dx, dy))
+            pa, pb = self._point(q, target.a), self._point(q, target.b)
+            self._put(slopes, target.a.body, 2, dx * (pb[1] - pa[1]) - dy * (pb[0] - pa[0]))
+        elif isinstance(target, Body):
+            self._put(slopes, target, 2, 1.0)
+        else:
+            self._put(slopes, target.a.body, 2, -1.0)
+            self._put(slopes, target.b.body, 2, 1.0)
+        return drive.label(), error, slopes
+
+    # --- closing
+    def closed(self, q: np.ndarray) -> np.ndarray:
+        """Damped Gauss-Newton, nearest to the rough start."""
+        best, worst = q, math.inf
+        for _ in range(ITERATIONS):
+            _, residual, matrix = self.equations(q)
+            error = float(np.abs(residual).max(initial=0.0))
+            if error < worst:
+                best, worst = q, error
+            if error <= 0.01 * CLOSURE * self.size:
+                break
+            step = -np.linalg.lstsq(matrix, residual, rcond=1e-12)[0]
+            turn = np.abs(step[2::3]).max(initial=0.0)
+            q = q + step * min(1.0, LARGEST_TURN / turn if turn else 1.0)
+            if worst <= CLOSURE * self.size and np.abs(step).max() < 1e-15 * self.size:
+                break
+        labels, residual, _ = self.equations(best)
+        if np.abs(residual).max(initial=0.0) > CLOSURE * self.size:
+            self._report_open(labels, residual)
+        return best
+
+    def _report_open(self, labels, residual) -> None:
+        totals: dict[str, float] = {}
+        for label, r in zip(labels, residual, strict=True):
+            totals[label] = math.hypot(totals.get(label, 0.0), r)
+        label = max(totals, key=totals.get)
+        raise ValueError(
+            f"loop cannot close: {label} stays {totals[label]:.6g} m open "
+            f"(all together {float(np.linalg.norm(residual)):.6g}); check lengths and the rough start angles"
+        )
+
+    def check_rank(self, q: np.ndarray) -> None:
+        """Every equation must constrain something of its own."""
+        labels, _, matrix = self.equations(q, starting=False)
+        scaled = matrix.copy()
+        scaled[:, 2::3] /= self.size
+        for i, label in enumerate(labels):
+            if not label.startswith("joint") or not np.any(scaled[i, 0::3]) and not np.any(scaled[i, 1::3]):
+                scaled[i] *= self.size
+        if not scaled.size:
+            return
+        left, values, _ = np.linalg.svd(scaled)
+        rank = int((values > RANK * values[0]).sum())
+        if rank == len(labels):
+            return
+        guilty = np.abs(left[:, rank:]).max(axis=1) > 1e-6
+        names = list(dict.fromkeys(n for n, g in zip(labels, guilty, strict=True) if g))
+        joints = [n for n in labels if n.startswith("joint")]
+        alone = scaled[: len(joints)]
+        freedom = scaled.shape[1] - int((np.linalg.svd(alone, compute_uv=False) > RANK * values[0]).sum())
+        if freedom == 0:
+            raise ValueError(f"locked: the joints leave no movement at all; too many equations in {', '.join(names)}")
+        if any(not n.startswith("joint") for n in names):
+            raise ValueError(f"locked: {', '.join(names)} prescribe more than the mechanism's {freedom} free movement(s)")
+        raise ValueError(
+            f"redundant loop: {', '.join(names)} repeat each other's constraints "
+            "(or the start is a singular position; start elsewhere)"
+        )
+
+    # --- velocities
+    def velocities(self, q: np.ndarray) -> np.ndarray:
+        """Rates that satisfy all joints and drives, nearest to those given with the bodies."""
+        rough = np.zeros(q.size)
+        for body, i in self.place.items():
+            rough[i : i + 3] = (*body.velocity, body.angular_velocity)
+        _, _, matrix = self.equations(q, starting=False)
+        right = [r for j in self.scene.joints for r in getattr(j, "eccentricity_rate", (0.0, 0.0))]
+        extra = []
+        for drive in self.drives:
+            if drive.prescribes:
+                right.append(drive.speed if drive.speed is not None else _rate_at_start(drive.motion))
+            elif drive.speed_start is not None:
+                row = np.zeros(q.size)
+                self.start.setdefault(drive, 0.0)
+                for j, slope in self._drive_row(q, drive)[2].items():
+                    row[j] = slope
+                extra.append(row)
+                right.append(drive.speed_start)
+        order = [*range(2 * len(self.scene.joints))]
+        matrix = np.vstack([matrix, *extra]) if extra else matrix
+        right = self._in_row_order(right, order, extra)
+        step = np.linalg.lstsq(matrix, np.array(right) - matrix @ rough, rcond=1e-12)[0]
+        return rough + step
+
+    def _in_row_order(self, right, order, extra):
+        """Joint rows, prescribing drives, then start speeds of effort drives."""
+        joints, rest = right[: len(order)], right[len(order) :]
+        kinds = [d.prescribes for d in self.drives if d.prescribes or d.speed_start is not None]
+        given = [r for r, k in zip(rest, kinds, strict=True) if k]
+        return [*joints, *given, *(r for r, k in zip(rest, kinds, strict=True) if not k)]
+
+
+def _turned(angle: float, x: float, y: float) -> tuple[float, float]:
+    c, s = math.cos(angle), math.sin(angle)
+    return c * x - s * y, s * x + c * y
+
+
+def _joint_points(joint, pose):
+    points = []
+    for p in (joint.a, joint.b):
+        x, y, angle = pose[p.body]
+        dx, dy = _turned(angle, p.x - p.body.com[0], p.y - p.body.com[1])
+        points.append((x + dx, y + dy, dx, dy))
+    return points
+
+
+def _slide(joint: Prismatic, pose) -> float:
+    (ax, ay, *_), (bx, by, *_) = _joint_points(joint, pose)
+    dx, dy = _turned(pose[joint.a.body][2], *joint.axis)
+    return dx * (bx - ax) + dy * (by - ay)
+
+
+def _slide_rate(joint: Prismatic, pose, velocity) -> float:
+    _, (bx, by, arm_x, arm_y) = _joint_points(joint, pose)
+    ax, ay, angle = pose[joint.a.body]
+    va, vb = velocity[joint.a.body], velocity[joint.b.body]
+    dx, dy = _turned(angle, *joint.axis)
+    x = vb[0] - vb[2] * arm_y - (va[0] - va[2] * (by - ay))
+    y = vb[1] + vb[2] * arm_x - (va[1] + va[2] * (bx - ax))
+    return dx * x + dy * y
+
+
+def _rate_at_start(motion) -> float:
+    """First derivative of a prescribed motion at t = 0."""
+    function = motion.law.function
+    scope: dict = {"math": math} | dependencies(function)
+    for source in jacobian_sources(function, (0,)).values():
+        exec(source, scope)  # noqa: S102
+    return float(scope[jacobian_name(function, (0,))](0.0, *motion.numbers)[1])
+
+
+def _size(scene: Scene) -> float:
+    """A length of the mechanism: the farthest joint point from its body's centre of mass or from the origin of ground."""
+    points = [p for j in scene.joints for p in (j.a, j.b)]
+    reach = [math.hypot(p.x - p.body.com[0], p.y - p.body.com[1]) for p in points]
+    ends = [p for load in scene.loads for p in (getattr(load, "a", None), getattr(load, "b", None)) if hasattr(p, "x")]
+    reach += [math.hypot(p.x - p.body.com[0], p.y - p.body.com[1]) for p in ends]
+    clearances = [j.clearance for j in scene.joints if isinstance(j, ClearanceRevolute)]
+    return max([r for r in reach if r > 0.0] + clearances, default=1.0)

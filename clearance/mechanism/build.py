@@ -1,0 +1,141 @@
+"""Scene to mechanism: structure (shared, compiled) and numbers (of this scene)."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from clearance.loads import Drive
+from clearance.mechanism import store
+from clearance.mechanism.assembly import Start, assemble
+from clearance.mechanism.kinematics import Kinematics, Pose
+from clearance.mechanism.loops import mode
+from clearance.mechanism.numbers import Numbers
+from clearance.mechanism.structure import Structure
+from clearance.mechanism.trace import Trace
+from clearance.scene import Scene
+
+_structures: dict[tuple, Structure] = {}
+
+
+@dataclass
+class Mechanism:
+    """A scene ready to run: kernels of its structure, its parameter vector and its start."""
+
+    scene: Scene
+    structure: Structure
+    start: Start
+    par: np.ndarray
+    y0: np.ndarray
+    work0: np.ndarray
+    loaded: dict[str, Callable] = field(default_factory=dict)
+
+    @property
+    def size(self) -> int:
+        """Number of first-order states without the ledger."""
+        return 2 * self.structure.size
+
+    def kernel(self, role: str) -> Callable:
+        """The compiled kernel of a role; compiled on first use only."""
+        if role not in self.loaded:
+            self.loaded[role] = store.load(role, self.structure.texts[role])
+        return self.loaded[role]
+
+    @cached_property
+    def frequency(self) -> float:
+        """A typical angular frequency [rad/s]: of the drives, or of gravity."""
+        start = [abs(w[2]) for w in self.start.velocity.values()]
+        speeds = [abs(v[0]) / self.start.size for v in self.start.velocity.values()]
+        gravity = math.sqrt(math.hypot(*self.scene.gravity) / self.start.size)
+        return max([*start, *speeds, gravity]) or 1.0
+
+    @cached_property
+    def turn(self) -> float | None:
+        """Duration of one turn of the constant-speed drive [s], if there is one."""
+        turning = [d.speed for d in self.scene.loads if isinstance(d, Drive) and d.speed and not hasattr(d.target, "axis")]
+        return 2.0 * math.pi / abs(turning[0]) if turning else None
+
+    @cached_property
+    def scale(self) -> np.ndarray:
+        """Natural size of each state: clearance for eccentricities, 1 rad for angles, the size for lengths."""
+        lengths = [1.0 if c.what == "angle" else self.start.size for c in self.structure.plan.free]
+        lengths += [j.clearance for j in self.scene.clearance_joints for _ in range(2)]
+        return np.array(lengths + [x * self.frequency for x in lengths])
+
+
+def build(scene: Scene, ledger: bool = True) -> Mechanism:
+    """Assemble a scene and find or make its structure. Raises ValueError with a clear reason for impossible scenes."""
+    start = assemble(scene)
+    numbers = Numbers(scene)
+    signature = (numbers.signature, ledger)
+    if signature not in _structures:
+        _structures[signature] = Structure(scene, numbers, ledger)
+    structure = _structures[signature]
+    values = _values(scene, structure, numbers, start)
+    par = np.zeros(len(values) + len(structure.slots.order))
+    par[: len(values)] = values
+    par[len(values) :] = structure.derive(list(par))[len(values) :]
+    return Mechanism(scene, structure, start, par, _state(scene, structure, start, ledger), _work(scene, structure, start))
+
+
+def _values(scene: Scene, structure: Structure, numbers: Numbers, start: Start) -> list[float]:
+    """The scene's numbers, start values of drives, and the assembly modes of its dyads."""
+    values = list(numbers.values)
+    for drive in (d for d in scene.loads if isinstance(d, Drive) and d.speed is not None):
+        values[numbers.index[f"{drive.name}.start"]] = _driven(drive, start)
+    known = {**numbers.constants, **dict(zip(numbers.index, values, strict=True))}
+    k = Kinematics(Trace(), known.__getitem__, {}, {j: j.eccentricity for j in scene.clearance_joints})
+    for body, (x, y, angle) in start.pose.items():
+        k.poses[body] = Pose(x, y, math.cos(angle), math.sin(angle), angle)
+    plan = _own_plan(scene, structure)
+    return values + [mode(k, g) for g in plan.groups if f"mode.{g.label()}" in structure.modes]
+
+
+def _own_plan(scene: Scene, structure: Structure):
+    """The structure's plan for the bodies of this scene (equal structures have equal plans)."""
+    if scene is structure.scene:
+        return structure.plan
+    from clearance.mechanism.topology import closed_plan
+
+    return closed_plan(scene)
+
+
+def _driven(drive: Drive, start: Start) -> float:
+    if hasattr(drive.target, "axis"):
+        return start.slide(drive.target)[0]
+    if drive.target in start.pose:
+        return start.pose[drive.target][2]
+    return start.pose[drive.target.b.body][2] - start.pose[drive.target.a.body][2]
+
+
+def _state(scene: Scene, structure: Structure, start: Start, ledger: bool) -> np.ndarray:
+    plan = _own_plan(scene, structure)
+    placed = {a.body: a.joint for g in plan.groups for a in g.attachments}
+    q, u = [], []
+    for c in plan.free:
+        value, rate = _coordinate(c, placed[c.body], start)
+        q.append(value)
+        u.append(rate)
+    for joint in scene.clearance_joints:
+        q += joint.eccentricity
+        u += joint.eccentricity_rate
+    return np.array([*q, *u, *([0.0, 0.0] if ledger else [])])
+
+
+def _coordinate(c, joint, start: Start) -> tuple[float, float]:
+    if c.what == "slide":
+        return start.slide(joint)
+    i = ("x", "y", "angle").index(c.what)
+    return start.pose[c.body][i], start.velocity[c.body][i]
+
+
+def _work(scene: Scene, structure: Structure, start: Start) -> np.ndarray:
+    """Impact speeds (from the start velocities), then start values of Newton-solved loop coordinates."""
+    work = [max(math.hypot(*j.eccentricity_rate), 0.0) for j in scene.clearance_joints]
+    plan = _own_plan(scene, structure)
+    for group in (g for g in plan.groups if g.form == "newton"):
+        placed = {a.body: a.joint for a in group.attachments}
+        work += [_coordinate(c, placed[c.body], start)[0] for c in group.unknowns]
+    return np.array(work)

@@ -1,0 +1,400 @@
+"""Exact derivatives of plain functions: forward differentiation of their source.
+
+A law stays the plain function its author wrote. `jacobian_source` reads that source and writes a second plain function
+that returns the values and their derivatives with respect to the leading arguments, statement by statement, so loops,
+branches and helper functions are allowed. Works for functions made of arithmetic, `math`, abs, max, min, if, for, while.
+"""
+
+import ast
+import inspect
+import itertools
+import math
+import textwrap
+from collections.abc import Callable
+
+Tangents = dict[int, str]
+
+#: derivative of math.<name>(x), with {x} the argument and {y} the value
+_UNARY = {
+    "sqrt": "0.5 / {y}", "exp": "{y}", "log": "1.0 / {x}", "sin": "math.cos({x})", "cos": "-math.sin({x})",
+    "tan": "1.0 + {y} * {y}", "tanh": "1.0 - {y} * {y}", "sinh": "math.cosh({x})", "cosh": "math.sinh({x})",
+    "asin": "1.0 / math.sqrt(1.0 - {x} * {x})", "acos": "-1.0 / math.sqrt(1.0 - {x} * {x})",
+    "atan": "1.0 / (1.0 + {x} * {x})", "fabs": "math.copysign(1.0, {x})", "log1p": "1.0 / (1.0 + {x})",
+    "expm1": "{y} + 1.0", "asinh": "1.0 / math.sqrt({x} * {x} + 1.0)", "atanh": "1.0 / (1.0 - {x} * {x})",
+    "erf": "1.1283791670955126 * math.exp(-{x} * {x})", "erfc": "-1.1283791670955126 * math.exp(-{x} * {x})",
+}  # fmt: skip
+_FLAT = {"floor", "ceil", "trunc", "int", "float", "len", "round", "range", "copysign"}
+
+
+class Written:
+    """A generated plain function that exists as text only, so that it can be differentiated again."""
+
+    def __init__(self, name: str, source: str, globals_of: Callable):
+        self.__name__, self.source, self.__globals__ = name, source, globals_of.__globals__
+
+
+def definition(function: Callable) -> ast.FunctionDef:
+    """The syntax tree of a function, without decorators, docstring, annotations and defaults."""
+    try:
+        source = getattr(function, "source", None) or textwrap.dedent(inspect.getsource(function))
+    except (OSError, TypeError):
+        raise ValueError(
+            f"law {function.__name__}: no source found; define it in a file, not at a prompt or through exec"
+        ) from None
+    node = ast.parse(source).body[0]
+    if not isinstance(node, ast.FunctionDef):
+        raise ValueError(f"law {function.__name__} must be a function defined with def")
+    node.decorator_list, node.returns, node.args.defaults = [], None, []
+    for argument in node.args.args:
+        argument.annotation = None
+    if ast.get_docstring(node) is not None:
+        node.body = node.body[1:] or [ast.Pass()]
+    return node
+
+
+def dependencies(function: Callable) -> dict[str, object]:
+    """Names a function needs beside its arguments: helper functions and numbers, by name, helpers' own ones first."""
+    needed: dict[str, object] = {}
+    node = definition(function)
+    local = {a.arg for a in node.args.args} | {
+        n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
+    }
+    for name in dict.fromkeys(n.id for n in ast.walk(node) if isinstance(n, ast.Name)):
+        if name in local or name == "math" or name in _BUILTIN:
+            continue
+        value = function.__globals__.get(name)
+        value = getattr(value, "function", value)
+        if inspect.isfunction(value):
+            needed |= dependencies(value)
+        elif not isinstance(value, int | float):
+            raise ValueError(
+                f"law {function.__name__} uses {name!r}: only arguments, numbers, math and plain functions are allowed"
+            )
+        needed[name] = value
+    return needed
+
+
+_BUILTIN = {"abs", "max", "min", "range", "float", "int", "len", "True", "False"}
+
+
+def source_of(function: Callable) -> str:
+    return ast.unparse(definition(function))
+
+
+def jacobian_name(function: Callable, active: tuple[int, ...]) -> str:
+    return f"{function.__name__}_d{''.join(map(str, active))}"
+
+
+def jacobian_sources(function: Callable, active: tuple[int, ...]) -> dict[str, str]:
+    """Sources, helpers first, of the function that returns (values..., d value_0 / d arg_i..., d value_1 / ...).
+
+    active: positions of the arguments to differentiate by. Raises ValueError naming the law for what it cannot read.
+    """
+    written: dict[str, str] = {}
+    _Differentiator(function, active, written).run()
+    return written
+
+
+def outputs_of(function: Callable) -> int:
+    """How many values a function returns."""
+    counts = {
+        len(n.value.elts) if isinstance(n.value, ast.Tuple) else 1
+        for n in ast.walk(definition(function))
+        if isinstance(n, ast.Return)
+    }
+    if len(counts) != 1:
+        raise ValueError(f"law {function.__name__} must return the same number of values everywhere")
+    return counts.pop()
+
+
+class _Differentiator:
+    def __init__(self, function: Callable, active: tuple[int, ...], written: dict[str, str]):
+        self.function, self.active, self.written = function, active, written
+        self.name = function.__name__
+        self.tree = definition(function)
+        self.arguments = [a.arg for a in self.tree.args.args]
+        self.reach: dict[str, set[int]] = {self.arguments[p]: {i} for i, p in enumerate(active)}
+
+    def run(self) -> None:
+        """Repeat until the set of variables that depend on each seed stops growing, then write the function."""
+        while True:
+            before = {k: set(v) for k, v in self.reach.items()}
+            self.lines: list[str] = []
+            self.indent, self.count = 1, itertools.count()
+            for i, p in enumerate(self.active):
+                name = self.arguments[p]
+                for j in sorted(self.reach[name]):
+                    self._emit(f"{_d(j, name)} = {'1.0' if i == j else '0.0'}")
+            self._block(self.tree.body)
+            if before == self.reach:
+                break
+        header = f"def {jacobian_name(self.function, self.active)}({', '.join(self.arguments)}):"
+        self.written[jacobian_name(self.function, self.active)] = "\n".join([header, *self.lines])
+
+    # --- statements
+    def _emit(self, line: str) -> None:
+        self.lines.append("    " * self.indent + line)
+
+    def _block(self, body) -> None:
+        for statement in body:
+            handler = getattr(self, f"_{type(statement).__name__.lower()}", None)
+            if handler is None:
+                raise self._unreadable(statement)
+            handler(statement)
+
+    def _nested(self, header: str, body) -> None:
+        self._emit(header)
+        self.indent += 1
+        self._block(body)
+        self.indent -= 1
+
+    def _unreadable(self, node) -> ValueError:
+        return ValueError(f"law {self.name}: cannot differentiate {ast.unparse(node)!r}")
+
+    def _pass(self, node):
+        self._emit("pass")
+
+    def _expr(self, node):
+        if not isinstance(node.value, ast.Constant):
+            raise self._unreadable(node)
+
+    def _if(self, node):
+        self._nested(f"if {ast.unparse(node.test)}:", node.body)
+        if node.orelse:
+            self._nested("else:", node.orelse)
+
+    def _while(self, node):
+        self._nested(f"while {ast.unparse(node.test)}:", node.body)
+
+    def _for(self, node):
+        if node.orelse or not isinstance(node.target, ast.Name):
+            raise self._unreadable(node)
+        self._nested(f"for {node.target.id} in {ast.unparse(node.iter)}:", node.body)
+
+    def _break(self, node):
+        self._emit("break")
+
+    def _continue(self, node):
+        self._emit("continue")
+
+    def _augassign(self, node):
+        value = ast.BinOp(ast.Name(node.target.id, ast.Load()), node.op, node.value)
+        self._bind(node.target, *self._value(value))
+
+    def _annassign(self, node):
+        self._bind(node.target, *self._value(node.value))
+
+    def _assign(self, node):
+        if len(node.targets) != 1:
+            raise self._unreadable(node)
+        target = node.targets[0]
+        if isinstance(target, ast.Name):
+            self._bind(target, *self._value(node.value))
+            return
+        if not isinstance(target, ast.Tuple):
+            raise self._unreadable(node)
+        if isinstance(node.value, ast.Tuple):
+            values = [self._value(v) for v in node.value.elts]
+        else:
+            values = self._call_many(node.value)
+        # two rounds, so that a swap such as a, b = b, a reads the old values
+        held = [self._hold(v, d) for v, d in values]
+        for name, (value, tangents) in zip(target.elts, held, strict=True):
+            self._bind(name, value, tangents)
+
+    def _hold(self, value: str, tangents: Tangents) -> tuple[str, Tangents]:
+        name = self._temporary(value)
+        for i, d in tangents.items():
+            self._emit(f"{_d(i, name)} = {d}")
+        return name, {i: _d(i, name) for i in tangents}
+
+    def _bind(self, target, value: str, tangents: Tangents) -> None:
+        reach = self.reach.setdefault(target.id, set())
+        reach |= set(tangents)
+        for i in sorted(reach):
+            self._emit(f"{_d(i, target.id)} = {tangents.get(i, '0.0')}")
+        self._emit(f"{target.id} = {value}")
+
+    def _return(self, node):
+        parts = node.value.elts if isinstance(node.value, ast.Tuple) else [node.value]
+        values = [self._value(p) for p in parts]
+        derivatives = [d.get(i, "0.0") for _, d in values for i in range(len(self.active))]
+        self._emit("return " + ", ".join([v for v, _ in values] + derivatives))
+
+    # --- expressions: text of the value and of its tangents, both free of side effects
+    def _temporary(self, value: str) -> str:
+        name = f"_{next(self.count)}"
+        self._emit(f"{name} = {value}")
+        return name
+
+    def _value(self, node) -> tuple[str, Tangents]:
+        if isinstance(node, ast.Constant | ast.Attribute | ast.Subscript | ast.Compare | ast.BoolOp):
+            return ast.unparse(node), {}
+        if isinstance(node, ast.Name):
+            return node.id, {i: _d(i, node.id) for i in sorted(self.reach.get(node.id, ()))}
+        if isinstance(node, ast.UnaryOp):
+            return self._unary(node)
+        if isinstance(node, ast.BinOp):
+            return self._binary(node)
+        if isinstance(node, ast.IfExp):
+            return self._either(ast.unparse(node.test), node.body, node.orelse)
+        if isinstance(node, ast.Call):
+            return self._call(node)
+        raise self._unreadable(node)
+
+    def _unary(self, node):
+        value, tangents = self._value(node.operand)
+        if isinstance(node.op, ast.USub):
+            return f"(-{value})", {i: f"(-{d})" for i, d in tangents.items()}
+        if isinstance(node.op, ast.UAdd):
+            return value, tangents
+        return ast.unparse(node), {}
+
+    def _chain(self, value: str, terms: list[tuple[str, Tangents]]) -> tuple[str, Tangents]:
+        """Store a value; its tangents are the sums of partial * tangent over the terms."""
+        columns = sorted({i for _, t in terms for i in t})
+        if not columns:
+            return f"({value})", {}
+        name = self._temporary(value)
+        partials = [p if not t or _simple(p) else self._temporary(p.format(y=name)) for p, t in terms]
+        for i in columns:
+            products = [_product(p, t[i]) for p, (_, t) in zip(partials, terms, strict=True) if i in t]
+            self._emit(f"{_d(i, name)} = {' + '.join(products)}")
+        return name, {i: _d(i, name) for i in columns}
+
+    def _binary(self, node):
+        (a, da), (b, db) = self._value(node.left), self._value(node.right)
+        if not da and not db:
+            return f"({a} {_OPERATOR[type(node.op)]} {b})", {}
+        if isinstance(node.op, ast.Add):
+            return self._chain(f"{a} + {b}", [("1.0", da), ("1.0", db)])
+        if isinstance(node.op, ast.Sub):
+            return self._chain(f"{a} - {b}", [("1.0", da), ("-1.0", db)])
+        if isinstance(node.op, ast.Mult):
+            return self._chain(f"{a} * {b}", [(b, da), (a, db)])
+        if isinstance(node.op, ast.Div):
+            return self._chain(f"{a} / {b}", [(f"1.0 / {b}", da), (f"-{{y}} / {b}", db)])
+        if isinstance(node.op, ast.Pow):
+            return self._power(node, a, da, b, db)
+        raise self._unreadable(node)
+
+    def _power(self, node, a, da, b, db):
+        terms = []
+        if isinstance(node.right, ast.Constant) and node.right.value == 2:
+            terms.append((f"2.0 * {a}", da))
+        else:
+            terms.append((f"{b} * {a} ** ({b} - 1)", da))
+        if db:
+            terms.append((f"({{y}} * math.log({a}) if {a} > 0.0 else 0.0)", db))
+        return self._chain(f"{a} ** {b}", terms)
+
+    def _either(self, test: str, first, second):
+        """One of two expressions, evaluated lazily like Python's own."""
+        name = f"_{next(self.count)}"
+        mark, marks = len(self.lines), []
+        for header, branch in ((f"if {test}:", first), ("else:", second)):
+            self._emit(header)
+            self.indent += 1
+            value, tangents = self._value(branch)
+            self._emit(f"{name} = {value}")
+            marks.append((len(self.lines), tangents))
+            self.indent -= 1
+        columns = sorted(set(marks[0][1]) | set(marks[1][1]))
+        shift = 0
+        for position, tangents in marks:
+            lines = ["    " * (self.indent + 1) + f"{_d(i, name)} = {tangents.get(i, '0.0')}" for i in columns]
+            self.lines[position + shift : position + shift] = lines
+            shift += len(lines)
+        assert mark < len(self.lines)
+        return name, {i: _d(i, name) for i in columns}
+
+    def _extreme(self, node, sign: str):
+        value, tangents = self._value(node.args[0])
+        for other in node.args[1:]:
+            (a, da), (b, db) = self._hold(value, tangents), self._hold(*self._value(other))
+            name = self._temporary(f"{a} if {a} {sign} {b} else {b}")
+            tangents = {}
+            for i in sorted(set(da) | set(db)):
+                self._emit(f"{_d(i, name)} = {da.get(i, '0.0')} if {a} {sign} {b} else {db.get(i, '0.0')}")
+                tangents[i] = _d(i, name)
+            value = name
+        return value, tangents
+
+    def _call(self, node) -> tuple[str, Tangents]:
+        if node.keywords:
+            raise self._unreadable(node)
+        name = node.func.attr if isinstance(node.func, ast.Attribute) else node.func.id
+        if name in ("max", "min"):
+            return self._extreme(node, ">" if name == "max" else "<")
+        helper = self._helper(node)
+        if helper is not None:
+            return self._call_many(node)[0]
+        arguments = [self._value(a) for a in node.args]
+        texts = [v for v, _ in arguments]
+        call = f"{ast.unparse(node.func)}({', '.join(texts)})"
+        if name in _FLAT or not any(d for _, d in arguments):
+            return call, {}
+        x, dx = arguments[0]
+        if name == "abs":
+            return self._chain(call, [(f"math.copysign(1.0, {x})", dx)])
+        if name in _UNARY and len(arguments) == 1:
+            x, dx = self._hold(x, dx)
+            return self._chain(f"{ast.unparse(node.func)}({x})", [(_UNARY[name].replace("{x}", x), dx)])
+        if name == "atan2":
+            (y, dy), (x, dx) = arguments
+            return self._chain(call, [(f"{x} / ({x} * {x} + {y} * {y})", dy), (f"-{y} / ({x} * {x} + {y} * {y})", dx)])
+        if name == "hypot":
+            (a, da), (b, db) = arguments
+            return self._chain(call, [(f"{a} / {{y}}", da), (f"{b} / {{y}}", db)])
+        if name == "pow":
+            return self._value(ast.BinOp(node.args[0], ast.Pow(), node.args[1]))
+        raise self._unreadable(node)
+
+    def _helper(self, node) -> Callable | None:
+        if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Name):
+            return None
+        value = self.function.__globals__.get(node.func.id)
+        value = getattr(value, "function", value)
+        return value if inspect.isfunction(value) else None
+
+    def _call_many(self, node) -> list[tuple[str, Tangents]]:
+        """Values and tangents of a call of a plain helper function."""
+        helper = self._helper(node)
+        if helper is None or node.keywords:
+            raise self._unreadable(node)
+        arguments = [self._value(a) for a in node.args]
+        count = outputs_of(helper)
+        active = tuple(p for p, (_, d) in enumerate(arguments) if d)
+        texts = ", ".join(v for v, _ in arguments)
+        name = f"_{next(self.count)}"
+        if not active:
+            self._emit(f"{name} = {helper.__name__}({texts})")
+            return [(f"{name}[{k}]" if count > 1 else name, {}) for k in range(count)]
+        _Differentiator(helper, active, self.written).run()
+        self._emit(f"{name} = {jacobian_name(helper, active)}({texts})")
+        results = []
+        for k in range(count):
+            partial = [f"{name}[{count + k * len(active) + j}]" for j in range(len(active))]
+            terms = [(p, arguments[a][1]) for p, a in zip(partial, active, strict=True)]
+            results.append(self._chain(f"{name}[{k}]", terms))
+        return results
+
+
+_OPERATOR = {
+    ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**", ast.FloorDiv: "//", ast.Mod: "%",
+}  # fmt: skip
+
+
+def _simple(partial: str) -> bool:
+    return partial.isidentifier() or partial in ("1.0", "-1.0")
+
+
+def _product(partial: str, tangent: str) -> str:
+    return {"1.0": tangent, "-1.0": f"(-{tangent})"}.get(partial, f"{partial} * {tangent}")
+
+
+def _d(seed: int, name: str) -> str:
+    return f"d{seed}_{name}"
+
+
+assert all(hasattr(math, name) for name in _UNARY)

@@ -1,0 +1,183 @@
+"""Forces of clearance joints, springs and loads, over traced scalars; the laws themselves are called as functions."""
+
+from dataclasses import dataclass, field
+
+from clearance.joints import ClearanceRevolute
+from clearance.laws.film import film_torques
+from clearance.laws.law import BoundLaw
+from clearance.mechanism.derivative import jacobian_name, outputs_of
+from clearance.mechanism.kinematics import moved
+from clearance.mechanism.trace import Trace, Value
+
+#: smallest distance, relative to the clearance, that still has a direction of its own
+CENTRE = 1e-9
+
+
+@dataclass
+class JointForce:
+    """Force on the journal at its centre, torques on both bodies, and what a user may want to see of them."""
+
+    force: tuple[Value, Value]
+    torque_a: Value
+    torque_b: Value
+    power: Value  # taken out of the mechanism
+    channels: dict[str, Value] = field(default_factory=dict)
+    penetration: Value = 0.0
+    penetration_rate: Value = 0.0
+    contact_force: Value = 0.0
+
+
+class Calls:
+    """Law calls inside a trace; remembers which plain functions the code needs."""
+
+    def __init__(self, trace: Trace, number):
+        self.trace, self.number = trace, number
+        self.functions: dict[str, object] = {}
+        self.gradients: dict[str, tuple] = {}
+
+    def __call__(self, law: BoundLaw, name: str, state: list, active: int, tuple_of: str | None = None, fixed=()):
+        """Value(s) of a bound law whose first `active` arguments are differentiated.
+
+        `tuple_of` packs the `fixed` values into that named tuple, passed after the state.
+        """
+        numbers = [self.number(f"{name}.{p}") for p in law.law.parameters]
+        wrap = ""
+        if tuple_of:
+            slots = ["{}"] * len(state), ["{}"] * len(fixed), ["{}"] * len(numbers)
+            wrap = ", ".join([*slots[0], f"{tuple_of}({', '.join(slots[1])})", *slots[2]])
+        return self.function(law.law.function, [*state, *fixed, *numbers], tuple(range(active)), wrap)
+
+    def function(self, function, args: list, active: tuple[int, ...], wrap: str = "") -> list:
+        outputs = outputs_of(function)
+        self.functions[function.__name__] = function
+
+        def rule(args, tangents):
+            self.gradients[jacobian_name(function, active)] = (function, active)
+            count = outputs * (1 + len(active))
+            found = self.trace.call(jacobian_name(function, active), list(args), count, None, wrap)
+            results = []
+            for k in range(outputs):
+                slopes = found[outputs + k * len(active) : outputs + (k + 1) * len(active)]
+                columns = sorted({c for i in active for c in tangents[i]})
+                results.append(
+                    {
+                        c: self.trace.sum(
+                            s * tangents[i][c] for s, i in zip(slopes, active, strict=True) if c in tangents[i]
+                        )
+                        for c in columns
+                    }
+                )
+            return results
+
+        return self.trace.call(function.__name__, args, outputs, rule, wrap)
+
+
+def clearance_force(calls: Calls, kinematics, joint: ClearanceRevolute, offset, rate, spins, impact_speed) -> JointForce:
+    """Everything a clearance joint does.
+
+    offset, rate: eccentricity vector and its rate along the fixed axes; spins: absolute angular speeds of bodies a
+    (bearing) and b (journal). n points from the bearing's centre to the journal's, t is n turned by +90 degrees.
+    """
+    trace, number = calls.trace, kinematics.number
+    trace.section = f"joint {joint.name}"
+    clearance, radius = number(f"{joint.name}.clearance"), number(f"{joint.name}.radius")
+    ex, ey = offset
+    distance = trace.sqrt(ex * ex + ey * ey + 1e-300)
+    far = distance - CENTRE * clearance
+    nx = trace.select(far, ex / distance, 1.0)
+    ny = trace.select(far, ey / distance, 0.0)
+    outward, sideways = rate[0] * nx + rate[1] * ny, rate[1] * nx - rate[0] * ny
+    result = JointForce((0.0, 0.0), 0.0, 0.0, 0.0)
+    result.penetration, result.penetration_rate = distance - clearance, outward
+    result.channels = {"eccentricity_x": ex, "eccentricity_y": ey, "gap": clearance - distance}
+    if joint.roughness is not None:
+        ratio = (clearance - distance) / number(f"{joint.name}.roughness")
+        result.channels["film_thickness_ratio"] = ratio
+    polar = _Polar(nx, ny, distance, outward, sideways)
+    if joint.film is not None:
+        _film(calls, number, joint, polar, spins, result)
+    if joint.contact is not None:
+        _contact(calls, joint, polar, radius, spins, impact_speed, result)
+    fx, fy = result.force
+    work = fx * rate[0] + fy * rate[1] + result.torque_a * spins[0] + result.torque_b * spins[1]
+    result.power = -work
+    result.channels["power_loss"] = result.power
+    return result
+
+
+@dataclass(frozen=True)
+class _Polar:
+    """The journal's centre and velocity in the frame of the line of centres."""
+
+    nx: Value
+    ny: Value
+    distance: Value
+    outward: Value
+    sideways: Value
+
+    def vector(self, radial, tangential):
+        return radial * self.nx - tangential * self.ny, radial * self.ny + tangential * self.nx
+
+
+def _film(calls: Calls, number, joint, polar: _Polar, spins, result: JointForce) -> None:
+    """Film force at the journal's centre, its reaction at the bearing's, and both friction torques."""
+    trace = calls.trace
+    names = ("radius", "clearance", "length", "viscosity")
+    radius, clearance, length, viscosity = (number(f"{joint.name}.{n}") for n in names)
+    eccentricity = trace.select(polar.distance - CENTRE * clearance, polar.distance / clearance, CENTRE)
+    turning = polar.sideways / (eccentricity * clearance)
+    entrainment = spins[0] + spins[1] - 2.0 * turning
+    state = [eccentricity, polar.outward / clearance, entrainment]
+    fixed = (radius, clearance, length, viscosity)
+    radial, tangential = calls(joint.film, f"{joint.name}.film", state, 3, "FilmJoint", fixed)
+    state = [eccentricity, tangential, spins[1], spins[0], radius, clearance, length, viscosity]
+    torque_b, torque_a = calls.function(film_torques, state, (0, 1, 2, 3))
+    _add(result, polar.vector(radial, tangential), torque_a, torque_b)
+    result.channels |= {"film_radial": radial, "film_tangential": tangential}
+
+
+def _contact(calls: Calls, joint, polar: _Polar, radius, spins, impact_speed, result: JointForce) -> None:
+    """Normal force and friction at the contact point, which both bodies share: the journal's surface."""
+    (normal,) = calls(
+        joint.contact, f"{joint.name}.contact", [result.penetration, polar.outward, impact_speed], 2
+    )
+    tangential = 0.0
+    if joint.friction is not None:
+        bearing_arm = polar.distance + radius
+        sliding = polar.sideways + spins[1] * radius - spins[0] * bearing_arm
+        (tangential,) = calls(joint.friction, f"{joint.name}.friction", [sliding, normal], 2)
+        _add(result, (0.0, 0.0), -(bearing_arm * tangential), radius * tangential)
+        result.channels["friction"] = tangential
+    _add(result, polar.vector(-normal, tangential), 0.0, 0.0)
+    result.contact_force = normal
+    result.channels["contact_force"] = normal
+
+
+def _add(result: JointForce, force, torque_a, torque_b) -> None:
+    result.force = (result.force[0] + force[0], result.force[1] + force[1])
+    result.torque_a, result.torque_b = result.torque_a + torque_a, result.torque_b + torque_b
+
+
+def amount(calls: Calls, name: str, value, state: list):
+    """A load's number, or its law of time (and coordinate)."""
+    if isinstance(value, BoundLaw):
+        return calls(value, name, state, len(state) if len(state) > 1 else 0)[0]
+    return calls.number(name)
+
+
+def spring(calls: Calls, kinematics, load, motion):
+    """Force on b (its opposite on a), potential energy and dissipated power of a point-to-point spring and damper."""
+    trace, number = calls.trace, kinematics.number
+    (ax, ay), (bx, by) = (kinematics.joint_point(load, s) for s in ("a", "b"))
+    x, y = bx - ax, by - ay
+    va, vb = (
+        moved(motion[p.body], kinematics.arm(load, s)) for s, p in (("a", load.a), ("b", load.b))
+    )
+    square = x * x + y * y + 1e-300
+    length = trace.sqrt(square)
+    stiffness, damping = number(f"{load.name}.stiffness"), number(f"{load.name}.damping")
+    stretch = length - number(f"{load.name}.free_length")
+    rate = ((vb[0] - va[0]) * x + (vb[1] - va[1]) * y) / length
+    tension = stiffness * stretch + damping * rate
+    pull = -tension / length
+    return (pull * x, pull * y), 0.5 * stiffness * stretch * stretch, damping * rate * rate, length, tension

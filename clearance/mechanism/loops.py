@@ -1,0 +1,298 @@
+"""Positions of closed loops: dyads in closed form, every other group by Newton inside the kernel."""
+
+from clearance.mechanism.trace import Scalar, Trace, is_number, text
+
+#: Newton stops when the last correction (rad, m) is below this; the error left is its square
+NEWTON_TOLERANCE = 1e-9
+NEWTON_LIMIT = 40
+
+
+# --- linear equations of a loop
+def solve(kinematics, matrix: list[list], right: list) -> list:
+    """Solve a small linear system of traced scalars: two equations inline, more by a pivoted helper function."""
+    size = len(right)
+    if size == 2:
+        (a, b), (c, d) = matrix
+        inverse = 1.0 / (a * d - b * c)
+        return [(d * right[0] - b * right[1]) * inverse, (a * right[1] - c * right[0]) * inverse]
+    name = f"solve_{size}"
+    kinematics.functions[name] = solver_source(size)
+    return _solve_call(kinematics.trace, name, matrix, right)
+
+
+def _solve_call(trace: Trace, name: str, matrix: list[list], right: list) -> list:
+    size = len(right)
+    solution: list = []
+
+    def rule(args, tangents):
+        """A dx = db - dA x."""
+        results = [{} for _ in range(size)]
+        for column in sorted({c for t in tangents for c in t}):
+            change = [tangents[size * size + i].get(column, 0.0) for i in range(size)]
+            for i in range(size):
+                for j in range(size):
+                    change[i] = change[i] - tangents[i * size + j].get(column, 0.0) * solution[j]
+            for i, value in enumerate(_solve_call(trace, name, matrix, change)):
+                results[i][column] = value
+        return results
+
+    solution += trace.call(name, [*(v for row in matrix for v in row), *right], size, rule)
+    return solution
+
+
+def solver_source(size: int) -> str:
+    """Text of a plain function: Gaussian elimination with partial pivoting, unrolled."""
+    cells = [[f"a{i}{j}" for j in range(size)] + [f"b{i}"] for i in range(size)]
+    arguments = [c for row in cells for c in row[:size]] + [row[size] for row in cells]
+    lines = [f"def solve_{size}({', '.join(arguments)}):"]
+    for k in range(size):
+        for i in range(k + 1, size):
+            own, other = ", ".join(cells[k][k:]), ", ".join(cells[i][k:])
+            lines += [f"    if abs({cells[i][k]}) > abs({cells[k][k]}):", f"        {own}, {other} = {other}, {own}"]
+        for i in range(k + 1, size):
+            lines.append(f"    factor = {cells[i][k]} / {cells[k][k]}")
+            lines += [f"    {cells[i][j]} -= factor * {cells[k][j]}" for j in range(k + 1, size + 1)]
+    for k in reversed(range(size)):
+        known = "".join(f" - {cells[k][j]} * x{j}" for j in range(k + 1, size))
+        lines.append(f"    x{k} = ({cells[k][size]}{known}) / {cells[k][k]}")
+    lines.append(f"    return {', '.join(f'x{k}' for k in range(size))}")
+    return "\n".join(lines)
+
+
+# --- dyads
+def place_rrr(k, group) -> None:
+    """Two hinged bodies with a common pin: intersection of two circles; the assembly mode is a number, +1 or -1."""
+    first, second = group.attachments
+    (pin,) = group.closures
+    p, q = (k.pin(a.joint, _side(a.joint, a.body)) for a in (first, second))
+    shift = _shift(k, pin, first.body)
+    dx, dy = q[0] + shift[0] - p[0], q[1] + shift[1] - p[1]
+    u, v = (_reach(k, a, pin) for a in (first, second))
+    uu, vv = _square(u), _square(v)
+    inverse = 1.0 / (dx * dx + dy * dy)
+    along = 0.5 + 0.5 * (uu - vv) * inverse
+    across = k.number(f"mode.{group.label()}") * k.trace.sqrt(uu * inverse - along * along)
+    wx, wy = along * dx - across * dy, along * dy + across * dx
+    k.place_hinge(first, *_direction(u, uu, wx, wy))
+    k.place_hinge(second, *_direction(v, vv, wx - dx, wy - dy))
+
+
+def place_rrp(k, group) -> None:
+    """A hinged body whose pin lies on a sliding body: intersection of a circle and a line."""
+    hinge, slide = sorted(group.attachments, key=lambda a: a.coordinates[0].what)
+    (pin,) = group.closures
+    p = k.pin(hinge.joint, _side(hinge.joint, hinge.body))
+    k.place_slide(slide, 0.0)
+    sign = 1.0 if slide.body is slide.joint.b.body else -1.0
+    dx, dy = (sign * d for d in k.axis(slide.joint, slide.parent))
+    shift = _shift(k, pin, hinge.body)
+    start = k.joint_point(pin, _side(pin, slide.body))
+    x, y = start[0] + shift[0] - p[0], start[1] + shift[1] - p[1]
+    u = _reach(k, hinge, pin)
+    uu = _square(u)
+    across = dx * y - dy * x
+    along = k.number(f"mode.{group.label()}") * k.trace.sqrt(uu - across * across)
+    travel = along - (dx * x + dy * y)
+    k.coordinate[slide.coordinates[0]] = travel
+    k.place_slide(slide, travel)
+    k.place_hinge(hinge, *_direction(u, uu, along * dx - across * dy, along * dy + across * dx))
+
+
+def place_rpr(k, group) -> None:
+    """A hinged body that carries a slide whose body is pinned to a known point."""
+    hinge, slide = group.attachments
+    (pin,) = group.closures
+    joint = slide.joint
+    p = k.pin(hinge.joint, _side(hinge.joint, hinge.body))
+    known = k.pin(pin, _side(pin, slide.body))
+    x, y = known[0] - p[0], known[1] - p[1]
+    # seen from the hinged body: the pin moves on a line through `start` along `axis`
+    side, own = _side(joint, hinge.body), _side(hinge.joint, hinge.body)
+    axis = (k.number(f"{joint.name}.axis.x"), k.number(f"{joint.name}.axis.y"))
+    turn, sign = k.number(f"{joint.name}.angle"), 1.0
+    if side == "b":
+        sign, turn = -1.0, -turn
+        c, s = k.trace.cos(turn), k.trace.sin(turn)
+        axis = (c * axis[0] - s * axis[1], s * axis[0] + c * axis[1])
+    far, near = _local(k, pin, _side(pin, slide.body)), _local(k, joint, _side(joint, slide.body))
+    c, s = k.trace.cos(turn), k.trace.sin(turn)
+    step = (far[0] - near[0], far[1] - near[1])
+    rail, pivot = _local(k, joint, side), _local(k, hinge.joint, own)
+    start = (
+        rail[0] - pivot[0] + c * step[0] - s * step[1],
+        rail[1] - pivot[1] + s * step[0] + c * step[1],
+    )
+    across = axis[0] * start[1] - axis[1] * start[0]
+    distance = x * x + y * y
+    along = k.number(f"mode.{group.label()}") * k.trace.sqrt(distance - across * across)
+    w = (along * axis[0] - across * axis[1], along * axis[1] + across * axis[0])
+    k.place_hinge(hinge, *_direction(w, distance, x, y))
+    travel = sign * (along - (axis[0] * start[0] + axis[1] * start[1]))
+    k.coordinate[slide.coordinates[0]] = travel
+    k.place_slide(slide, travel)
+
+
+def mode(k, group) -> float:
+    """Assembly mode of a dyad read from numeric poses: the branch of its square root."""
+    (pin,) = group.closures
+    if group.form == "RRR":
+        first, second = group.attachments
+        p, q = (k.pin(a.joint, _side(a.joint, a.body)) for a in (first, second))
+        shift = _shift(k, pin, first.body)
+        t = k.joint_point(pin, _side(pin, first.body))
+        dx, dy = q[0] + shift[0] - p[0], q[1] + shift[1] - p[1]
+        value = dx * (t[1] - p[1]) - dy * (t[0] - p[0])
+    elif group.form == "RRP":
+        hinge, slide = sorted(group.attachments, key=lambda a: a.coordinates[0].what)
+        sign = 1.0 if slide.body is slide.joint.b.body else -1.0
+        dx, dy = k.axis(slide.joint, slide.parent)
+        p, t = k.pin(hinge.joint, _side(hinge.joint, hinge.body)), k.joint_point(pin, _side(pin, hinge.body))
+        value = sign * (dx * (t[0] - p[0]) + dy * (t[1] - p[1]))
+    else:
+        hinge, slide = group.attachments
+        dx, dy = k.axis(slide.joint, slide.parent)
+        p, t = k.pin(hinge.joint, _side(hinge.joint, hinge.body)), k.pin(pin, _side(pin, slide.body))
+        value = dx * (t[0] - p[0]) + dy * (t[1] - p[1])
+    return 1.0 if value >= 0.0 else -1.0
+
+
+def _side(joint, body) -> str:
+    return "b" if body is joint.b.body else "a"
+
+
+def _local(k, joint, side: str):
+    return k.number(f"{joint.name}.{side}.x"), k.number(f"{joint.name}.{side}.y")
+
+
+def _reach(k, attachment, pin):
+    """From a body's own hinge to the common pin, in its frame."""
+    near = _local(k, attachment.joint, _side(attachment.joint, attachment.body))
+    far = _local(k, pin, _side(pin, attachment.body))
+    return far[0] - near[0], far[1] - near[1]
+
+
+def _shift(k, pin, first):
+    """Offset to add to the second body's pin so that it coincides with the first body's."""
+    x, y = k.offset.get(pin, (0.0, 0.0))
+    return (-x, -y) if first is pin.a.body else (x, y)
+
+
+def _square(vector):
+    return vector[0] * vector[0] + vector[1] * vector[1]
+
+
+def _direction(local, square, x, y):
+    """Cosine and sine of the rotation that takes a local vector (of the given squared length) to (x, y)."""
+    inverse = 1.0 / square
+    return (x * local[0] + y * local[1]) * inverse, (y * local[0] - x * local[1]) * inverse
+
+
+# --- every other group
+def solve_by_newton(k, group) -> None:
+    """Solve a group's coordinates by a Newton helper function started from the last accepted state."""
+    inside = _Inside(k)
+    residuals, unknowns = inside.residuals(group)
+    size, index = len(unknowns), len(k.functions)
+    name, gradient = f"close_{index}", f"close_{index}_d"
+    seeds = {z: {i: 1.0} for i, z in enumerate(unknowns)}
+    active = [i for i, a in enumerate(inside.outer) if not a.fixed]
+    seeds |= {inside.inner[i]: {size + i: 1.0} for i in active}
+    slopes = inside.trace.tangent(residuals, seeds)
+    k.functions[f"solve_{size}"] = solver_source(size)
+    k.functions[name] = _newton_source(name, inside, residuals, slopes, size)
+    k.functions[gradient] = _gradient_source(gradient, inside, slopes, size, active)
+
+    def rule(args, tangents):
+        found = k.trace.call(gradient, [*items, *inside.outer], size * len(active))
+        results = [{} for _ in range(size)]
+        for column in sorted({c for t in tangents for c in t}):
+            for i in range(size):
+                terms = [
+                    found[i * len(active) + j] * tangents[size + a][column]
+                    for j, a in enumerate(active)
+                    if column in tangents[size + a]
+                ]
+                results[i][column] = k.trace.sum(terms)
+        return results
+
+    guesses = [k.guesses(len(k.solved) + i) for i in range(size)]
+    items = k.trace.call(name, [*guesses, *inside.outer], size, rule)
+    k.solved += items
+    k.coordinate |= dict(zip(group.unknowns, items, strict=True))
+
+
+class _Inside:
+    """The loop equations of a group on a trace of their own: every outer value becomes an argument."""
+
+    def __init__(self, k):
+        self.k, self.trace = k, Trace()
+        self.outer: list[Scalar] = []
+        self.inner: list[Scalar] = []
+
+    def value(self, outer):
+        if is_number(outer):
+            return outer
+        if outer not in self.outer:
+            self.outer.append(outer)
+            self.inner.append(self.trace.load(f"x{len(self.outer) - 1}"))
+        return self.inner[self.outer.index(outer)]
+
+    def residuals(self, group):
+        k = self.k
+        unknowns = [self.trace.load(f"z{i}") for i in range(len(group.unknowns))]
+        coordinate = {c: self.value(v) for c, v in k.coordinate.items() if any(c in a.coordinates for a in group.attachments)}
+        coordinate |= dict(zip(group.unknowns, unknowns, strict=True))
+        joints = [*(a.joint for a in group.attachments), *group.closures]
+        offset = {j: tuple(map(self.value, k.offset[j])) for j in joints if j in k.offset}
+        copy = type(k)(self.trace, lambda name: self.value(k.number(name)), coordinate, offset)
+        own = {a.body for a in group.attachments}
+        for body in {b for j in joints for b in j.bodies()} - own:
+            pose = k.poses[body]
+            angle = None if pose.angle is None else self.value(pose.angle)
+            values = (self.value(v) for v in (pose.x, pose.y, pose.cosine, pose.sine))
+            copy.poses[body] = type(pose)(*values, angle)
+        for attachment in group.attachments:
+            copy.place_body(attachment)
+        return [r for j in group.closures for r in closing_errors(copy, j)], unknowns
+
+
+def closing_errors(k, joint) -> list:
+    """How far a joint is from closed: the gap (hinge), or the distance off the line and the sine of the wrong turn."""
+    pa, pb = k.joint_point(joint, "a"), k.joint_point(joint, "b")
+    x, y = pb[0] - pa[0], pb[1] - pa[1]
+    if not hasattr(joint, "axis"):
+        ex, ey = k.offset.get(joint, (0.0, 0.0))
+        return [x - ex, y - ey]
+    dx, dy = k.axis(joint, joint.a.body)
+    bx, by = k.axis(joint, joint.b.body)
+    return [dx * y - dy * x, dx * by - dy * bx]
+
+
+def _newton_source(name: str, inside: _Inside, residuals, slopes, size: int) -> str:
+    z = [f"z{i}" for i in range(size)]
+    matrix = [slopes[i].get(j, 0.0) for i in range(size) for j in range(size)]
+    arguments = ", ".join([*z, *(f"x{i}" for i in range(len(inside.outer)))])
+    body = inside.trace.statements([*residuals, *matrix])
+    system = ", ".join(text(v) for v in [*matrix, *residuals])
+    steps = [f"d{i}" for i in range(size)]
+    lines = [f"def {name}({arguments}):", f"    for _ in range({NEWTON_LIMIT}):"]
+    lines += ["        " + s for s in body]
+    lines += [f"        {', '.join(steps)} = solve_{size}({system})"]
+    lines += [f"        {a} = {a} - {d}" for a, d in zip(z, steps, strict=True)]
+    lines += [f"        if {' + '.join(f'abs({d})' for d in steps)} < {NEWTON_TOLERANCE!r}:"]
+    lines += [f"            return {', '.join(z)}", f"    return {', '.join(['math.nan'] * size)}"]
+    return "\n".join(lines)
+
+
+def _gradient_source(name: str, inside: _Inside, slopes, size: int, active: list[int]) -> str:
+    matrix = [slopes[i].get(j, 0.0) for i in range(size) for j in range(size)]
+    rights = [[slopes[i].get(size + a, 0.0) for i in range(size)] for a in active]
+    flat = [*matrix, *(v for r in rights for v in r)]
+    arguments = ", ".join([*(f"z{i}" for i in range(size)), *(f"x{i}" for i in range(len(inside.outer)))])
+    lines = [f"def {name}({arguments}):", *("    " + s for s in inside.trace.statements(flat))]
+    system = ", ".join(text(v) for v in matrix)
+    for a, right in enumerate(rights):
+        solution = ", ".join(f"s{i}_{a}" for i in range(size))
+        lines.append(f"    {solution} = solve_{size}({system}, {', '.join(text(v) for v in right)})")
+    results = ", ".join(f"-s{i}_{a}" for i in range(size) for a in range(len(active)))
+    return "\n".join([*lines, f"    return {results}"])

@@ -1,0 +1,86 @@
+"""The per-user kernel store: each kernel is a real file, compiled once and cached by numba.
+
+A file's name is the hash of its text and of what compiled it, so an edited law or a new numba makes a new file and an
+old one is never misused. Set CLEARANCE_STORE to put the store elsewhere.
+"""
+
+import hashlib
+import importlib.util
+import math
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numba
+from numba import float64, njit, types, void
+
+VECTOR = float64[::1]
+KERNEL_SIGNATURE = void(float64, VECTOR, VECTOR, VECTOR, VECTOR)
+KERNEL = types.FunctionType(KERNEL_SIGNATURE)
+COMPILED = not numba.config.DISABLE_JIT
+
+_loaded: dict[str, Callable] = {}
+
+
+def kernel(function: Callable) -> Callable:
+    """Compile a kernel, or guard it in plain Python so that it fails as compiled code does: with nan."""
+    if COMPILED:
+        return njit(KERNEL_SIGNATURE, cache=True, error_model="numpy")(function)
+
+    def guarded(t, y, par, work, out):
+        try:
+            function(t, y, par, work, out)
+        except (ZeroDivisionError, ValueError, OverflowError):
+            out[:] = math.nan
+
+    return guarded
+
+
+def plain(function: Callable) -> Callable:
+    """A function that kernels of the same file call."""
+    return njit(error_model="numpy")(function)
+
+
+def folder() -> Path:
+    """Where kernels are kept."""
+    if chosen := os.environ.get("CLEARANCE_STORE"):
+        return Path(chosen)
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "clearance" / "kernels"
+
+
+def key(text: str) -> str:
+    """Name of the file for a kernel text."""
+    own = Path(__file__).read_bytes()
+    return hashlib.sha256(b"\0".join((text.encode(), own, numba.__version__.encode()))).hexdigest()[:24]
+
+
+def load(role: str, text: str) -> Callable:
+    """The compiled kernel of a text: from this process, from the store, or compiled now."""
+    name = f"clearance_kernel_{role}_{key(text)}"
+    if name not in _loaded:
+        path = folder() / f"{name}.py"
+        if not path.exists():
+            _write(path, text)
+        spec = importlib.util.spec_from_file_location(name, path)
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[name] = module  # numba looks the module up when it loads the cached code
+        spec.loader.exec_module(module)
+        _loaded[name] = getattr(module, role)
+    return _loaded[name]
+
+
+def is_known(role: str, text: str) -> bool:
+    """Whether a kernel of this text has been written before."""
+    return (folder() / f"clearance_kernel_{role}_{key(text)}.py").exists()
+
+
+def _write(path: Path, text: str) -> None:
+    """Write under a temporary name and rename, so that no process ever sees half a kernel."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
+    with os.fdopen(handle, "w") as file:
+        file.write(text)
+    os.replace(temporary, path)

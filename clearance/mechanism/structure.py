@@ -1,0 +1,230 @@
+"""One structure: the traced mechanics of a scene and the text of its kernels.
+
+Kernels share one signature, (t, y, par, work, out):
+  rhs       out = dy/dt                                    observe   out = one row of output channels
+  jacobian  out = d(dy/dt)/dy, row by row, no ledger       commit    work = start values for the next loop solutions
+  events    out = penetration, its rate, contact force for each clearance joint
+State y = [free coordinates, eccentricities | their rates | energy input, energy dissipated].
+work = [impact speed of each clearance joint | start values of loop coordinates solved by Newton].
+"""
+
+from dataclasses import dataclass
+
+from clearance.laws.law import BoundLaw
+from clearance.loads import Drive
+from clearance.mechanism import emission
+from clearance.mechanism.derivative import Written, jacobian_name, jacobian_sources
+from clearance.mechanism.dynamics import Dynamics
+from clearance.mechanism.joint_forces import Calls
+from clearance.mechanism.kinematics import Kinematics, Propagation
+from clearance.mechanism.loops import mode
+from clearance.mechanism.numbers import Numbers
+from clearance.mechanism.topology import closed_plan, cut_plan
+from clearance.mechanism.trace import Slots, Trace
+from clearance.scene import Scene, ground
+
+LEDGER = ("input", "dissipated")
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One output: where it goes in the result file, its unit and what it is."""
+
+    path: str
+    units: str
+    long_name: str
+
+
+class Structure:
+    """Traced once per structure. `texts[role]` is the source of each kernel, `derive` fills derived parameters."""
+
+    def __init__(self, scene: Scene, numbers: Numbers, ledger: bool = True):
+        self.scene, self.ledger = scene, ledger
+        self.plan, self.cut = closed_plan(scene), cut_plan(scene)
+        self.modes = [f"mode.{g.label()}" for g in self.plan.groups if g.form in ("RRR", "RRP", "RPR")]
+        self.index = dict(numbers.index)
+        for name in self.modes:
+            self.index[name] = len(self.index)
+        self.constants = numbers.constants
+        self.trace = Trace()
+        self.calls = Calls(self.trace, self.number)
+        self._trace()
+        self._write()
+
+    def number(self, name: str):
+        """A scene number: folded where its value is part of the structure."""
+        if name in self.constants:
+            return self.constants[name]
+        return self.trace.load(f"par[{self.index[name]}]")
+
+    # --- state
+    @property
+    def size(self) -> int:
+        """Number of second-order degrees of freedom."""
+        return len(self.plan.free) + 2 * len(self.scene.clearance_joints)
+
+    def _trace(self) -> None:
+        trace, size, joints = self.trace, self.size, self.scene.clearance_joints
+        time = trace.load("t")
+        position = [trace.load(f"y[{i}]") for i in range(size)]
+        rate = [trace.load(f"y[{size + i}]") for i in range(size)]
+        count = len(self.plan.free)
+        offsets = {j: tuple(position[count + 2 * i : count + 2 * i + 2]) for i, j in enumerate(joints)}
+        offset_rates = {j: tuple(rate[count + 2 * i : count + 2 * i + 2]) for i, j in enumerate(joints)}
+        impact = {j: trace.load(f"work[{i}]") for i, j in enumerate(joints) if j.contact is not None}
+        trace.section = "drives"
+        driven = {d: self._prescribed(d, time) for d in self.scene.loads if isinstance(d, Drive) and d.prescribes}
+        values = dict(zip(self.plan.free, position, strict=False)) | _of_drives(self.plan, driven, 0)
+        rates = dict(zip(self.plan.free, rate, strict=False)) | _of_drives(self.plan, driven, 1)
+        self.kinematics = k = Kinematics(
+            trace, self.number, values, offsets, lambda i: trace.load(f"work[{len(joints) + i}]")
+        )
+        k.place(self.plan)
+        trace.section = "velocities"
+        motion = Propagation(k, self.plan).field(rates, offset_rates)
+        self.dynamics = d = Dynamics(self.scene, k, motion, self.cut, self.calls, time)
+        self.applied = d.applied(offsets, offset_rates, impact)
+        self.acceleration = d.accelerations(self.applied, _of_drives(self.cut, driven, 2))
+        trace.section = "state"
+        placed = {a.body: a.joint for g in self.plan.groups for a in g.attachments}
+        second = [d.coordinate_acceleration(c, placed[c.body], self.acceleration) for c in self.plan.free]
+        for joint in joints:
+            second += d.offset_acceleration(joint, self.acceleration)
+        self.reactions, self.efforts = d.reactions(self.applied, self.acceleration)
+        self.driven, self.motion = driven, motion
+        self.state_rate = [*rate, *second]
+        if self.ledger:
+            self.state_rate += [self._input_power(), self.applied.ledger.dissipated_power]
+
+    def _prescribed(self, drive: Drive, time):
+        """Coordinate, rate and acceleration of a prescribed drive."""
+        if drive.speed is not None:
+            speed = self.number(f"{drive.name}.speed")
+            return self.number(f"{drive.name}.start") + speed * time, speed, 0.0
+        law: BoundLaw = drive.motion
+        numbers = [self.number(f"{drive.name}.motion.{p}") for p in law.law.parameters]
+        function = law.law.function
+        first = jacobian_sources(function, (0,))[jacobian_name(function, (0,))]
+        slope = Written(jacobian_name(function, (0,)), first, function)
+        self.calls.gradients[jacobian_name(slope, (0,))] = (slope, (0,))
+        self.calls.gradients[slope.__name__] = (function, (0,))
+        found = self.trace.call(jacobian_name(slope, (0,)), [time, *numbers], 4)
+        return found[0], found[1], found[3]
+
+    def _input_power(self):
+        power = self.applied.ledger.input_power
+        for drive, (_, rate, _) in self.driven.items():
+            power = power + self.efforts[drive] * rate
+        return power
+
+    # --- text
+    def _write(self) -> None:
+        size, trace = self.size, self.trace
+        seeds = {trace.load(f"y[{i}]"): {i: 1.0} for i in range(2 * size)}
+        trace.section = "derivatives"
+        slopes = trace.tangent(self.state_rate[: 2 * size], seeds)
+        jacobian = {row * 2 * size + column: v for row, s in enumerate(slopes) for column, v in s.items()}
+        self.channels, observed = self._channels()
+        roles = {
+            "rhs": dict(enumerate(self.state_rate)),
+            "jacobian": jacobian,
+            "events": dict(enumerate(self._events())),
+            "commit": dict(enumerate(self.kinematics.solved, len(self.scene.clearance_joints))),
+            "observe": dict(enumerate(observed)),
+        }
+        self.slots = Slots(len(self.index))
+        for outputs in roles.values():
+            self.slots.claim(trace, outputs.values())
+        self.texts = {r: emission.kernel_text(self, r, outputs) for r, outputs in roles.items()}
+        scope: dict = {}
+        exec(compile("import math\n" + self.slots.source(trace), "<derive>", "exec"), scope)  # noqa: S102
+        self.derive = scope["derive"]
+
+    def _events(self) -> list:
+        found = [self.applied.joints[j] for j in self.scene.clearance_joints]
+        return [v for f in found for v in (f.penetration, f.penetration_rate, f.contact_force)]
+
+    def _channels(self) -> tuple[list[Channel], list]:
+        rows = [*self._body_channels(), *self._joint_channels(), *self._drive_channels(), *self._energy_channels()]
+        return [Channel(*row[:3]) for row in rows], [row[3] for row in rows]
+
+    def _body_channels(self):
+        k = self.kinematics
+        for body in self.scene.bodies:
+            pose, v, a = k.poses[body], self.motion[body], self.acceleration[body]
+            self.trace.section = f"outputs of {body.name}"
+            rows = (
+                ("x", "m", pose.x, "position x of the centre of mass"),
+                ("y", "m", pose.y, "position y of the centre of mass"),
+                ("theta", "rad", k.angle(body), "angle of the body frame"),
+                ("vx", "m/s", v[0], "velocity x of the centre of mass"),
+                ("vy", "m/s", v[1], "velocity y of the centre of mass"),
+                ("omega", "rad/s", v[2], "angular velocity"),
+                ("ax", "m/s2", a[0], "acceleration x of the centre of mass"),
+                ("ay", "m/s2", a[1], "acceleration y of the centre of mass"),
+                ("alpha", "rad/s2", a[2], "angular acceleration"),
+            )
+            for name, units, value, what in rows:
+                yield f"bodies/{body.name}/{name}", units, f"{body.name}: {what}", value
+
+    def _joint_channels(self):
+        for joint in self.scene.joints:
+            here = f"joints/{joint.name}"
+            if joint in self.applied.joints:
+                found = self.applied.joints[joint]
+                yield from self._forces(joint, found.force)
+                for name, value in found.channels.items():
+                    yield f"{here}/{name}", *_JOINT_CHANNELS[name], value
+            else:
+                fx, fy, moment = self.reactions[joint]
+                yield from self._forces(joint, (fx, fy))
+                if hasattr(joint, "axis"):
+                    yield f"{here}/moment", "N m", f"moment on {joint.b.body.name} about its joint point", moment
+        for load, (length, tension) in self.applied.springs.items():
+            yield f"springs/{load.name}/length", "m", "length", length
+            yield f"springs/{load.name}/tension", "N", "tension of spring and damper", tension
+
+    def _forces(self, joint, force):
+        for axis, value in zip("xy", force, strict=True):
+            yield f"joints/{joint.name}/force_{axis}", "N", f"force {axis} on {joint.b.body.name}", value
+
+    def _drive_channels(self):
+        for drive, effort in self.efforts.items():
+            turns = drive.target in self.scene.bodies or not hasattr(drive.target, "axis")
+            name, units = ("torque", "N m") if turns else ("force", "N")
+            rate = self.driven[drive][1] if drive in self.driven else self.dynamics.drive_coordinate(drive)[1]
+            yield f"drives/{drive.name}/{name}", units, f"driving {name}", effort
+            yield f"drives/{drive.name}/power", "W", "power put in by the drive", effort * rate
+
+    def _energy_channels(self):
+        ledger = self.applied.ledger
+        yield "energy/kinetic", "J", "kinetic energy", ledger.kinetic
+        yield "energy/potential", "J", "potential energy of gravity and springs", ledger.potential
+        if self.ledger:
+            work = [self.trace.load(f"y[{2 * self.size + i}]") for i in range(2)]
+            yield "energy/input", "J", "work done by drives and loads", work[0]
+            yield "energy/dissipated", "J", "work taken out by joints and dampers (contact: stored and lost)", work[1]
+            balance = ledger.kinetic + ledger.potential - work[0] + work[1]
+            yield "energy/residual", "J", "kinetic + potential - input + dissipated, minus its start value", balance
+
+
+_JOINT_CHANNELS = {
+    "eccentricity_x": ("m", "eccentricity of the journal in the bearing, x"),
+    "eccentricity_y": ("m", "eccentricity of the journal in the bearing, y"),
+    "gap": ("m", "nominal minimum film thickness, clearance minus eccentricity"),
+    "film_thickness_ratio": ("1", "nominal minimum film thickness over composite roughness"),
+    "contact_force": ("N", "normal contact force"),
+    "film_radial": ("N", "film force on the journal along the line of centres"),
+    "film_tangential": ("N", "film force on the journal across the line of centres"),
+    "friction": ("N", "friction force on the journal, positive along the turned line of centres"),
+    "power_loss": ("W", "power the joint takes out of the mechanism"),
+}
+
+
+def _of_drives(plan, driven: dict, order: int) -> dict:
+    """Value (0), rate (1) or acceleration (2) of each prescribed coordinate of a plan."""
+    coordinates = [c for g in plan.groups for a in g.attachments for c in a.coordinates if c.source == "drive"]
+    return {c: driven[c.drive][order] for c in coordinates}
+
+
+__all__ = ["LEDGER", "Channel", "Structure", "ground", "mode"]

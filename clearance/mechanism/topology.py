@@ -1,0 +1,206 @@
+"""In which order a mechanism can be solved: a plan of groups, each attached to what is already known.
+
+A group is a smallest set of bodies whose joints determine them: a single driven body, a dyad, or a larger Assur group.
+Where no such set exists, one joint coordinate becomes an independent coordinate of the mechanism.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from itertools import combinations
+
+from clearance.joints import Prismatic
+from clearance.loads import Drive
+from clearance.scene import Body, Scene, ground
+
+#: largest set of bodies searched for a group exhaustively
+GROUP_LIMIT = 8
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One scalar of the plan. source: "free" (independent), "drive" (prescribed) or "unknown" (solved by its group)."""
+
+    source: str
+    body: Body
+    what: str  # "angle" (absolute), "relative" (angle against the parent), "slide", "x", "y"
+    drive: Drive | None = None
+
+
+@dataclass(frozen=True)
+class Attachment:
+    """A body placed on its parent through one joint (or, without a joint, floating in the plane)."""
+
+    body: Body
+    parent: Body
+    joint: object | None
+    coordinates: tuple[Coordinate, ...]
+
+
+@dataclass(frozen=True)
+class Group:
+    """Bodies attached as a tree, and the joints that close their loops. form names the closed-form solution."""
+
+    attachments: tuple[Attachment, ...]
+    closures: tuple[object, ...] = ()
+    form: str = "tree"  # tree | RRR | RRP | RPR | newton
+
+    @property
+    def unknowns(self) -> list[Coordinate]:
+        return [c for a in self.attachments for c in a.coordinates if c.source == "unknown"]
+
+    def label(self) -> str:
+        return "+".join(a.body.name for a in self.attachments)
+
+
+@dataclass
+class Plan:
+    """Groups in order. `free`: the independent coordinates, in order."""
+
+    groups: list[Group] = field(default_factory=list)
+
+    @property
+    def free(self) -> list[Coordinate]:
+        return [c for g in self.groups for a in g.attachments for c in a.coordinates if c.source == "free"]
+
+
+def closed_plan(scene: Scene) -> Plan:
+    """The plan with every clearance joint closed (its eccentricity counts as a known offset)."""
+    return _Planner(scene, scene.joints).run()
+
+
+def cut_plan(scene: Scene) -> Plan:
+    """The plan with every clearance joint cut: islands that only forces couple."""
+    cuts = set(scene.clearance_joints)
+    return _Planner(scene, [j for j in scene.joints if j not in cuts]).run()
+
+
+class _Planner:
+    def __init__(self, scene: Scene, joints: Iterable):
+        self.scene, self.joints = scene, list(joints)
+        drives = [load for load in scene.loads if isinstance(load, Drive)]
+        self.angle_of = {d.target: d for d in drives if d.prescribes and isinstance(d.target, Body)}
+        self.driven = {d.target: d for d in drives if d.prescribes and not isinstance(d.target, Body)}
+        self.pushed = [d.target for d in drives if not d.prescribes]
+        self.known: set[Body] = {ground}
+
+    def run(self) -> Plan:
+        plan = Plan()
+        while self._unknown():
+            group = self._determined_group() or self._free_group()
+            plan.groups.append(group)
+            self.known |= {a.body for a in group.attachments}
+        return plan
+
+    def _unknown(self) -> list[Body]:
+        return [b for b in self.scene.bodies if b not in self.known]
+
+    # --- groups that their joints determine
+    def _freedom(self, bodies: frozenset) -> int:
+        """Unknown coordinates minus equations of a set of bodies, seen from the known ones."""
+        inside = bodies | self.known
+        touching = [j for j in self.joints if set(j.bodies()) <= inside and set(j.bodies()) & bodies]
+        driven = sum(j in self.driven for j in touching) + sum(b in self.angle_of for b in bodies)
+        return 3 * len(bodies) - 2 * len(touching) - driven
+
+    def _determined_group(self) -> Group | None:
+        candidates = self._without_leaves()
+        for size in range(1, min(len(candidates), GROUP_LIMIT) + 1):
+            for bodies in combinations(candidates, size):
+                if self._freedom(frozenset(bodies)) <= 0:
+                    return self._group(frozenset(bodies))
+        if len(candidates) > GROUP_LIMIT and self._freedom(frozenset(candidates)) <= 0:
+            return self._group(frozenset(candidates))
+        return None
+
+    def _without_leaves(self) -> list[Body]:
+        """Unknown bodies that can belong to a determined group: an undriven end of a chain cannot."""
+        bodies = self._unknown()
+        while True:
+            kept = [b for b in bodies if self._grip(b, bodies) > 1]
+            if len(kept) == len(bodies):
+                return kept
+            bodies = kept
+
+    def _grip(self, body: Body, bodies: list[Body]) -> int:
+        inside = set(bodies) | self.known
+        touching = [j for j in self.joints if body in j.bodies() and set(j.bodies()) <= inside]
+        return len(touching) + sum(j in self.driven for j in touching) + (body in self.angle_of)
+
+    def _group(self, bodies: frozenset) -> Group:
+        inside = bodies | self.known
+        joints = [j for j in self.joints if set(j.bodies()) <= inside and set(j.bodies()) & bodies]
+        rank = {j: (j not in self.driven, not isinstance(j, Prismatic), not set(j.bodies()) & self.known) for j in joints}
+        tree, root = [], {b: ground if b in self.known else b for b in inside}
+
+        def find(body):
+            return body if root[body] is body else find(root[body])
+
+        for joint in sorted(joints, key=rank.get):
+            a, b = (find(x) for x in joint.bodies())
+            if a is not b:
+                tree.append(joint)
+                root[a if a is not ground else b] = b if a is not ground else a
+        closures = tuple(j for j in joints if j not in tree)
+        attachments = self._ordered(tree, bodies)
+        return Group(attachments, closures, self._form(attachments, closures))
+
+    def _ordered(self, tree: list, bodies: frozenset) -> tuple[Attachment, ...]:
+        placed, attachments, left = set(self.known), [], list(tree)
+        while left:
+            joint = next((j for j in left if set(j.bodies()) & placed), None)
+            if joint is None:
+                break
+            left.remove(joint)
+            body, parent = joint.bodies() if joint.bodies()[0] not in placed else joint.bodies()[::-1]
+            attachments.append(Attachment(body, parent, joint, (self._coordinate(body, joint, "unknown"),)))
+            placed.add(body)
+        for body in (b for b in self.scene.bodies if b in bodies and b not in placed):
+            raise ValueError(f"body {body.name} is over-determined: its drives and joints leave it no place in a loop")
+        return tuple(attachments)
+
+    def _coordinate(self, body: Body, joint, source: str) -> Coordinate:
+        if isinstance(joint, Prismatic):
+            drive = self.driven.get(joint)
+            return Coordinate("drive" if drive else source, body, "slide", drive)
+        if joint in self.driven:
+            return Coordinate("drive", body, "relative", self.driven[joint])
+        if body in self.angle_of:
+            return Coordinate("drive", body, "angle", self.angle_of[body])
+        return Coordinate(source, body, "angle")
+
+    def _form(self, attachments, closures) -> str:
+        if not closures:
+            return "tree"
+        if len(attachments) != 2 or len(closures) != 1 or not _hinge(closures[0]):
+            return "newton"
+        first, second = attachments
+        coordinates = [c for a in attachments for c in a.coordinates]
+        if any(c.source != "unknown" for c in coordinates):
+            return "newton"
+        kinds = "".join("R" if _hinge(a.joint) else "P" for a in attachments)
+        both_known = first.parent in self.known and second.parent in self.known
+        if both_known and set(closures[0].bodies()) == {first.body, second.body}:
+            return {"RR": "RRR", "RP": "RRP", "PR": "RRP"}.get(kinds, "newton")
+        chained = first.parent in self.known and second.parent is first.body
+        return "RPR" if chained and kinds == "RP" else "newton"
+
+    # --- independent coordinates
+    def _free_group(self) -> Group:
+        """Attach one body by a free joint coordinate; drives by torque or force choose first."""
+        reachable = [j for j in self.joints if len(set(j.bodies()) & self.known) == 1]
+        pushed = [j for j in reachable if j in self.pushed]
+        pushed += [j for b in self.pushed if isinstance(b, Body) for j in reachable if b in j.bodies() and _hinge(j)]
+        for joint in [*pushed, *reachable]:
+            body, parent = joint.bodies() if joint.bodies()[0] not in self.known else joint.bodies()[::-1]
+            return Group((Attachment(body, parent, joint, (self._coordinate(body, joint, "free"),)),))
+        body = self._unknown()[0]
+        angle = Coordinate("drive", body, "angle", self.angle_of[body]) if body in self.angle_of else None
+        coordinates = (Coordinate("free", body, "x"), Coordinate("free", body, "y"))
+        return Group((Attachment(body, ground, None, (*coordinates, angle or Coordinate("free", body, "angle"))),))
+
+
+def _hinge(joint) -> bool:
+    return not isinstance(joint, Prismatic)
+
+
+__all__ = ["Attachment", "Coordinate", "Group", "Plan", "closed_plan", "cut_plan"]
