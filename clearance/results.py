@@ -1,0 +1,259 @@
+"""The result file: one HDF5 file a run, written as the run goes, complete or honestly partial.
+
+Layout (SI units; every dataset carries `units` and `long_name`): /time, /bodies, /joints, /springs, /drives, /energy along
+time; /events with one row per contact; /solver with one row per step. Times are dimension scales, so that xarray opens
+each group.
+"""
+
+import datetime
+import importlib.metadata
+import os
+import platform
+import shutil
+import tempfile
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+FORMAT = "clearance-result"
+FORMAT_VERSION = 1
+CHUNK = 2048  # rows
+PACKAGES = ("clearance", "numpy", "numba", "h5py")
+
+EVENT_COLUMNS = {
+    "time": ("s", "start of the contact"),
+    "impact_speed": ("m/s", "penetration rate at the start"),
+    "peak_force": ("N", "largest normal contact force"),
+    "peak_penetration": ("m", "largest penetration"),
+    "duration": ("s", "duration of the contact"),
+    "separation_speed": ("m/s", "speed of separation at the end"),
+}
+SOLVER_COLUMNS = {
+    "time": ("s", "end of the step"),
+    "step": ("s", "step size"),
+    "error_estimate": ("1", "estimated local error over tolerance"),
+}
+
+
+class ResultWriter:
+    """Writes a run into `<path>.partial` and gives it its final name when the run has ended."""
+
+    def __init__(self, path: Path, channels: list, attributes: dict):
+        self.path = Path(path)
+        self.partial = self.path.with_name(self.path.name + ".partial")
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        self.file = h5py.File(self.partial, "w")
+        self.file.attrs.update(_provenance() | attributes | {"status": "partial: still running"})
+        self.channels = channels
+        self.angles = [
+            (i, next(j for j, d in enumerate(channels) if d.path == c.path.replace("theta", "omega")))
+            for i, c in enumerate(channels)
+            if c.path.endswith("/theta")
+        ]
+        self.balance = next((i for i, c in enumerate(channels) if c.path == "energy/residual"), None)
+        self.last: tuple[float, np.ndarray] | None = None
+        self.zero = 0.0
+        self._create()
+
+    def _create(self) -> None:
+        scale = _dataset(self.file, "time", "s", "time")
+        scale.make_scale("time")
+        for c in self.channels:
+            _dataset(self.file, c.path, c.units, c.long_name).dims[0].attach_scale(scale)
+        for group, columns in (("events", EVENT_COLUMNS), ("solver", SOLVER_COLUMNS)):
+            for name, (units, what) in columns.items():
+                _dataset(self.file, f"{group}/{name}", units, what)
+            own = self.file[f"{group}/time"]
+            own.make_scale("time")
+            for name in list(columns)[1:]:
+                self.file[f"{group}/{name}"].dims[0].attach_scale(own)
+        for name, what in (("joint", "joint in contact"), ("kind", "contact, or open_contact: not over at the end")):
+            text = _dataset(self.file, f"events/{name}", "1", what, h5py.string_dtype())
+            text.dims[0].attach_scale(self.file["events/time"])
+
+    def samples(self, times: np.ndarray, rows: np.ndarray) -> None:
+        """Append output rows; angles are made continuous with the help of the angular velocities."""
+        if not times.size:
+            return
+        rows = rows.copy()
+        self._unwrap(times, rows)
+        if self.balance is not None:
+            if self.last is None:
+                self.zero = rows[0, self.balance]
+            rows[:, self.balance] -= self.zero
+        self.last = (times[-1], rows[-1].copy())
+        _append(self.file["time"], times)
+        for i, c in enumerate(self.channels):
+            _append(self.file[c.path], rows[:, i])
+
+    def _unwrap(self, times: np.ndarray, rows: np.ndarray) -> None:
+        for angle, speed in self.angles:
+            if self.last is None:
+                values, speeds, at = rows[:, angle], rows[:, speed], times
+            else:
+                values = np.concatenate([[self.last[1][angle]], rows[:, angle]])
+                speeds = np.concatenate([[self.last[1][speed]], rows[:, speed]])
+                at = np.concatenate([[self.last[0]], times])
+            expected = np.diff(at) * 0.5 * (speeds[1:] + speeds[:-1])
+            turns = np.round((np.diff(values) - expected) / (2.0 * np.pi))
+            whole = np.concatenate([[0.0], np.cumsum(turns)]) * 2.0 * np.pi
+            rows[:, angle] = (values - whole)[-len(times) :]
+
+    def impacts(self, names: list[str], rows: np.ndarray, kind: str = "contact") -> None:
+        """Append finished contacts: rows of (joint, time, impact speed, force, penetration, duration, separation)."""
+        if not len(rows):
+            return
+        for column, name in enumerate(EVENT_COLUMNS, 1):
+            _append(self.file[f"events/{name}"], rows[:, column])
+        _append(self.file["events/joint"], [names[int(j)] for j in rows[:, 0]])
+        _append(self.file["events/kind"], [kind] * len(rows))
+
+    def steps(self, log: np.ndarray) -> None:
+        for column, name in enumerate(SOLVER_COLUMNS):
+            _append(self.file[f"solver/{name}"], log[:, column])
+
+    def flush(self) -> None:
+        self.file.flush()
+
+    def close(self, status: str, solver: dict) -> None:
+        """Finish: state the status and give the file its name."""
+        self.file["solver"].attrs.update(solver)
+        self.file.attrs["status"] = status
+        self.file.close()
+        os.replace(self.partial, self.path)
+
+
+def _dataset(file, path: str, units: str, what: str, dtype=np.float64):
+    data = file.create_dataset(path, (0,), dtype, maxshape=(None,), chunks=(CHUNK,))
+    data.attrs["units"], data.attrs["long_name"] = units, what
+    return data
+
+
+def _append(data, values) -> None:
+    old = data.shape[0]
+    data.resize((old + len(values),))
+    data[old:] = values
+
+
+def _provenance() -> dict:
+    versions = {}
+    for package in PACKAGES:
+        try:
+            versions[f"version_{package}"] = importlib.metadata.version(package)
+        except importlib.metadata.PackageNotFoundError:
+            versions[f"version_{package}"] = "not installed"
+    return {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        "version_python": platform.python_version(),
+        **versions,
+    }
+
+
+class Channels:
+    """The channels of one group as attributes: `.ax`, and `.force` for the pair of `.force_x` and `.force_y`."""
+
+    def __init__(self, group: h5py.Group):
+        self._group = group
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        group = self.__dict__["_group"]
+        if name in group:
+            return group[name][()]
+        if f"{name}_x" in group:
+            return np.stack([group[f"{name}_x"][()], group[f"{name}_y"][()]], axis=-1)
+        raise AttributeError(f"{group.name} has no channel {name!r}; it has {', '.join(group)}")
+
+    def __dir__(self):
+        return [*super().__dir__(), *self._group]
+
+    def __repr__(self) -> str:
+        return f"<channels of {self._group.name}: {', '.join(self._group)}>"
+
+
+class Result:
+    """A result file, read lazily: `result["slider"].ax`, `result.joint("B").force`, `result.energy.residual`."""
+
+    def __init__(self, path: str | Path, keep: object = None):
+        self.path = Path(path)
+        self._keep = keep  # a temporary directory that must outlive the file
+        if not self.path.exists():
+            raise FileNotFoundError(f"no result file {self.path}")
+        try:
+            self.file = h5py.File(self.path, "r")
+        except OSError as error:
+            raise ValueError(f"{self.path} is not a readable HDF5 file: {error}") from None
+        if self.file.attrs.get("format") != FORMAT:
+            raise ValueError(f"{self.path} is not a clearance result (format {self.file.attrs.get('format')!r})")
+        if self.file.attrs["format_version"] > FORMAT_VERSION:
+            raise ValueError(f"{self.path} was written by a newer clearance (format {self.file.attrs['format_version']})")
+
+    @property
+    def time(self) -> np.ndarray:
+        return self.file["time"][()]
+
+    @property
+    def status(self) -> str:
+        return self.file.attrs["status"]
+
+    @property
+    def complete(self) -> bool:
+        return self.status == "complete"
+
+    @property
+    def attributes(self) -> dict:
+        """Provenance: format, versions, scene JSON, kernel source, status."""
+        return dict(self.file.attrs)
+
+    @property
+    def solver(self) -> dict:
+        """Method, tolerances, counts and wall time of the run."""
+        return dict(self.file["solver"].attrs)
+
+    def _channels(self, kind: str, name: str) -> Channels:
+        if kind not in self.file or name not in self.file[kind]:
+            known = ", ".join(self.file[kind]) if kind in self.file else "none"
+            raise KeyError(f"no {name!r} among {kind}; there are: {known}")
+        return Channels(self.file[kind][name])
+
+    def __getitem__(self, body: str) -> Channels:
+        return self._channels("bodies", body)
+
+    def joint(self, name: str) -> Channels:
+        return self._channels("joints", name)
+
+    def drive(self, name: str) -> Channels:
+        return self._channels("drives", name)
+
+    @property
+    def energy(self) -> Channels:
+        return Channels(self.file["energy"])
+
+    @property
+    def events(self) -> dict[str, np.ndarray]:
+        """The impact table: one entry per column, one row per contact."""
+        columns = {name: data[()] for name, data in self.file["events"].items()}
+        return {k: v.astype(str) if v.dtype == object else v for k, v in columns.items()}
+
+    def save(self, path: str | Path) -> Path:
+        """Copy the file to `path`, under a temporary name until it is whole."""
+        path = Path(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".partial")
+        os.close(handle)
+        shutil.copyfile(self.path, temporary)
+        os.replace(temporary, path)
+        return path
+
+    def close(self) -> None:
+        self.file.close()
+
+    def __repr__(self) -> str:
+        return f"<Result {self.path.name}: {self.file['time'].shape[0]} samples, {self.status}>"
+
+
+def open_result(path: str | Path) -> Result:
+    """Open a result file. Raises FileNotFoundError or ValueError with a clear reason."""
+    return Result(path)

@@ -1,0 +1,249 @@
+"""The one simulate call: scene in, result file out."""
+
+import math
+import tempfile
+import time as clock_of_the_wall
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+
+from clearance import checks
+from clearance.mechanism.build import Mechanism, build
+from clearance.results import Result, ResultWriter
+from clearance.scene import Scene
+from clearance.stepping import status as codes
+
+METHODS = ("dop853", "radau")
+SAMPLES_PER_TURN = 400
+ROWS = 1024  # output rows, steps and contacts held in memory between two writes
+LOG_ROWS = 4096
+IMPACT_ROWS = 512
+BUDGET = 2000  # steps between two looks at the progress
+STEP_LIMIT = 2**62
+LARGEST_SHARE = 1.0 / 24.0  # largest step as a share of a turn
+
+
+class SimulationError(RuntimeError):
+    """A run failed part-way. `result` holds what had been computed."""
+
+    def __init__(self, message: str, result: Result | None):
+        super().__init__(message)
+        self.result = result
+
+
+@dataclass(frozen=True)
+class Span:
+    """How long to run and how finely to sample."""
+
+    until: float
+    samples: int
+
+
+def simulate(
+    scene: Scene,
+    *,
+    turns: float | None = None,
+    until: float | None = None,
+    rtol: float = 1e-6,
+    method: str = "auto",
+    samples_per_turn: int = SAMPLES_PER_TURN,
+    samples: int | None = None,
+    path: str | Path | None = None,
+    energy: bool = True,
+    max_steps: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Result:
+    """Integrate a scene and return its result.
+
+    turns: length in turns of the constant-speed drive, or until: seconds. rtol: local error tolerance, relative to the
+    natural size of each state (clearance for eccentricities) plus its value. method: "auto" (radau where a film makes
+    the scene stiff, else dop853), "dop853" or "radau". samples_per_turn or samples (in all): output rows, evenly spaced.
+    path: write the HDF5 file there while running (default: a temporary file, see Result.save). energy: integrate the
+    energy ledger. progress: called with the done share of the span.
+    Raises ValueError for bad arguments and impossible scenes before anything runs, SimulationError for a run that fails
+    part-way, with time, joint and state in the message and the partial result attached.
+    """
+    rtol = checks.positive("rtol", rtol)
+    if not 1e-14 <= rtol <= 0.1:
+        raise ValueError(f"rtol must lie in [1e-14, 0.1], got {rtol!r}")
+    if method not in ("auto", *METHODS):
+        raise ValueError(f"method must be auto, {' or '.join(METHODS)}, got {method!r}")
+    mechanism = build(scene, ledger=energy)
+    span = _span(mechanism, turns, until, samples_per_turn, samples)
+    run = Run(mechanism, span, rtol, _method(scene, mechanism, method), max_steps)
+    return run.to_file(path, progress)
+
+
+def _span(mechanism: Mechanism, turns, until, samples_per_turn, samples) -> Span:
+    if (turns is None) == (until is None):
+        raise ValueError("give the length of the run: either turns=N or until=SECONDS")
+    turn = mechanism.turn
+    if until is None:
+        turns = checks.positive("turns", turns)
+        if turn is None:
+            raise ValueError("turns needs a constant-speed rotating drive with speed != 0; give until=SECONDS instead")
+        until = turns * turn
+    until = checks.positive("until", until)
+    if samples is None:
+        every = checks.positive("samples_per_turn", samples_per_turn)
+        samples = max(round(every * until / turn), 1) + 1 if turn else SAMPLES_PER_TURN + 1
+    if int(samples) < 2:
+        raise ValueError(f"samples must be at least 2, got {samples!r}")
+    return Span(until, int(samples))
+
+
+def _method(scene: Scene, mechanism: Mechanism, method: str) -> tuple[str, str]:
+    """Name of the stepper and why."""
+    films = [j.name for j in scene.clearance_joints if j.film is not None]
+    if method == "radau" and mechanism.size == 0:
+        raise ValueError("method radau: this scene has no degree of freedom to be stiff; use auto or dop853")
+    if method != "auto":
+        return method, "asked for"
+    if films:
+        return "radau", f"the film of joint {', '.join(films)} makes the scene stiff"
+    return "dop853", "no film: the scene is not stiff between contacts"
+
+
+class Run:
+    """The arrays of one integration and the calls that advance it."""
+
+    def __init__(self, mechanism: Mechanism, span: Span, rtol: float, method: tuple[str, str], max_steps: int | None):
+        from clearance.stepping import loop
+        from clearance.stepping import types as t
+
+        self.mechanism, self.span, self.rtol, self.loop, self.types = mechanism, span, rtol, loop, t
+        self.method, self.reason = method
+        self.stepper = import_module(f"clearance.stepping.{self.method}")
+        scene, size = mechanism.scene, mechanism.y0.size
+        states, joints = mechanism.size or size, len(scene.clearance_joints)
+        self.y, self.f = mechanism.y0.copy(), np.zeros(size)
+        self.work = np.concatenate([mechanism.work0, np.zeros(1)])
+        self.scale = np.concatenate([mechanism.scale, np.full(size - mechanism.size, self._energy_scale())])
+        self.band = loop.BAND * np.array([j.clearance for j in scene.clearance_joints])
+        self.control, self.counts = np.zeros(t.CONTROL_SIZE), np.zeros(t.COUNTS_SIZE, np.int64)
+        self.control[t.RTOL], self.control[t.ORDER] = rtol, self.stepper.ORDER
+        self.control[t.EVALUATE_LEDGER] = float(size > mechanism.size)
+        self.counts[t.STATES] = states
+        self.clock, self.place = np.zeros(loop.CLOCK_SIZE), np.zeros(loop.PLACE_SIZE, np.int64)
+        self.clock[loop.END] = span.until
+        self.clock[loop.LARGEST] = min((mechanism.turn or span.until) * LARGEST_SHARE, span.until)
+        self.clock[loop.SAMPLE_EVERY] = span.until / (span.samples - 1)
+        self.place[loop.SAMPLES] = span.samples
+        self.place[loop.STEP_LIMIT] = max_steps or STEP_LIMIT
+        self.place[loop.COMMITS] = len(mechanism.structure.kinematics.solved)
+        self.contacts = np.zeros((joints, loop.CONTACT_COLUMNS))
+        self.contacts[:, loop.IS_CONTACT] = [j.contact is not None for j in scene.clearance_joints]
+        self.impacts = np.zeros((IMPACT_ROWS, loop.IMPACT_COLUMNS))
+        self.log = np.zeros((LOG_ROWS, loop.LOG_COLUMNS))
+        self.times, self.rows = np.zeros(ROWS), np.zeros((ROWS, len(mechanism.structure.channels)))
+        self.dense = np.zeros((t.DENSE_ROWS, size))
+        self.vector = np.zeros(max(states * states, 1))
+        self.matrix = np.zeros((17 + states, max(size, 1)))
+        self.complexes = np.zeros((states + 2, max(states, 1)), np.complex128)
+        self.scratch = np.zeros((7, max(size, 3 * joints, 1)))
+        self.kernels = self._kernels(joints)
+
+    def _energy_scale(self) -> float:
+        mass = sum(b.mass for b in self.mechanism.scene.bodies)
+        return mass * (self.mechanism.start.size * self.mechanism.frequency) ** 2
+
+    def _kernels(self, joints: int) -> tuple:
+        """The kernels the loop needs; roles the scene has no use for are never called and not compiled."""
+        kernel = self.mechanism.kernel
+        rhs = kernel("rhs")
+        jacobian = kernel("jacobian") if self.method == "radau" else rhs
+        events = kernel("events") if joints else rhs
+        commit = kernel("commit") if self.place[self.loop.COMMITS] else rhs
+        return rhs, jacobian, events, commit, kernel("observe")
+
+    def advance(self) -> int:
+        """One call of the compiled loop."""
+        size, loop = self.y.size, self.loop
+        scratch = self.scratch if size == self.scratch.shape[1] else np.ascontiguousarray(self.scratch)
+        return loop.run(
+            self.stepper.step, self.stepper.interpolant, *self.kernels, self.mechanism.par, self.work, self.y, self.f,
+            self.scale, self.band, self.control, self.counts, self.clock, self.place, self.contacts, self.impacts, self.log,
+            self.times, self.rows, self.dense, self.vector, self.matrix, self.complexes, scratch, BUDGET,
+        )  # fmt: skip
+
+    def to_file(self, path: str | Path | None, progress: Callable[[float], None] | None) -> Result:
+        """Run to the end, streaming into the file."""
+        keep = None
+        if path is None:
+            keep = tempfile.TemporaryDirectory(prefix="clearance-", ignore_cleanup_errors=True)
+            path = Path(keep.name) / "run.h5"
+        writer = ResultWriter(Path(path), self.mechanism.structure.channels, self._attributes())
+        began, failure = clock_of_the_wall.perf_counter(), None
+        code = codes.RUNNING
+        try:
+            while code == codes.RUNNING:
+                code = self.advance()
+                self._drain(writer)
+                if progress is not None:
+                    progress(self.clock[self.loop.TIME] / self.span.until)
+            if code != codes.DONE:
+                failure = self._failure(code)
+        except KeyboardInterrupt:
+            failure = f"interrupted at t = {self.clock[self.loop.TIME]:.9g} s"
+            raise
+        finally:
+            self._open_contacts(writer)
+            wall = clock_of_the_wall.perf_counter() - began
+            finished = "complete" if code == codes.DONE else f"partial: {failure or 'stopped by an error'}"
+            writer.close(finished, self._summary(wall))
+        result = Result(path, keep)
+        if failure is not None:
+            raise SimulationError(failure, result)
+        return result
+
+    def _drain(self, writer: ResultWriter) -> None:
+        loop, place = self.loop, self.place
+        writer.samples(self.times[: place[loop.ROWS]], self.rows[: place[loop.ROWS]])
+        writer.impacts(self._names(), self.impacts[: place[loop.EVENTS]])
+        writer.steps(self.log[: place[loop.LOGGED]])
+        place[loop.ROWS] = place[loop.EVENTS] = place[loop.LOGGED] = 0
+        writer.flush()
+
+    def _names(self) -> list[str]:
+        return [j.name for j in self.mechanism.scene.clearance_joints]
+
+    def _open_contacts(self, writer: ResultWriter) -> None:
+        """Contacts that the end of the run cuts off."""
+        loop, now = self.loop, self.clock[self.loop.TIME]
+        rows = [
+            (j, c[loop.SINCE], c[loop.IMPACT_SPEED], c[loop.PEAK_FORCE], c[loop.PENETRATION], now - c[loop.SINCE], 0.0)
+            for j, c in enumerate(self.contacts)
+            if c[loop.TOUCHING] > 0.0
+        ]
+        writer.impacts(self._names(), np.array(rows), "open_contact")
+
+    def _failure(self, code: int) -> str:
+        """Where and why a run failed: time, joint and state."""
+        joints = self.mechanism.scene.clearance_joints
+        count = len(self.mechanism.structure.plan.free)
+        states = [
+            f"{j.name}: eccentricity ratio {math.hypot(*self.y[count + 2 * i : count + 2 * i + 2]) / j.clearance:.9f}"
+            for i, j in enumerate(joints)
+        ]
+        states += [f"{c.body.name} {c.what} = {v:.6g}" for c, v in zip(self.mechanism.structure.plan.free, self.y, strict=False)]
+        where = f"joint {joints[self.place[self.loop.FAILED_JOINT]].name}: " if code == codes.FILM_LEFT else ""
+        time = self.clock[self.loop.TIME]
+        return f"at t = {time:.9g} s: {where}{codes.MESSAGES[code]} ({'; '.join(states) or 'no free state'})"
+
+    def _attributes(self) -> dict:
+        scene, texts = self.mechanism.scene, self.mechanism.structure.texts
+        used = ["rhs", "observe", *(["jacobian"] if self.method == "radau" else [])]
+        return {"case": scene.name, "scene": scene.to_json(), "kernel": "\n\n".join(texts[r] for r in used)}
+
+    def _summary(self, wall: float) -> dict:
+        t = self.types
+        return {
+            "method": self.method, "method_reason": self.reason, "rtol": self.rtol,
+            "atol": self.rtol * self.scale[: self.mechanism.size], "wall_s": wall,
+            "steps": self.counts[t.STEPS], "rejected": self.counts[t.REJECTED],
+            "evaluations": self.counts[t.EVALUATIONS], "jacobians": self.counts[t.JACOBIANS],
+            "factorisations": self.counts[t.FACTORISATIONS],
+        }  # fmt: skip

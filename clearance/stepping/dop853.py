@@ -1,0 +1,80 @@
+"""DOP853: explicit Runge-Kutta of order 8 with an error estimate of orders 5 and 3 and dense output of order 7."""
+
+import math
+
+from clearance.stepping import tableaus
+from clearance.stepping.types import ERROR, EVALUATIONS, RTOL, STATES, STEP_SIGNATURE, compiled
+
+A, B, C, D, E3, E5 = tableaus.A, tableaus.B, tableaus.C, tableaus.D, tableaus.E3, tableaus.E5
+ORDER = 8
+STAGES = 12
+#: scratch this stepper needs per state: rows of `matrix`
+ROWS = 17
+
+
+@compiled(STEP_SIGNATURE)
+def step(rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, k, complexes):
+    """One step from y with f = y' to y_new with f_new; the error over tolerance goes to control[ERROR]. 0 if finite."""
+    size, states = y.size, counts[STATES]
+    trial = k[16]
+    for i in range(size):
+        k[0, i] = f[i]
+    for s in range(1, STAGES):
+        for i in range(size):
+            total = 0.0
+            for j in range(s):
+                total += A[s, j] * k[j, i]
+            trial[i] = y[i] + h * total
+        rhs(t + C[s] * h, trial, par, work, k[s])
+    for i in range(size):
+        total = 0.0
+        for j in range(STAGES):
+            total += B[j] * k[j, i]
+        y_new[i] = y[i] + h * total
+    rhs(t + h, y_new, par, work, f_new)
+    counts[EVALUATIONS] += STAGES
+    high, low = 0.0, 0.0
+    for i in range(states):
+        five, three = E5[STAGES] * f_new[i], E3[STAGES] * f_new[i]
+        for j in range(STAGES):
+            five += E5[j] * k[j, i]
+            three += E3[j] * k[j, i]
+        weight = control[RTOL] * (scale[i] + max(abs(y[i]), abs(y_new[i])))
+        high += (five / weight) ** 2
+        low += (three / weight) ** 2
+    control[ERROR] = 0.0
+    if high > 0.0 or low > 0.0:
+        control[ERROR] = h * high / math.sqrt((high + 0.01 * low) * states)
+    finite = math.isfinite(control[ERROR]) and math.isfinite(high)
+    for i in range(size):
+        finite = finite and math.isfinite(y_new[i]) and math.isfinite(f_new[i])
+    return 0 if finite else 1
+
+
+@compiled(STEP_SIGNATURE)
+def interpolant(rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, k, complexes):
+    """Dense output of the step just made: three more evaluations."""
+    size = y.size
+    trial = k[16]
+    for i in range(size):
+        k[STAGES, i] = f_new[i]
+    for s in range(STAGES + 1, 16):
+        for i in range(size):
+            total = 0.0
+            for j in range(s):
+                total += A[s, j] * k[j, i]
+            trial[i] = y[i] + h * total
+        rhs(t + C[s] * h, trial, par, work, k[s])
+    counts[EVALUATIONS] += 3
+    for i in range(size):
+        change = y_new[i] - y[i]
+        dense[0, i] = y[i]
+        dense[1, i] = change
+        dense[2, i] = h * f[i] - change
+        dense[3, i] = 2.0 * change - h * (f[i] + f_new[i])
+        for r in range(4):
+            total = 0.0
+            for j in range(16):
+                total += D[r, j] * k[j, i]
+            dense[4 + r, i] = h * total
+    return 0

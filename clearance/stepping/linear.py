@@ -1,0 +1,41 @@
+"""Small dense LU with partial pivoting, real and complex; the pivot rows are kept as numbers beside the matrix."""
+
+from clearance.stepping.types import inline
+
+
+@inline
+def factor(a, pivots, n):
+    """Overwrite a[:n, :n] by its LU factors."""
+    for k in range(n):
+        best = k
+        for i in range(k + 1, n):
+            if abs(a[i, k]) > abs(a[best, k]):
+                best = i
+        pivots[k] = best
+        if best != k:
+            for j in range(n):
+                a[k, j], a[best, j] = a[best, j], a[k, j]
+        for i in range(k + 1, n):
+            if a[i, k] != 0.0:
+                a[i, k] /= a[k, k]
+                for j in range(k + 1, n):
+                    a[i, j] -= a[i, k] * a[k, j]
+
+
+@inline
+def solve(a, pivots, b, n):
+    """Solve in place with factors from `factor`."""
+    for k in range(n):
+        p = int(pivots[k].real)
+        if p != k:
+            b[k], b[p] = b[p], b[k]
+    for i in range(1, n):
+        total = b[i]
+        for j in range(i):
+            total -= a[i, j] * b[j]
+        b[i] = total
+    for i in range(n - 1, -1, -1):
+        total = b[i]
+        for j in range(i + 1, n):
+            total -= a[i, j] * b[j]
+        b[i] = total / a[i, i]

@@ -1,0 +1,40 @@
+"""Types the compiled steppers share: one signature a role, so every stepper takes every kernel and the loop every stepper."""
+
+from clearance.mechanism.store import COMPILED, KERNEL, njit, types
+
+float64, int64, complex128 = types.float64, types.int64, types.complex128
+VECTOR = float64[::1]
+MATRIX = float64[:, ::1]
+INTEGERS = int64[::1]
+
+#: (rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, matrix, complex matrix)
+STEP_SIGNATURE = int64(
+    KERNEL, KERNEL, float64, float64, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, MATRIX, VECTOR, VECTOR, INTEGERS,
+    VECTOR, MATRIX, complex128[:, ::1],
+)  # fmt: skip
+STEP = types.FunctionType(STEP_SIGNATURE)
+
+#: rows of the dense output: y(theta) = d0 + theta (d1 + (1 - theta) (d2 + theta (d3 + ...)))
+DENSE_ROWS = 8
+
+# entries of `control`
+RTOL, ERROR, ORDER, EVALUATE_LEDGER, THETA, LAST_H, SLOWNESS = range(7)
+CONTROL_SIZE = 8
+# entries of `counts`
+STEPS, REJECTED, EVALUATIONS, JACOBIANS, FACTORISATIONS, STATES, JACOBIAN_STATE, LU_STATE, HAS_PREDICTOR = range(9)
+COUNTS_SIZE = 12
+
+
+def compiled(signature, **options):
+    """Compile for the whole package, once (plain Python when numba is switched off)."""
+    if not COMPILED:
+        return lambda function: function
+    return njit(signature, cache=True, error_model="numpy", **options)
+
+
+def inline(function):
+    """A helper compiled into its callers."""
+    return njit(error_model="numpy")(function)
+
+
+__all__ = ["KERNEL", "compiled", "inline"]
