@@ -72,7 +72,8 @@ class ClearanceRevolute(Joint):
 
     radius: journal radius R_J [m] (the bearing's is R_J + clearance); clearance: radial clearance c [m]; length of the
     bearing [m], needed by a film; contact, friction, film: bound laws, or None for what the joint has not got;
-    lubricant: the film's oil; roughness: composite rms roughness [m], switches the film thickness ratio output on.
+    lubricant: the film's oil; film_torques: whether the film drags on both bodies
+    (leave it on: without, the film's force pair has a net moment; off reproduces frictionless published rows); roughness: composite rms roughness [m], switches the film thickness ratio output on.
     eccentricity [m] and eccentricity_rate [m/s]: start values of the journal's displacement in the bearing, along the
     fixed axes x and y.
     """
@@ -87,6 +88,7 @@ class ClearanceRevolute(Joint):
     friction: BoundLaw | None = None
     film: BoundLaw | None = None
     lubricant: Lubricant | None = None
+    film_torques: bool = True
     roughness: float | None = None
     eccentricity: tuple[float, float] = (0.0, 0.0)
     eccentricity_rate: tuple[float, float] = (0.0, 0.0)

@@ -54,6 +54,9 @@ class ResultWriter:
         self.balance = next((i for i, c in enumerate(channels) if c.path == "energy/residual"), None)
         self.last: tuple[float, np.ndarray] | None = None
         self.zero = 0.0
+        self.low, self.high = np.full(len(channels), np.inf), np.full(len(channels), -np.inf)
+        self.peaks: dict[str, float] = {}
+        self.turned_over = 0.0
         self._create()
 
     def _create(self) -> None:
@@ -82,10 +85,23 @@ class ResultWriter:
             if self.last is None:
                 self.zero = rows[0, self.balance]
             rows[:, self.balance] -= self.zero
+        self._summarise(rows)
         self.last = (times[-1], rows[-1].copy())
         _append(self.file["time"], times)
         for i, c in enumerate(self.channels):
             _append(self.file[c.path], rows[:, i])
+
+    def _summarise(self, rows: np.ndarray) -> None:
+        """Ranges of all channels, peak joint forces and the energy turned over, so that no reader needs the whole file."""
+        self.low, self.high = np.minimum(self.low, rows.min(axis=0)), np.maximum(self.high, rows.max(axis=0))
+        for i, c in enumerate(self.channels):
+            if c.path.endswith("/force_x"):
+                group = c.path.rpartition("/")[0]
+                peak = float(np.hypot(rows[:, i], rows[:, i + 1]).max())
+                self.peaks[group] = max(self.peaks.get(group, 0.0), peak)
+            elif c.path == "energy/kinetic":
+                before = [] if self.last is None else [self.last[1][i]]
+                self.turned_over += float(np.abs(np.diff(np.concatenate([before, rows[:, i]]))).sum())
 
     def _unwrap(self, times: np.ndarray, rows: np.ndarray) -> None:
         for angle, speed in self.angles:
@@ -119,6 +135,12 @@ class ResultWriter:
     def close(self, status: str, solver: dict) -> None:
         """Finish: state the status and give the file its name."""
         self.file["solver"].attrs.update(solver)
+        if self.last is not None:
+            for c, low, high in zip(self.channels, self.low, self.high, strict=True):
+                self.file[c.path].attrs["actual_range"] = (low, high)
+            for group, peak in self.peaks.items():
+                self.file[group].attrs["peak_force"] = peak
+            self.file["energy"].attrs["turned_over"] = self.turned_over
         self.file.attrs["status"] = status
         self.file.close()
         os.replace(self.partial, self.path)
@@ -226,6 +248,11 @@ class Result:
 
     def drive(self, name: str) -> Channels:
         return self._channels("drives", name)
+
+    def range(self, path: str) -> tuple[float, float]:
+        """Smallest and largest value of a channel, such as "joints/B/gap", without reading it."""
+        low, high = self.file[path].attrs["actual_range"]
+        return float(low), float(high)
 
     @property
     def energy(self) -> Channels:

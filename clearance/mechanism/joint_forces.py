@@ -130,8 +130,10 @@ def _film(calls: Calls, number, joint, polar: _Polar, spins, result: JointForce)
     state = [eccentricity, polar.outward / clearance, entrainment]
     fixed = (radius, clearance, length, viscosity)
     radial, tangential = calls(joint.film, f"{joint.name}.film", state, 3, "FilmJoint", fixed)
-    state = [eccentricity, tangential, spins[1], spins[0], radius, clearance, length, viscosity]
-    torque_b, torque_a = calls.function(film_torques, state, (0, 1, 2, 3))
+    torque_a = torque_b = 0.0
+    if joint.film_torques:
+        state = [eccentricity, tangential, spins[1], spins[0], radius, clearance, length, viscosity]
+        torque_b, torque_a = calls.function(film_torques, state, (0, 1, 2, 3))
     _add(result, polar.vector(radial, tangential), torque_a, torque_b)
     result.channels |= {"film_radial": radial, "film_tangential": tangential}
 

@@ -97,7 +97,7 @@ def _load(load) -> Iterator[tuple[str, float, bool]]:
 def _structure(scene: Scene) -> tuple:
     """Connectivity and laws."""
     joints = tuple(
-        (type(j).__name__, j.name, j.a.body.name, j.b.body.name)
+        (type(j).__name__, j.name, j.a.body.name, j.b.body.name, getattr(j, "film_torques", None))
         + tuple(getattr(getattr(j, s, None), "law", None) for s in ("contact", "friction", "film"))
         for j in scene.joints
     )

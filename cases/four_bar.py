@@ -1,0 +1,60 @@
+"""Crank-rocker four-bar linkage with an optional clearance joint between coupler and rocker.
+
+A textbook Grashof linkage with steel bars of 20 mm x 10 mm section; all numbers are this case's own.
+"""
+
+import clearance as cl
+from clearance.choices import joint_factory
+
+
+def _bar(name: str, length: float, angle: float) -> cl.Body:
+    mass = cl.steel.density * 0.020 * 0.010 * (length + 0.020)
+    inertia = mass * ((length + 0.020) ** 2 + 0.020**2) / 12.0
+    ends = {"near": (-0.5 * length, 0.0), "far": (0.5 * length, 0.0)}
+    return cl.Body(name, mass, inertia, points=ends, angle=angle)
+
+
+def scene(
+    *,
+    speed: float = cl.rpm(300),
+    clearance: float = 1e-4,
+    joints: str = "C",
+    model: str = "ideal",
+    viscosity: float = 0.05,
+    restitution: float = 0.9,
+    contact: str = "lankarani_nikravesh",
+    friction: str = "none",
+    friction_coefficient: float = 0.1,
+    film: str = "pinkus_sternlicht",
+    film_torques: bool = True,
+    roughness: float = 0.0,
+) -> cl.Scene:
+    """Crank-rocker: crank 50 mm, coupler 150 mm, rocker 120 mm, frame 160 mm.
+
+    speed: crank speed [rad/s]
+    clearance: radial clearance of the clearance joints [m]
+    joints: clearance joints, a comma list of A B C D [-]
+    model: ideal, dry or lubricated [-]
+    viscosity: dynamic viscosity of the oil [Pa s]
+    restitution: coefficient of restitution of the dry contact [-]
+    contact: contact law, lankarani_nikravesh [-]
+    friction: friction law of the dry contact, none or coulomb [-]
+    friction_coefficient: coefficient of friction of the dry contact [-]
+    film: film law, pinkus_sternlicht [-]
+    film_torques: whether the film drags on both bodies [-]
+    roughness: composite rms roughness, for the film thickness ratio; 0 leaves it out [m]
+    """
+    crank, coupler, rocker = _bar("crank", 0.050, 0.0), _bar("coupler", 0.150, 0.8), _bar("rocker", 0.120, 1.6)
+    joint = joint_factory(
+        joints, "ABCD", model=model, clearance=clearance, radius=10e-3, length=20e-3, viscosity=viscosity,
+        restitution=restitution, contact=contact, friction=friction, friction_coefficient=friction_coefficient,
+        film=film, roughness=roughness, film_torques=film_torques,
+    )  # fmt: skip
+    return cl.Scene(
+        joint("A", cl.ground.at(0, 0), crank["near"]),
+        joint("B", crank["far"], coupler["near"]),
+        joint("C", coupler["far"], rocker["far"]),
+        joint("D", cl.ground.at(0.160, 0), rocker["near"]),
+        cl.Drive(crank, speed=speed, start=0.0),
+        name="four_bar",
+    )

@@ -1,0 +1,72 @@
+"""Six-bar rocking feeder with clearance joints (topology of Jin, Wang, Liang, Wei, Chang and Zhou, Arch. Appl. Mech. 93
+(2023) 2831, doi 10.1007/s00419-023-02410-7).
+
+Of the source only the topology and the two frame distances (90 mm and 170 mm between the pivots A and D) are known to us.
+Every other number is the assumed set *feeder-A*: link lengths that assemble and run, steel bars of 20 mm x 10 mm section,
+joint radius 10 mm and length 20 mm. Results cannot be compared with the source's figures number by number.
+
+Crank A-B, rod 2 B-C, rocker D-C-E, rod 4 E-F, slider F along x at height 80 mm.
+"""
+
+import clearance as cl
+from clearance.choices import joint_factory
+
+JOURNAL_RADIUS = 10e-3
+BEARING_LENGTH = 20e-3
+GUIDE_HEIGHT = 0.080
+PIVOT_D = (0.170, -0.090)
+
+
+def scene(
+    *,
+    speed: float = cl.rpm(300),
+    clearance: float = 1e-4,
+    joints: str = "B",
+    model: str = "lubricated",
+    viscosity: float = 0.05,
+    restitution: float = 0.9,
+    contact: str = "lankarani_nikravesh",
+    friction: str = "coulomb",
+    friction_coefficient: float = 0.1,
+    film: str = "pinkus_sternlicht",
+    film_torques: bool = True,
+    roughness: float = 0.8e-6,
+) -> cl.Scene:
+    """Six-bar rocking feeder (assumed parameter set feeder-A), crank angle 0 at t = 0.
+
+    speed: crank speed [rad/s]
+    clearance: radial clearance of the clearance joints [m]
+    joints: clearance joints, a comma list of A B C D E F [-]
+    model: ideal, dry or lubricated [-]
+    viscosity: dynamic viscosity of the oil [Pa s]
+    restitution: coefficient of restitution of the dry contact [-]
+    contact: contact law, lankarani_nikravesh [-]
+    friction: friction law of the dry contact, none or coulomb [-]
+    friction_coefficient: coefficient of friction of the dry contact [-]
+    film: film law, pinkus_sternlicht (long bearing; too stiff for this L/D = 1) [-]
+    film_torques: whether the film drags on both bodies [-]
+    roughness: composite rms roughness, for the film thickness ratio; 0 leaves it out [m]
+    """
+    crank = cl.Body("crank", mass=0.0942, inertia=3.140e-5, points={"A": (-0.020, 0), "B": (0.020, 0)})
+    rod2 = cl.Body("rod2", mass=0.2826, inertia=7.724e-4, points={"B": (-0.080, 0), "C": (0.080, 0)}, angle=0.6)
+    rocker = cl.Body(
+        "rocker", mass=0.3140, inertia=1.057e-3, points={"D": (-0.090, 0), "C": (0.030, 0), "E": (0.090, 0)}, angle=1.6
+    )
+    rod4 = cl.Body("rod4", mass=0.2669, inertia=6.517e-4, points={"E": (-0.075, 0), "F": (0.075, 0)})
+    slider = cl.Body("slider", mass=0.500, inertia=1e-4, points={"F": (0, 0)})
+    joint = joint_factory(
+        joints, "ABCDEF", model=model, clearance=clearance, radius=JOURNAL_RADIUS, length=BEARING_LENGTH,
+        viscosity=viscosity, restitution=restitution, contact=contact, friction=friction,
+        friction_coefficient=friction_coefficient, film=film, roughness=roughness, film_torques=film_torques,
+    )  # fmt: skip
+    return cl.Scene(
+        joint("A", cl.ground.at(0, 0), crank["A"]),
+        joint("B", crank["B"], rod2["B"]),
+        joint("C", rod2["C"], rocker["C"]),
+        joint("D", cl.ground.at(*PIVOT_D), rocker["D"]),
+        joint("E", rocker["E"], rod4["E"]),
+        joint("F", rod4["F"], slider["F"]),
+        cl.Prismatic(cl.ground.at(0, GUIDE_HEIGHT), slider["F"], name="guide"),
+        cl.Drive(crank, speed=speed, start=0.0),
+        name="six_bar_feeder",
+    )

@@ -1,0 +1,60 @@
+"""Slider-crank with one clearance joint between rod and slider: the benchmark of the Flores group.
+
+Inputs: crank 0.05 m, rod 0.12 m, slider 0.14 kg, 5000 rpm, bearing radius 10 mm (Flores, Ambrosio, Claro and Lankarani,
+2004 to 2009). Centres of mass at mid-length, the journal belongs to the slider; crank and slider inertia do not matter
+at constant speed.
+"""
+
+import clearance as cl
+from clearance.choices import joint_factory
+
+BEARING_RADIUS = 10e-3
+BEARING_LENGTH = 40e-3
+
+
+def scene(
+    *,
+    speed: float = cl.rpm(5000),
+    clearance: float = 0.5e-3,
+    joints: str = "C",
+    model: str = "dry",
+    viscosity: float = 0.4,
+    restitution: float = 0.9,
+    contact: str = "lankarani_nikravesh",
+    friction: str = "none",
+    friction_coefficient: float = 0.03,
+    film: str = "pinkus_sternlicht",
+    film_torques: bool = False,
+    roughness: float = 0.0,
+) -> cl.Scene:
+    """Slider-crank, crank angle 0 (outer dead centre) at t = 0.
+
+    speed: crank speed [rad/s]
+    clearance: radial clearance of joint C [m]
+    joints: clearance joints, "C" (between rod and slider) [-]
+    model: ideal, dry or lubricated [-]
+    viscosity: dynamic viscosity of the oil [Pa s]
+    restitution: coefficient of restitution of the dry contact [-]
+    contact: contact law, lankarani_nikravesh [-]
+    friction: friction law of the dry contact, none or coulomb [-]
+    friction_coefficient: coefficient of friction [-]
+    film: film law, pinkus_sternlicht [-]
+    film_torques: whether the film drags on both bodies; the benchmark leaves it out [-]
+    roughness: composite rms roughness, for the film thickness ratio; 0 leaves it out [m]
+    """
+    crank = cl.Body("crank", mass=0.30, inertia=6.25e-5, points={"shaft": (-0.025, 0), "pin": (0.025, 0)})
+    rod = cl.Body("rod", mass=0.21, inertia=2.5e-4, points={"pin": (-0.06, 0), "slider": (0.06, 0)})
+    slider = cl.Body("slider", mass=0.14, inertia=1e-5, points={"pin": (0, 0)})
+    factory = joint_factory(
+        joints, ("C",), model=model, clearance=clearance, radius=BEARING_RADIUS - clearance, length=BEARING_LENGTH,
+        viscosity=viscosity, restitution=restitution, contact=contact, friction=friction,
+        friction_coefficient=friction_coefficient, film=film, roughness=roughness, film_torques=film_torques,
+    )  # fmt: skip
+    return cl.Scene(
+        cl.Revolute(cl.ground.at(0, 0), crank["shaft"], name="A"),
+        cl.Revolute(crank["pin"], rod["pin"], name="B"),
+        factory("C", rod["slider"], slider["pin"]),
+        cl.Prismatic(cl.ground.at(0, 0), slider["pin"], name="guide"),
+        cl.Drive(crank, speed=speed, start=0.0),
+        name="slider_crank",
+    )

@@ -1,0 +1,124 @@
+"""Finding cases: by name in the case library, or by path to a user's own file of the same form."""
+
+import importlib.util
+import inspect
+import re
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from clearance.scene import Scene
+from clearance.units import quantity
+
+_PARAMETER = re.compile(r"^\s*(\w+):\s*(.*?)\s*\[([^\]]*)\]\s*$")
+_SWITCH = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One swept quantity of a case: name, type, default, unit and what it is."""
+
+    name: str
+    kind: type
+    default: object
+    units: str
+    text: str
+
+    def value(self, given: str) -> object:
+        """A value from the command line, such as 300rpm, 0.1mm or dry."""
+        try:
+            if self.kind is bool:
+                return _SWITCH[given.strip().lower()]
+            return given if self.kind is str else self.kind(quantity(given))
+        except KeyError:
+            raise ValueError(f"{self.name}: {given!r} is neither true nor false") from None
+        except ValueError as error:
+            raise ValueError(f"{self.name}: {error}") from None
+
+
+@dataclass(frozen=True)
+class Case:
+    """A case file: its scene function and what the docstrings say."""
+
+    name: str
+    path: Path
+    function: Callable[..., Scene]
+    summary: str
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """Parameters from the signature; units and texts from the docstring's `name: text [unit]` lines."""
+        said = {}
+        for line in (self.function.__doc__ or "").splitlines():
+            if match := _PARAMETER.match(line):
+                said[match[1]] = match[2], match[3]
+        found = {}
+        for p in inspect.signature(self.function).parameters.values():
+            kind = p.annotation if p.annotation in (float, int, str, bool) else type(p.default)
+            text, units = said.get(p.name, ("", "?"))
+            found[p.name] = Parameter(p.name, kind, p.default, units, text)
+        return found
+
+    def scene(self, **values) -> Scene:
+        """The scene for given parameter values; an unknown name lists the known ones."""
+        known = self.parameters
+        if unknown := [n for n in values if n not in known]:
+            raise ValueError(f"case {self.name} has no parameter {unknown[0]!r}; it has {', '.join(known)}")
+        scene = self.function(**values)
+        if not isinstance(scene, Scene):
+            raise TypeError(f"case {self.name}: scene() must return a Scene, got {type(scene).__name__}")
+        return scene
+
+
+def library() -> Path:
+    """Where the cases that come with the package are."""
+    spec = importlib.util.find_spec("clearance.cases")
+    if spec is not None and spec.submodule_search_locations:
+        return Path(next(iter(spec.submodule_search_locations)))
+    return Path(__file__).resolve().parent.parent / "cases"
+
+
+def case_names() -> list[str]:
+    return sorted(p.stem for p in library().glob("*.py") if not p.stem.startswith("_"))
+
+
+def find_case(name: str | Path) -> Case:
+    """A case by library name or by path. Raises ValueError for a name nobody knows or a file without `scene`."""
+    path = Path(name)
+    if path.suffix == ".py" or len(path.parts) > 1:
+        if not path.is_file():
+            raise ValueError(f"no case file {name}")
+    elif str(name) in case_names():
+        path = library() / f"{name}.py"
+    else:
+        raise ValueError(f"unknown case {str(name)!r}; known: {', '.join(case_names())}, or give a path to a .py file")
+    module = _module(path.resolve())
+    function = getattr(module, "scene", None)
+    if not callable(function):
+        raise ValueError(f"case file {path} must define a function scene(...) that returns a Scene")
+    bad = [p.name for p in inspect.signature(function).parameters.values() if p.default is inspect.Parameter.empty]
+    if bad:
+        raise ValueError(f"case {path.stem}: parameter {bad[0]!r} of scene() needs a default value")
+    summary = (function.__doc__ or module.__doc__ or "").strip().splitlines()
+    return Case(path.stem, path, function, summary[0] if summary else "")
+
+
+def _module(path: Path):
+    name = f"clearance_case_{path.stem}_{abs(hash(str(path))):x}"
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = importlib.util.spec_from_file_location(name, path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        del sys.modules[name]
+        raise ValueError(f"case file {path} cannot be loaded: {type(error).__name__}: {error}") from error
+    return module
+
+
+def load_case(name: str | Path, **values) -> Scene:
+    """The scene of a case, by library name or path, with parameter values in SI units."""
+    return find_case(name).scene(**values)

@@ -1,0 +1,276 @@
+"""The command line: one thin layer over the Python interface.
+
+Exit status: 0 done, 1 the run failed part-way (what it had is kept), 2 the input was wrong.
+"""
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+
+DONE, FAILED, WRONG = 0, 1, 2
+
+
+class Parser(argparse.ArgumentParser):
+    """Wrong arguments are one clear line and exit status 2."""
+
+    def error(self, message: str):
+        self.exit(WRONG, f"clearance: {message}\n")
+
+
+def parser() -> Parser:
+    top = Parser(prog="clearance", description="Tribodynamics of planar mechanisms with clearance, lubricant, friction.")
+    commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    cases = commands.add_parser("cases", help="list cases with their parameters, units and defaults")
+    run = commands.add_parser("run", help="run a case and write an HDF5 result file")
+    explain = commands.add_parser("explain", help="what the compiled scene contains and what was left out")
+    for command in (run, explain):
+        command.add_argument("case", metavar="CASE", help="name of a case, or path to your own case file")
+        command.add_argument(
+            "-p", dest="parameters", metavar="NAME=VALUE", action="append", default=[],
+            help="a case parameter, such as speed=300rpm or clearance=0.1mm; may be repeated",
+        )  # fmt: skip
+    length = run.add_mutually_exclusive_group()
+    length.add_argument("--turns", type=_number, help="length in turns of the drive (default 2)")
+    length.add_argument("--until", type=_quantity, metavar="S", help="length in seconds")
+    run.add_argument("--rtol", type=_number, default=1e-6, metavar="R", help="local error tolerance (default 1e-6)")
+    run.add_argument("--method", default="auto", help="auto, dop853 or radau (default auto)")
+    run.add_argument(
+        "--samples-per-turn", type=_number, default=400, metavar="N", help="output rows a turn (default 400)"
+    )
+    run.add_argument("-o", dest="output", metavar="FILE.h5", help="result file (default CASE.h5)")
+    run.add_argument("--plot", action="store_true", help="draw a picture beside the result file")
+    for command in (cases, run, explain):
+        command.add_argument("--json", action="store_true", help="one JSON document on stdout, nothing else")
+    return top
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+
+
+def _quantity(text: str) -> float:
+    from clearance.units import quantity
+
+    try:
+        return quantity(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Entry point: returns the exit status."""
+    options = parser().parse_args(arguments)
+    action = {"cases": list_cases, "run": run_case, "explain": explain_case}[options.command]
+    try:
+        return action(options)
+    except (ValueError, TypeError, OSError) as error:
+        return _complain(options, str(error), WRONG)
+    except KeyboardInterrupt:
+        return _complain(options, "interrupted", FAILED)
+
+
+def _complain(options, message: str, status: int, **more) -> int:
+    line = " ".join(message.split())
+    if options.json:
+        print(json.dumps({"status": "failed" if status == FAILED else "wrong input", "message": line, **more}))
+    print(f"clearance: {line}", file=sys.stderr)
+    return status
+
+
+def _scene(options):
+    from clearance.catalogue import find_case
+
+    case = find_case(options.case)
+    values, known = {}, case.parameters
+    for item in options.parameters:
+        name, equals, text = item.partition("=")
+        if not equals:
+            raise ValueError(f"-p {item}: expected NAME=VALUE")
+        if name not in known:
+            raise ValueError(f"case {case.name} has no parameter {name!r}; it has {', '.join(known)}")
+        values[name] = known[name].value(text)
+    return case, values, case.scene(**values)
+
+
+def list_cases(options) -> int:
+    from clearance.catalogue import case_names, find_case
+
+    cases = [find_case(name) for name in case_names()]
+    if options.json:
+        rows = {
+            c.name: {
+                "summary": c.summary,
+                "parameters": {
+                    p.name: {"default": p.default, "units": p.units, "text": p.text} for p in c.parameters.values()
+                },
+            }
+            for c in cases
+        }
+        print(json.dumps(rows, indent=1))
+        return DONE
+    for case in cases:
+        print(f"{case.name}: {case.summary}")
+        for p in case.parameters.values():
+            default = f"{p.default:g}" if isinstance(p.default, float) else str(p.default)
+            print(f"    {p.name:<20} {default:>18} {p.units:<9} {p.text}")
+        print()
+    return DONE
+
+
+def run_case(options) -> int:
+    from clearance.simulate import SimulationError, simulate
+
+    case, values, scene = _scene(options)
+    output = Path(options.output or f"{case.name}.h5")
+    turns = 2.0 if options.turns is None and options.until is None else options.turns
+    bar = _progress_bar(options)
+    began = time.perf_counter(), time.process_time()
+    failure = None
+    try:
+        result = simulate(
+            scene, turns=turns, until=options.until, rtol=options.rtol, method=options.method,
+            samples_per_turn=options.samples_per_turn, path=output, progress=bar,
+        )  # fmt: skip
+    except SimulationError as error:
+        failure, result = str(error), error.result
+    finally:
+        if bar is not None:
+            bar.close()
+    summary = _summary(case, values, result, began)
+    if options.plot:
+        summary["plot"] = str(_plot(result, output))
+    if failure is not None:
+        summary.pop("status")
+        return _complain(options, failure, FAILED, **summary)
+    print(json.dumps(summary) if options.json else _readable(summary))
+    return DONE
+
+
+class _progress_bar:  # noqa: N801
+    """A progress bar on stderr, where a person looks on."""
+
+    def __new__(cls, options):
+        return super().__new__(cls) if not options.json and sys.stderr.isatty() else None
+
+    def __init__(self, options):
+        from tqdm import tqdm
+
+        self.bar = tqdm(total=100, unit="%", bar_format="{l_bar}{bar}| {elapsed} passed, {remaining} left")
+
+    def __call__(self, share: float) -> None:
+        self.bar.update(100.0 * share - self.bar.n)
+
+    def close(self) -> None:
+        self.bar.close()
+
+
+def _plot(result, output: Path) -> Path:
+    from clearance.postprocess.plots import overview
+
+    return overview(result, output.with_suffix(".png"))
+
+
+def _summary(case, values: dict, result, began: tuple[float, float]) -> dict:
+    """What a run cost and gave, as plain data."""
+    solver, events = result.solver, result.events
+    contacts: dict[str, int] = {}
+    for joint in events["joint"]:
+        contacts[str(joint)] = contacts.get(str(joint), 0) + 1
+    return {
+        "status": result.status,
+        "case": case.name,
+        "parameters": values,
+        "file": str(result.path),
+        "simulated_s": float(result.file["time"][-1]),
+        "samples": int(result.file["time"].size),
+        "method": solver["method"],
+        "method_reason": solver["method_reason"],
+        "rtol": float(solver["rtol"]),
+        "steps": int(solver["steps"]),
+        "rejected": int(solver["rejected"]),
+        "evaluations": int(solver["evaluations"]),
+        "jacobians": int(solver["jacobians"]),
+        "integration_s": float(solver["wall_s"]),
+        "wall_s": time.perf_counter() - began[0],
+        "cpu_s": time.process_time() - began[1],
+        "energy_residual": max(map(abs, result.range("energy/residual"))),
+        "energy_turned_over": float(result.file["energy"].attrs["turned_over"]),
+        "contacts": contacts,
+        "joints": _joint_extremes(result),
+        "warnings": [str(w) for w in result.attributes.get("warnings", [])],
+    }
+
+
+def _joint_extremes(result) -> dict:
+    found = {}
+    for name in result.file["joints"]:
+        joint = result.file["joints"][name]
+        found[name] = {"peak_force": float(joint.attrs["peak_force"])}
+        for channel in ("gap", "film_thickness_ratio"):
+            if channel in joint:
+                found[name][f"smallest_{channel}"] = result.range(f"joints/{name}/{channel}")[0]
+    return found
+
+
+def _readable(summary: dict) -> str:
+    s = summary
+    lines = [
+        f"{s['case']}: {s['simulated_s']:.6g} s simulated in {s['integration_s']:.3g} s "
+        f"({s['wall_s']:.3g} s in all), {s['status']}",
+        f"  method       {s['method']} ({s['method_reason']}), rtol {s['rtol']:g}",
+        f"  steps        {s['steps']} ({s['rejected']} rejected), {s['evaluations']} evaluations, {s['jacobians']} jacobians",
+        f"  energy       residual {s['energy_residual']:.3g} J of {s['energy_turned_over']:.3g} J turned over",
+    ]
+    for name, joint in s["joints"].items():
+        line = f"  joint {name:<6} peak force {joint['peak_force']:.6g} N"
+        if "smallest_gap" in joint:
+            line += f", smallest gap {joint['smallest_gap'] * 1e6:.4g} um"
+        if "smallest_film_thickness_ratio" in joint:
+            line += f", film thickness ratio down to {joint['smallest_film_thickness_ratio']:.3g}"
+        if name in s["contacts"]:
+            line += f", {s['contacts'][name]} contacts"
+        lines.append(line)
+    lines += [f"  warning      {w}" for w in s["warnings"]]
+    lines += [f"  file         {s['file']}"] + ([f"  picture      {s['plot']}"] if "plot" in s else [])
+    return "\n".join(lines)
+
+
+def explain_case(options) -> int:
+    from clearance.evidence.explain import explain
+
+    case, values, scene = _scene(options)
+    found = {"parameters_given": values, **explain(scene)}
+    if options.json:
+        print(json.dumps(found))
+        return DONE
+    print(f"{case.name}: {len(found['bodies'])} bodies, {len(found['states'])} states")
+    for name in found["states"]:
+        print(f"  state      {name}")
+    for name, joint in found["joints"].items():
+        laws = ", ".join(f"{k} {v}" for k, v in joint.items() if k not in ("kind", "reality"))
+        print(f"  joint {name:<4} {joint['reality']} {joint['kind']}{': ' + laws if laws else ''}")
+    for group in found["plan"]:
+        print(f"  position   {group['bodies']} {group['solved']}")
+    for role, k in found["kernels"].items():
+        calls = f", calls {', '.join(k['calls'])}" if k["calls"] else ""
+        print(f"  kernel     {role}: {k['operations']} operations{calls}{'' if k['in_store'] else ' (not compiled yet)'}")
+    print(f"  numbers    {found['parameters']} parameters, {found['derived_parameters']} derived from them")
+    print(f"  outputs    {len(found['channels'])} channels")
+    print(f"  modules    {', '.join(found['modules'])}")
+    print(f"  left out   {', '.join(found['left_out'])}")
+    print(f"  store      {found['store']}")
+    return DONE
+
+
+def entry() -> None:
+    """The console script."""
+    sys.exit(main())
+
+
+if __name__ == "__main__":
+    entry()

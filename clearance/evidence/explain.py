@@ -1,0 +1,113 @@
+"""What a compiled scene contains, and what was left out."""
+
+import re
+import sys
+from collections import Counter
+from importlib import import_module
+
+from clearance.joints import ClearanceRevolute, Joint
+from clearance.mechanism.build import Mechanism, build
+from clearance.mechanism.store import folder, is_known, key
+from clearance.scene import Scene
+
+SLOTS = ("contact", "friction", "film", "lubricant", "roughness")
+#: heavy packages a reader may want to see absent
+WATCHED = ("numba", "numpy", "h5py", "scipy", "skfem", "matplotlib", "tqdm", "dask", "xarray")
+_OPERATION = re.compile(r" = .*?([-+*/])|(math\.\w+)|= (\w+)\(")
+
+
+def explain(scene: Scene) -> dict:
+    """States, joint laws, kernel operations, channels and modules of a scene, as plain data."""
+    mechanism = build(scene)
+    structure = mechanism.structure
+    return {
+        "scene": scene.name,
+        "bodies": [b.name for b in scene.bodies],
+        "states": _states(mechanism),
+        "joints": {j.name: _joint(j) for j in scene.joints},
+        "loads": {load.name: type(load).__name__ for load in scene.loads},
+        "plan": [{"bodies": g.label(), "solved": _solved(g)} for g in structure.plan.groups],
+        "kernels": {r: _kernel(r, t) for r, t in structure.texts.items() if _used(mechanism, r)},
+        "left_out": _left_out(mechanism),
+        "parameters": len(structure.index),
+        "derived_parameters": len(structure.slots.order),
+        "channels": [c.path for c in structure.channels],
+        "store": str(folder()),
+        "modules": _modules(mechanism),
+    }
+
+
+def _states(mechanism: Mechanism) -> list[str]:
+    plan = mechanism.structure.plan
+    names = [f"{c.body.name} {c.what}" for c in plan.free]
+    names += [f"{j.name} eccentricity {a}" for j in mechanism.scene.clearance_joints for a in "xy"]
+    ledger = ["energy input", "energy dissipated"] if mechanism.structure.ledger else []
+    return [*names, *(f"rate of {n}" for n in names), *ledger]
+
+
+def _joint(joint: Joint) -> dict:
+    if not isinstance(joint, ClearanceRevolute):
+        return {"kind": type(joint).__name__, "reality": "ideal"}
+    parts = {s: repr(getattr(joint, s)) for s in SLOTS if getattr(joint, s) is not None}
+    return {"kind": "ClearanceRevolute", "reality": "lubricated" if joint.film is not None else "dry", **parts}
+
+
+def _solved(group) -> str:
+    return {
+        "tree": "directly",
+        "newton": f"by Newton inside the kernel ({len(group.unknowns)} unknowns)",
+    }.get(group.form, f"in closed form (dyad {group.form})")
+
+
+def _used(mechanism: Mechanism, role: str) -> bool:
+    joints = mechanism.scene.clearance_joints
+    return {
+        "jacobian": any(j.film is not None for j in joints),
+        "events": bool(joints),
+        "commit": bool(mechanism.structure.kinematics.solved),
+    }.get(role, True)
+
+
+def _kernel(role: str, text: str) -> dict:
+    body = text.rpartition(f"def {role}(")[2]
+    operations = Counter(m for found in _OPERATION.findall(body) for m in found if m)
+    calls = sorted({c for c in re.findall(r"= (\w+)\(", body)})
+    return {
+        "key": key(text),
+        "lines": len(text.splitlines()),
+        "operations": sum(operations.values()),
+        "calls": calls,
+        "in_store": is_known(role, text),
+    }
+
+
+def _left_out(mechanism: Mechanism) -> list[str]:
+    """Physics and code the package has and this scene does not carry."""
+    scene, joints = mechanism.scene, mechanism.scene.clearance_joints
+    missing = []
+    if not joints:
+        missing += ["clearance states", "contact events"]
+    for slot in SLOTS:
+        if not any(getattr(j, slot) is not None for j in joints):
+            missing.append(slot)
+    if not _used(mechanism, "jacobian"):
+        missing.append("jacobian kernel (explicit stepper)")
+    if not mechanism.structure.kinematics.solved:
+        missing.append("Newton loops")
+    if not scene.gravity[0] and not scene.gravity[1]:
+        missing.append("gravity")
+    missing += [n for n in ("SpringDamper", "TorsionSpring", "Force", "Torque") if not _has(scene, n)]
+    return missing
+
+
+def _has(scene: Scene, kind: str) -> bool:
+    return any(type(load).__name__ == kind for load in scene.loads)
+
+
+def _modules(mechanism: Mechanism) -> list[str]:
+    """What is imported once everything a run of this scene needs has been imported."""
+    import_module("clearance.simulate")
+    import_module("clearance.stepping.loop")
+    import_module("clearance.stepping.radau" if _used(mechanism, "jacobian") else "clearance.stepping.dop853")
+    own = [m for m in sys.modules if m.startswith("clearance.") and "_case_" not in m]
+    return sorted(own) + [m for m in WATCHED if m in sys.modules]

@@ -1,0 +1,1 @@
+"""Functions of a result file: pictures and numbers for people. Nothing here knows the solver."""

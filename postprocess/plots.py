@@ -1,0 +1,113 @@
+"""First pictures of a run."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from clearance.results import Result
+
+#: most points drawn per line; longer records are thinned, keeping extremes would need more than a first picture
+POINTS = 20000
+
+
+def overview(result: Result, path: str | Path) -> Path:
+    """One page: motion, drive, joint forces, journal orbits and the energy balance. Saved under `path`."""
+    clearance_joints = [n for n in result.file["joints"] if "eccentricity_x" in result.file["joints"][n]]
+    rows = 2 + bool(clearance_joints)
+    figure = Figure(figsize=(11.0, 3.4 * rows), layout="constrained")
+    FigureCanvasAgg(figure)
+    grid = figure.add_gridspec(rows, 6)
+    panels = [(grid[0, :3], motion), (grid[0, 3:], drive), (grid[1, :3], joint_forces), (grid[1, 3:], energy)]
+    for place, draw in panels:
+        draw(result, figure.add_subplot(place))
+    shown = clearance_joints[:3]
+    width = 6 // max(len(shown), 1)
+    for i, name in enumerate(shown):
+        orbit(result, name, figure.add_subplot(grid[2, i * width : (i + 1) * width]))
+    figure.suptitle(f"{result.attributes['case']}: {title(result)}")
+    path = Path(path)
+    figure.savefig(path, dpi=130)
+    return path
+
+
+def title(result: Result) -> str:
+    """Drive speed, clearance joints and status in a line."""
+    scene = json.loads(result.attributes["scene"])
+    parts = [f"{d['speed'] * 30.0 / np.pi:.4g} rpm" for d in scene["loads"] if d.get("speed")]
+    for joint in scene["joints"]:
+        if joint["type"] == "ClearanceRevolute":
+            kind = "lubricated" if joint["film"] else "dry"
+            parts.append(f"{joint['name']} {kind} c = {joint['clearance'] * 1e3:.3g} mm")
+    return ", ".join([*parts, *([] if result.complete else [result.status])])
+
+
+def _thin(values: np.ndarray) -> np.ndarray:
+    return values[:: max(len(values) // POINTS, 1)]
+
+
+def _finish(axes, ylabel: str) -> None:
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel(ylabel)
+    axes.grid(alpha=0.3)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(fontsize="small", loc="upper right")
+
+
+def motion(result: Result, axes) -> None:
+    """Acceleration of the last body (the slider of most mechanisms) along its larger component."""
+    name = list(json.loads(result.attributes["scene"])["bodies"])[-1]["name"]
+    channels = result[name]
+    component = max(("ax", "ay"), key=lambda c: np.ptp(getattr(channels, c)))
+    axes.plot(_thin(result.time), _thin(getattr(channels, component)), lw=0.8, label=name)
+    _finish(axes, f"acceleration {component[1]} [m/s²]")
+
+
+def drive(result: Result, axes) -> None:
+    """Driving torques and forces, or the angles where nothing drives."""
+    found = result.file.get("drives")
+    if found is None:
+        for name in result.file["bodies"]:
+            axes.plot(_thin(result.time), _thin(result[name].theta), lw=0.8, label=name)
+        _finish(axes, "angle [rad]")
+        return
+    units = []
+    for name, group in found.items():
+        channel = "torque" if "torque" in group else "force"
+        units.append(f"{channel} [{group[channel].attrs['units']}]")
+        axes.plot(_thin(result.time), _thin(group[channel][()]), lw=0.8, label=name)
+    _finish(axes, "driving " + " and ".join(dict.fromkeys(units)))
+
+
+def joint_forces(result: Result, axes) -> None:
+    """Magnitude of every joint force."""
+    for name in result.file["joints"]:
+        force = np.hypot(*result.joint(name).force.T)
+        axes.plot(_thin(result.time), _thin(force), lw=0.8, label=name)
+    _finish(axes, "joint force [N]")
+
+
+def energy(result: Result, axes) -> None:
+    """Kinetic energy and, on an axis of its own, the residual of the energy ledger."""
+    axes.plot(_thin(result.time), _thin(result.energy.kinetic), lw=0.8, color="tab:gray", label="kinetic energy")
+    _finish(axes, "kinetic energy [J]")
+    right = axes.twinx()
+    right.plot(_thin(result.time), _thin(result.energy.residual), lw=0.8, color="tab:red")
+    right.set_ylabel("energy residual [J]", color="tab:red")
+
+
+def orbit(result: Result, joint: str, axes) -> None:
+    """Path of the journal's centre in the clearance circle."""
+    scene = json.loads(result.attributes["scene"])
+    clearance = next(j["clearance"] for j in scene["joints"] if j["name"] == joint)
+    e = result.joint(joint).eccentricity / clearance
+    angle = np.linspace(0.0, 2.0 * np.pi, 361)
+    axes.plot(np.cos(angle), np.sin(angle), color="black", lw=0.8)
+    axes.plot(_thin(e[:, 0]), _thin(e[:, 1]), lw=0.6)
+    axes.plot(*e[-1], "o", ms=4, color="tab:red")
+    axes.set_aspect("equal")
+    axes.set_xlabel("eccentricity x / c [-]")
+    axes.set_ylabel("eccentricity y / c [-]")
+    axes.set_title(f"journal path, joint {joint}", fontsize="medium")
