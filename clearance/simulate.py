@@ -161,12 +161,10 @@ class Run:
 
     def advance(self) -> int:
         """One call of the compiled loop."""
-        size, loop = self.y.size, self.loop
-        scratch = self.scratch if size == self.scratch.shape[1] else np.ascontiguousarray(self.scratch)
-        return loop.run(
+        return self.loop.run(
             self.stepper.step, self.stepper.interpolant, *self.kernels, self.mechanism.par, self.work, self.y, self.f,
             self.scale, self.band, self.control, self.counts, self.clock, self.place, self.contacts, self.impacts, self.log,
-            self.times, self.rows, self.dense, self.vector, self.matrix, self.complexes, scratch, BUDGET,
+            self.times, self.rows, self.dense, self.vector, self.matrix, self.complexes, self.scratch, BUDGET,
         )  # fmt: skip
 
     def to_file(self, path: str | Path | None, progress: Callable[[float], None] | None) -> Result:

@@ -6,12 +6,15 @@ stepper keeps its order; the impact speed is frozen in `work` when a contact sta
 """
 
 import math
+from collections import namedtuple
+
+import numpy as np
 
 from clearance.mechanism.store import KERNEL
 from clearance.stepping import status
 from clearance.stepping.types import (
     ERROR, HAS_PREDICTOR, INTEGERS, JACOBIAN_STATE, LAST_H, LU_STATE, MATRIX, ORDER, REJECTED, RTOL, STATES, STEP,
-    STEP_SIGNATURE, STEPS, VECTOR, compiled, complex128, float64, inline, int64,
+    STEPS, VECTOR, compiled, complex128, inline, int64,
 )  # fmt: skip
 
 # entries of `clock`
@@ -30,83 +33,67 @@ PROBES = 8  # interior places where a step is searched for contact
 BAND = 1e-13  # dead band of a touch, relative to the clearance
 SAFETY, SHRINK, GROW = 0.9, 0.2, 5.0
 
+# what a run is made of: the compiled functions it calls, and its arrays
+Calls = namedtuple("Calls", "step interpolant rhs jacobian events commit observe")
+State = namedtuple(
+    "State",
+    "par work y f scale band control counts clock place contacts impacts log times rows dense vector matrix complexes "
+    "y_new f_new trial before after probed found",
+)
+
+
+# --- one step and its dense output
+@inline
+def attempt(call, s, t, h):
+    """One step of the method from the present state; 0 if it worked (its error may still be too large)."""
+    return call.step(
+        call.rhs, call.jacobian, t, h, s.y, s.f, s.par, s.work, s.y_new, s.f_new, s.dense, s.scale, s.control, s.counts,
+        s.vector, s.matrix, s.complexes,
+    )  # fmt: skip
+
 
 @inline
-def evaluate(dense, theta, y):
-    """Dense output at theta in [0, 1]."""
-    for i in range(y.size):
+def interpolate(call, s, t, h):
+    """Prepare the dense output of the step just made."""
+    call.interpolant(
+        call.rhs, call.jacobian, t, h, s.y, s.f, s.par, s.work, s.y_new, s.f_new, s.dense, s.scale, s.control, s.counts,
+        s.vector, s.matrix, s.complexes,
+    )  # fmt: skip
+
+
+@inline
+def evaluate(s, theta):
+    """Dense output at theta in [0, 1], into s.trial."""
+    for i in range(s.y.size):
         value = 0.0
         for r in range(7, 0, -1):
-            value += dense[r, i]
+            value += s.dense[r, i]
             value *= theta if r % 2 == 1 else 1.0 - theta
-        y[i] = dense[0, i] + value
+        s.trial[i] = s.dense[0, i] + value
 
 
 @inline
-def probe(events, t, h, theta, dense, par, work, y, found):
-    """Contact quantities at theta of the last step."""
-    evaluate(dense, theta, y)
-    events(t + theta * h, y, par, work, found)
+def probe(call, s, t, h, theta):
+    """Penetration, its rate and the contact force of every joint at theta of the last step, into s.found."""
+    evaluate(s, theta)
+    call.events(t + theta * h, s.trial, s.par, s.work, s.found)
 
 
 @inline
-def crossing(events, t, h, dense, par, work, y, found, joint, low, high, wanted):
-    """theta between low and high where the penetration of a joint changes sign (wanted: sign at high)."""
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if high - low < 1e-15:
-            break
-        probe(events, t, h, middle, dense, par, work, y, found)
-        if found[3 * joint] * wanted > 0.0:
-            high = middle
-        else:
-            low = middle
-    return high
+def invalidate(s):
+    """Forget what the method kept from earlier steps."""
+    s.counts[JACOBIAN_STATE] = s.counts[LU_STATE] = s.counts[HAS_PREDICTOR] = 0
+    s.control[LAST_H] = 0.0
 
 
+# --- contact events
 @inline
-def first_event(events, t, h, dense, par, work, contacts, band, y, before, found):
-    """(joint, theta) of the first contact start or end inside the last step; joint -1 if none.
-
-    A touch that begins and ends between two probes shows by the rate of penetration changing sign and is found too.
-    """
-    joints = contacts.shape[0]
-    probe(events, t, h, 0.0, dense, par, work, y, before)
-    low = 0.0
-    for p in range(1, PROBES + 1):
-        high = p / PROBES
-        probe(events, t, h, high, dense, par, work, y, found)
-        best_joint, best = -1, 2.0
-        for j in range(joints):
-            if contacts[j, IS_CONTACT] == 0.0:
-                continue
-            wanted = -1.0 if contacts[j, TOUCHING] > 0.0 else 1.0
-            g, slope, old = found[3 * j], found[3 * j + 1], before[3 * j + 1]
-            end = high
-            if g * wanted <= band[j] and old * wanted > 0.0 and slope * wanted < 0.0:
-                end = summit(events, t, h, dense, par, work, y, found, j, low, high, wanted)
-                probe(events, t, h, end, dense, par, work, y, found)
-                g = found[3 * j]
-            if g * wanted > band[j]:
-                theta = crossing(events, t, h, dense, par, work, y, found, j, low, end, wanted)
-                if theta < best:
-                    best_joint, best = j, theta
-            probe(events, t, h, high, dense, par, work, y, found)
-        if best_joint >= 0:
-            return best_joint, best
-        for i in range(3 * joints):
-            before[i] = found[i]
-        low = high
-    return -1, 2.0
-
-
-@inline
-def summit(events, t, h, dense, par, work, y, found, joint, low, high, wanted):
-    """theta of the deepest (or, for wanted < 0, the shallowest) place between two probes: the rate's sign change."""
+def summit(call, s, t, h, joint, low, high, wanted):
+    """theta of the deepest (for wanted < 0: the shallowest) place between two probes: the rate changes its sign."""
     for _ in range(50):
         middle = 0.5 * (low + high)
-        probe(events, t, h, middle, dense, par, work, y, found)
-        if found[3 * joint + 1] * wanted > 0.0:
+        probe(call, s, t, h, middle)
+        if s.found[3 * joint + 1] * wanted > 0.0:
             low = middle
         else:
             high = middle
@@ -114,126 +101,336 @@ def summit(events, t, h, dense, par, work, y, found, joint, low, high, wanted):
 
 
 @inline
-def near_contact(before, after, h, contacts, band):
+def crossing(call, s, t, h, joint, low, high, wanted):
+    """theta between low and high where the penetration of a joint changes its sign (wanted: the sign at high)."""
+    for _ in range(60):
+        if high - low < 1e-15:
+            break
+        middle = 0.5 * (low + high)
+        probe(call, s, t, h, middle)
+        if s.found[3 * joint] * wanted > 0.0:
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+@inline
+def near_contact(s, h):
     """Whether any contact could start or end inside a step, from values and rates at its ends."""
-    for j in range(contacts.shape[0]):
-        if contacts[j, IS_CONTACT] == 0.0:
+    for j in range(s.contacts.shape[0]):
+        if s.contacts[j, IS_CONTACT] == 0.0:
             continue
-        if contacts[j, TOUCHING] > 0.0:
+        if s.contacts[j, TOUCHING] > 0.0:
             return True
-        reach = h * max(abs(before[3 * j + 1]), abs(after[3 * j + 1]))
-        if max(before[3 * j], after[3 * j]) + reach > band[j]:
+        reach = h * max(abs(s.before[3 * j + 1]), abs(s.after[3 * j + 1]))
+        if max(s.before[3 * j], s.after[3 * j]) + reach > s.band[j]:
             return True
     return False
 
 
 @inline
-def track_peaks(events, t, h, dense, par, work, contacts, y, found):
-    """Largest penetration and force of the contacts going on, refined between the probes."""
+def event_of(call, s, t, h, joint, low, high):
+    """theta of the first start or end of one joint's contact between two probes, 2.0 if none.
+
+    s.probed holds the values at low. A touch that begins and ends between the probes shows by its rate changing sign.
+    """
+    wanted = -1.0 if s.contacts[joint, TOUCHING] > 0.0 else 1.0
+    probe(call, s, t, h, high)
+    value, end = s.found[3 * joint] * wanted, high
+    if value <= s.band[joint] and s.probed[3 * joint + 1] * wanted > 0.0 and s.found[3 * joint + 1] * wanted < 0.0:
+        end = summit(call, s, t, h, joint, low, high, wanted)
+        probe(call, s, t, h, end)
+        value = s.found[3 * joint] * wanted
+    if value <= s.band[joint]:
+        return 2.0
+    return crossing(call, s, t, h, joint, low, end, wanted)
+
+
+@inline
+def first_event(call, s, t, h):
+    """(joint, theta) of the first contact start or end inside the last step; joint -1 if there is none."""
+    joints = s.contacts.shape[0]
+    probe(call, s, t, h, 0.0)
+    s.probed[:] = s.found
+    for p in range(PROBES):
+        best_joint, best = -1, 2.0
+        for j in range(joints):
+            if s.contacts[j, IS_CONTACT] > 0.0:
+                theta = event_of(call, s, t, h, j, p / PROBES, (p + 1) / PROBES)
+                if theta < best:
+                    best_joint, best = j, theta
+        if best_joint >= 0:
+            return best_joint, best
+        probe(call, s, t, h, (p + 1) / PROBES)
+        s.probed[:] = s.found
+    return -1, 2.0
+
+
+@inline
+def aligned(call, s, t, h, event, theta):
+    """Make the step again so that it ends on the event, correcting its end by the residual penetration.
+
+    Returns its size: 0 where the event is at the very start, negative where the step failed.
+    """
+    size = theta * h
+    for _ in range(4):
+        invalidate(s)
+        if size <= 1e-15 * max(abs(t), h):
+            return 0.0
+        if attempt(call, s, t, size) != 0 or s.control[ERROR] > 1.0:
+            return -size
+        call.events(t + size, s.y_new, s.par, s.work, s.after)
+        value, rate = s.after[3 * event], s.after[3 * event + 1]
+        if abs(value) <= 1e-2 * s.band[event] or not abs(value) < 0.5 * size * abs(rate):
+            break
+        size -= value / rate
+    return size
+
+
+@inline
+def track_peaks(call, s, t, h):
+    """Largest penetration and force of the contacts going on, refined around the best probe."""
     for p in range(PROBES + 1):
         theta = p / PROBES
-        probe(events, t, h, theta, dense, par, work, y, found)
-        for j in range(contacts.shape[0]):
-            if contacts[j, TOUCHING] == 0.0:
+        for j in range(s.contacts.shape[0]):
+            if s.contacts[j, TOUCHING] == 0.0:
                 continue
             for quantity, column in ((0, PENETRATION), (2, PEAK_FORCE)):
-                if found[3 * j + quantity] > contacts[j, column]:
-                    low, high = max(theta - 1.0 / PROBES, 0.0), min(theta + 1.0 / PROBES, 1.0)
-                    for _ in range(40):
-                        a, b = low + 0.381966 * (high - low), low + 0.618034 * (high - low)
-                        probe(events, t, h, a, dense, par, work, y, found)
-                        left = found[3 * j + quantity]
-                        probe(events, t, h, b, dense, par, work, y, found)
-                        if left > found[3 * j + quantity]:
-                            high = b
-                        else:
-                            low = a
-                        contacts[j, column] = max(contacts[j, column], left, found[3 * j + quantity])
-                    probe(events, t, h, theta, dense, par, work, y, found)
+                probe(call, s, t, h, theta)
+                if s.found[3 * j + quantity] > s.contacts[j, column]:
+                    value = golden(call, s, t, h, 3 * j + quantity, theta)
+                    s.contacts[j, column] = max(value, s.found[3 * j + quantity])
 
 
 @inline
-def switch(joint, t, found, work, contacts, impacts, place):
-    """Start or end the contact of a joint."""
-    if contacts[joint, TOUCHING] > 0.0:
-        row = impacts[place[EVENTS]]
-        row[0], row[1], row[2] = joint, contacts[joint, SINCE], contacts[joint, IMPACT_SPEED]
-        row[3], row[4] = contacts[joint, PEAK_FORCE], contacts[joint, PENETRATION]
-        row[5], row[6] = t - contacts[joint, SINCE], -found[3 * joint + 1]
-        place[EVENTS] += 1
-        contacts[joint, TOUCHING] = 0.0
+def golden(call, s, t, h, entry, theta):
+    """Largest value of one entry of s.found around theta, by golden-section search."""
+    low, high, best = max(theta - 1.0 / PROBES, 0.0), min(theta + 1.0 / PROBES, 1.0), 0.0
+    for _ in range(40):
+        a, b = low + 0.381966 * (high - low), low + 0.618034 * (high - low)
+        probe(call, s, t, h, a)
+        left = s.found[entry]
+        probe(call, s, t, h, b)
+        right = s.found[entry]
+        if left > right:
+            high = b
+        else:
+            low = a
+        best = max(best, left, right)
+    return best
+
+
+@inline
+def switch(s, joint, t, values):
+    """Start or end the contact of a joint; `values` are the contact quantities at this moment."""
+    contact = s.contacts[joint]
+    if contact[TOUCHING] > 0.0:
+        row = s.impacts[s.place[EVENTS]]
+        row[0], row[1], row[2] = joint, contact[SINCE], contact[IMPACT_SPEED]
+        row[3], row[4] = contact[PEAK_FORCE], contact[PENETRATION]
+        row[5], row[6] = t - contact[SINCE], -values[3 * joint + 1]
+        s.place[EVENTS] += 1
+        contact[TOUCHING] = 0.0
     else:
-        contacts[joint, TOUCHING], contacts[joint, SINCE] = 1.0, t
-        contacts[joint, IMPACT_SPEED] = max(found[3 * joint + 1], 0.0)
-        contacts[joint, PENETRATION] = contacts[joint, PEAK_FORCE] = 0.0
-        work[joint] = contacts[joint, IMPACT_SPEED]
+        contact[TOUCHING], contact[SINCE] = 1.0, t
+        contact[IMPACT_SPEED] = max(values[3 * joint + 1], 0.0)
+        contact[PENETRATION] = contact[PEAK_FORCE] = 0.0
+        s.work[joint] = contact[IMPACT_SPEED]
+
+
+# --- sampling
+@inline
+def next_sample(s):
+    """Time of the next output row."""
+    if s.place[SAMPLE] == s.place[SAMPLES] - 1:
+        return s.clock[END]
+    return s.clock[BEGIN] + s.place[SAMPLE] * s.clock[SAMPLE_EVERY]
 
 
 @inline
-def sample(observe, t, h, whole, dense, y_new, par, work, clock, place, y, times, rows):
-    """Observe at every grid time up to the end of the last step; False if the buffer is full."""
-    while place[SAMPLE] < place[SAMPLES]:
-        at = clock[BEGIN] + place[SAMPLE] * clock[SAMPLE_EVERY]
-        if place[SAMPLE] == place[SAMPLES] - 1:
-            at = clock[END]
+def sample(call, s, t, h):
+    """Observe at every grid time up to the end of the last step (h = 0: at the start); False if the buffer is full."""
+    while s.place[SAMPLE] < s.place[SAMPLES]:
+        at = next_sample(s)
         if at > t + h:
             return True
-        if place[ROWS] == times.size:
+        if s.place[ROWS] == s.times.size:
             return False
-        if whole or at == t + h:
-            for i in range(y.size):
-                y[i] = y_new[i]
+        if h == 0.0:
+            s.trial[:] = s.y
+        elif at == t + h:
+            s.trial[:] = s.y_new
         else:
-            evaluate(dense, (at - t) / h, y)
-        observe(at, y, par, work, rows[place[ROWS]])
-        times[place[ROWS]] = at
-        place[ROWS] += 1
-        place[SAMPLE] += 1
+            evaluate(s, (at - t) / h)
+        call.observe(at, s.trial, s.par, s.work, s.rows[s.place[ROWS]])
+        s.times[s.place[ROWS]] = at
+        s.place[ROWS] += 1
+        s.place[SAMPLE] += 1
     return True
 
 
+# --- step sizes
 @inline
-def invalidate(control, counts):
-    """Forget what a method kept from earlier steps."""
-    counts[JACOBIAN_STATE] = counts[LU_STATE] = counts[HAS_PREDICTOR] = 0
-    control[LAST_H] = 0.0
-
-
-@inline
-def first_step(rhs, t, y, f, par, work, scale, control, counts, clock, trial, slope):
+def first_step(call, s, t):
     """A first step from the size of y, y' and y'' (Hairer, Norsett, Wanner 1993, section II.4)."""
-    states = counts[STATES]
-    size, rate = 0.0, 0.0
+    states, rtol = s.counts[STATES], s.control[RTOL]
+    size, rate, bend = 0.0, 0.0, 0.0
     for i in range(states):
-        weight = control[RTOL] * (scale[i] + abs(y[i]))
-        size += (scale[i] / weight) ** 2
-        rate += (f[i] / weight) ** 2
-    h = clock[LARGEST]
+        weight = rtol * (s.scale[i] + abs(s.y[i]))
+        size += (s.scale[i] / weight) ** 2
+        rate += (s.f[i] / weight) ** 2
+    h = s.clock[LARGEST]
     if rate > 0.0:
         h = min(h, 0.01 * math.sqrt(size / rate))
-    for i in range(y.size):
-        trial[i] = y[i] + h * f[i]
-    rhs(t + h, trial, par, work, slope)
-    bend = 0.0
+    s.trial[:] = s.y + h * s.f
+    call.rhs(t + h, s.trial, s.par, s.work, s.f_new)
     for i in range(states):
-        bend += ((slope[i] - f[i]) / (control[RTOL] * (scale[i] + abs(y[i])))) ** 2
+        bend += ((s.f_new[i] - s.f[i]) / (rtol * (s.scale[i] + abs(s.y[i])))) ** 2
     largest = max(math.sqrt(rate / max(states, 1)), math.sqrt(bend / max(states, 1)) / h)
     if largest > 0.0 and math.isfinite(largest):
-        return min(100.0 * h, (0.01 / largest) ** (1.0 / (control[ORDER] + 1.0)), clock[LARGEST])
+        return min(100.0 * h, (0.01 / largest) ** (1.0 / (s.control[ORDER] + 1.0)), s.clock[LARGEST])
     return 1e-3 * h
 
 
 @inline
-def change_phase(rhs, event, t, h, y, f, after, par, work, scale, control, counts, clock, contacts, impacts, place, trial, slope):
+def proposed(s, t):
+    """The next step, stretched or halved so that the run does not end in a sliver."""
+    h, left = min(s.clock[STEP_SIZE], s.clock[LARGEST]), s.clock[END] - t
+    if 1.0001 * h >= left:
+        return left
+    return 0.5 * left if 1.9 * h >= left else h
+
+
+@inline
+def shrink(s, h, factor, code):
+    """Reject a step; the reason is kept for the message, should steps become too small."""
+    s.counts[REJECTED] += 1
+    s.place[BEFORE_REJECTED] = code
+    s.clock[STEP_SIZE] = h * factor
+
+
+@inline
+def grow(s, h):
+    """The step after an accepted one; small changes are not worth a new factorisation."""
+    factor = GROW
+    if s.control[ERROR] > 0.0:
+        factor = min(GROW, max(SHRINK, SAFETY * s.control[ERROR] ** (-1.0 / s.control[ORDER])))
+    if s.place[BEFORE_REJECTED] > 0:
+        factor = min(factor, 1.0)
+    s.place[BEFORE_REJECTED] = 0
+    s.clock[STEP_SIZE] = h if 1.0 <= factor <= 1.2 else h * factor
+
+
+@inline
+def change_phase(call, s, event, t):
     """Switch a contact and choose the next step: that of the last such phase, or a fresh first step."""
-    starts = contacts[event, TOUCHING] == 0.0
+    starts = s.contacts[event, TOUCHING] == 0.0
     kept = CONTACT_STEP if starts else FREE_STEP
-    clock[FREE_STEP if starts else CONTACT_STEP] = clock[STEP_SIZE]
-    switch(event, t, after, work, contacts, impacts, place)
-    rhs(t, y, par, work, f)
-    fresh = first_step(rhs, t, y, f, par, work, scale, control, counts, clock, trial, slope)
-    clock[STEP_SIZE] = max(fresh, clock[kept]) if clock[kept] > 0.0 else fresh
-    invalidate(control, counts)
+    s.clock[FREE_STEP if starts else CONTACT_STEP] = s.clock[STEP_SIZE]
+    switch(s, event, t, s.after)
+    call.rhs(t, s.y, s.par, s.work, s.f)
+    s.clock[STEP_SIZE] = max(first_step(call, s, t), s.clock[kept])
+    invalidate(s)
+
+
+# --- the loop
+@inline
+def begin(call, s):
+    """First evaluation, contacts that exist at the start, first output row, first step."""
+    t = s.clock[TIME]
+    if s.contacts.shape[0] > 0:
+        call.events(t, s.y, s.par, s.work, s.before)
+        for j in range(s.contacts.shape[0]):
+            if s.contacts[j, IS_CONTACT] > 0.0 and s.before[3 * j] > 0.0:
+                switch(s, j, t, s.before)
+    call.rhs(t, s.y, s.par, s.work, s.f)
+    if not np.all(np.isfinite(s.f)):
+        return status.NOT_FINITE
+    sample(call, s, t, 0.0)
+    s.clock[STEP_SIZE] = first_step(call, s, t)
+    s.place[STARTED] = 1
+    return status.RUNNING
+
+
+@inline
+def buffers_full(s):
+    return (
+        s.place[LOGGED] == s.log.shape[0]
+        or s.place[EVENTS] + s.contacts.shape[0] > s.impacts.shape[0]
+        or s.place[ROWS] == s.times.size
+    )
+
+
+@inline
+def accept(call, s, t, h):
+    """Take the step just made: sample, advance, log. False if the output buffer is full (the step is made again)."""
+    touching = np.any(s.contacts[:, TOUCHING] > 0.0)
+    if touching or s.place[SAMPLE] < s.place[SAMPLES] and next_sample(s) <= t + h:
+        interpolate(call, s, t, h)
+    if touching:
+        track_peaks(call, s, t, h)
+    if not sample(call, s, t, h):
+        return False
+    s.clock[TIME] = s.clock[END] if t + h >= s.clock[END] else t + h
+    s.y[:] = s.y_new
+    s.f[:] = s.f_new
+    s.counts[STEPS] += 1
+    row = s.log[s.place[LOGGED]]
+    row[0], row[1], row[2] = s.clock[TIME], h, s.control[ERROR]
+    s.place[LOGGED] += 1
+    if s.place[COMMITS] > 0:
+        call.commit(s.clock[TIME], s.y, s.par, s.work, s.work)
+    return True
+
+
+@inline
+def outside(s):
+    """A joint whose journal has left its film with nothing to carry it, or -1."""
+    for j in range(s.contacts.shape[0]):
+        if s.contacts[j, IS_CONTACT] == 0.0 and s.after[3 * j] >= 0.0:
+            return j
+    return -1
+
+
+@inline
+def advance(call, s):
+    """One trial step: rejected, or accepted up to its first contact event. Returns a status code."""
+    t = s.clock[TIME]
+    h = proposed(s, t)
+    if h <= 4e-16 * max(abs(t), abs(s.clock[END])) and s.clock[END] - t > h:
+        return status.NOT_FINITE if s.place[BEFORE_REJECTED] == 2 else status.STEP_TOO_SMALL
+    code = attempt(call, s, t, h)
+    if code != 0:
+        shrink(s, h, 0.25, code)
+        return status.RUNNING
+    if s.control[ERROR] > 1.0:
+        shrink(s, h, max(SHRINK, SAFETY * s.control[ERROR] ** (-1.0 / s.control[ORDER])), 1)
+        return status.RUNNING
+    event, theta = -1, 2.0
+    if s.contacts.shape[0] > 0:
+        call.events(t, s.y, s.par, s.work, s.before)
+        call.events(t + h, s.y_new, s.par, s.work, s.after)
+        if near_contact(s, h):
+            interpolate(call, s, t, h)
+            event, theta = first_event(call, s, t, h)
+    if event >= 0:
+        h = aligned(call, s, t, h, event, theta)
+        if h < 0.0:
+            shrink(s, -h, 0.5, 1)
+            return status.RUNNING
+        if h == 0.0:
+            call.events(t, s.y, s.par, s.work, s.after)
+            switch(s, event, t, s.after)
+            return status.RUNNING
+    if not accept(call, s, t, h):
+        invalidate(s)
+        return status.RUNNING
+    grow(s, h)
+    if event >= 0:
+        change_phase(call, s, event, s.clock[TIME])
+    s.place[FAILED_JOINT] = outside(s)
+    return status.FILM_LEFT if s.place[FAILED_JOINT] >= 0 else status.RUNNING
 
 
 LOOP_SIGNATURE = int64(
@@ -247,145 +444,23 @@ def run(
     step, interpolant, rhs, jacobian, events, commit, observe, par, work, y, f, scale, band, control, counts,
     clock, place, contacts, impacts, log, times, rows, dense, vector, matrix, complexes, scratch, budget,
 ):  # fmt: skip
-    """Advance until done, failed, a buffer is full or `budget` steps are spent. Returns a status code."""
-    joints, size = contacts.shape[0], y.size
-    y_new, f_new, trial, other = scratch[0], scratch[1], scratch[2], scratch[3]
-    before, after, found = scratch[4, : 3 * joints], scratch[5, : 3 * joints], scratch[6, : 3 * joints]
-    t = clock[TIME]
-    if place[STARTED] == 0:
-        if joints > 0:
-            events(t, y, par, work, before)
-        for j in range(joints):
-            if contacts[j, IS_CONTACT] > 0.0 and before[3 * j] > 0.0:
-                switch(j, t, before, work, contacts, impacts, place)
-        rhs(t, y, par, work, f)
-        for i in range(size):
-            if not math.isfinite(f[i]):
-                return status.NOT_FINITE
-        if not sample(observe, t, 0.0, True, dense, y, par, work, clock, place, trial, times, rows):
-            return status.RUNNING
-        clock[STEP_SIZE] = first_step(rhs, t, y, f, par, work, scale, control, counts, clock, y_new, f_new)
-        place[STARTED] = 1
+    """Advance until done, failed, a buffer is full or `budget` trial steps are spent. Returns a status code."""
+    size, events_size = y.size, 3 * contacts.shape[0]
+    call = Calls(step, interpolant, rhs, jacobian, events, commit, observe)
+    s = State(
+        par, work, y, f, scale, band, control, counts, clock, place, contacts, impacts, log, times, rows, dense, vector,
+        matrix, complexes, scratch[0, :size], scratch[1, :size], scratch[2, :size], scratch[3, :events_size],
+        scratch[4, :events_size], scratch[5, :events_size], scratch[6, :events_size],
+    )  # fmt: skip
     answer = status.RUNNING
+    if place[STARTED] == 0:
+        answer = begin(call, s)
     for _ in range(budget):
-        t = clock[TIME]
-        if t >= clock[END]:
-            answer = status.DONE
-            break
-        if place[LOGGED] == log.shape[0] or place[EVENTS] + joints > impacts.shape[0]:
-            break
-        if place[ROWS] > 0 and place[ROWS] == times.size:
-            break
+        if answer != status.RUNNING or buffers_full(s):
+            return answer
+        if clock[TIME] >= clock[END]:
+            return status.DONE
         if counts[STEPS] + counts[REJECTED] >= place[STEP_LIMIT]:
-            answer = status.TOO_MANY_STEPS
-            break
-        h = min(clock[STEP_SIZE], clock[LARGEST])
-        if t + 1.0001 * h >= clock[END]:
-            h = clock[END] - t
-        elif t + 1.9 * h >= clock[END]:
-            h = 0.5 * (clock[END] - t)
-        if h <= 4e-16 * max(abs(t), abs(clock[END])) and clock[END] - t > h:
-            answer = status.STEP_TOO_SMALL if place[BEFORE_REJECTED] < 2 else status.NOT_FINITE
-            break
-        code = step(
-            rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, matrix, complexes
-        )
-        if code != 0:
-            counts[REJECTED] += 1
-            place[BEFORE_REJECTED] = 2 if code == 2 or math.isnan(control[ERROR]) else 1
-            clock[STEP_SIZE] = 0.25 * h
-            continue
-        error = control[ERROR]
-        if error > 1.0:
-            counts[REJECTED] += 1
-            place[BEFORE_REJECTED] = 1
-            clock[STEP_SIZE] = h * max(SHRINK, SAFETY * error ** (-1.0 / control[ORDER]))
-            continue
-        event = -1
-        have_dense = False
-        if joints > 0:
-            events(t, y, par, work, before)
-            events(t + h, y_new, par, work, after)
-            if near_contact(before, after, h, contacts, band):
-                interpolant(
-                    rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, matrix,
-                    complexes,
-                )  # fmt: skip
-                event, theta = first_event(events, t, h, dense, par, work, contacts, band, trial, other, found)
-                have_dense = event < 0
-                if event >= 0:
-                    # make the step again so that it ends on the event, and once more to correct the end
-                    whole = h
-                    h = theta * h
-                    for _correction in range(4):
-                        invalidate(control, counts)
-                        if h <= 1e-15 * max(abs(t), whole):
-                            h = 0.0
-                            break
-                        code = step(
-                            rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector,
-                            matrix, complexes,
-                        )  # fmt: skip
-                        if code != 0 or control[ERROR] > 1.0:
-                            break
-                        events(t + h, y_new, par, work, after)
-                        miss = after[3 * event] / after[3 * event + 1] if after[3 * event + 1] != 0.0 else 0.0
-                        if abs(after[3 * event]) <= 1e-2 * band[event] or not abs(miss) < 0.5 * h:
-                            break
-                        h -= miss
-                    if h > 0.0 and (code != 0 or control[ERROR] > 1.0):
-                        counts[REJECTED] += 1
-                        invalidate(control, counts)
-                        clock[STEP_SIZE] = 0.5 * h
-                        place[BEFORE_REJECTED] = 1
-                        continue
-                    if h == 0.0:
-                        events(t, y, par, work, after)
-                        switch(event, t, after, work, contacts, impacts, place)
-                        continue
-        # --- the step is accepted
-        needs_dense = place[SAMPLE] < place[SAMPLES] and (
-            clock[BEGIN] + place[SAMPLE] * clock[SAMPLE_EVERY] <= t + h
-        )
-        touching = False
-        for j in range(joints):
-            touching = touching or contacts[j, TOUCHING] > 0.0
-        if (needs_dense or touching) and not have_dense:
-            interpolant(
-                rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, matrix,
-                complexes,
-            )  # fmt: skip
-        if touching:
-            track_peaks(events, t, h, dense, par, work, contacts, trial, found)
-        if not sample(observe, t, h, False, dense, y_new, par, work, clock, place, trial, times, rows):
-            break
-        end = clock[END] if t + h >= clock[END] else t + h
-        for i in range(size):
-            y[i] = y_new[i]
-            f[i] = f_new[i]
-        clock[TIME] = end
-        counts[STEPS] += 1
-        log[place[LOGGED], 0], log[place[LOGGED], 1], log[place[LOGGED], 2] = end, h, control[ERROR]
-        place[LOGGED] += 1
-        if place[COMMITS] > 0:
-            commit(end, y, par, work, work)
-        growth = GROW
-        if control[ERROR] > 0.0:
-            growth = min(GROW, max(SHRINK, SAFETY * control[ERROR] ** (-1.0 / control[ORDER])))
-        if place[BEFORE_REJECTED] > 0:
-            growth = min(growth, 1.0)
-        place[BEFORE_REJECTED] = 0
-        if event < 0 and not 1.0 <= growth <= 1.2:
-            clock[STEP_SIZE] = h * growth
-        elif event < 0:
-            clock[STEP_SIZE] = h
-        else:
-            change_phase(rhs, event, end, h, y, f, after, par, work, scale, control, counts, clock, contacts, impacts, place, y_new, f_new)
-        for j in range(joints):
-            if contacts[j, IS_CONTACT] == 0.0 and after[3 * j] >= 0.0:
-                place[FAILED_JOINT] = j
-                return status.FILM_LEFT
+            return status.TOO_MANY_STEPS
+        answer = advance(call, s)
     return answer
-
-
-__all__ = ["STEP_SIGNATURE", "float64", "run"]

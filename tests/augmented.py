@@ -1,0 +1,184 @@
+"""An independent formulation of the same mechanics, for tests and benchmarks only.
+
+Absolute coordinates of all bodies and Lagrange multipliers: [M J^T; J 0] [a; lambda] = [F; gamma], one dense LAPACK solve
+in numba. Nothing of the package's mechanics is used, only the scene's data; joint forces are written out again here.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from clearance.joints import ClearanceRevolute, Prismatic
+from clearance.loads import Drive
+from clearance.scene import Scene
+
+REVOLUTE, PRISMATIC, FILM, CONTACT, ANGLE, RELATIVE, SLIDE = range(7)
+
+
+class Augmented:
+    """Arrays of a scene without springs and loads; `accelerations(q, v)` solves the augmented system."""
+
+    def __init__(self, scene: Scene):
+        self.scene = scene
+        index = {b: i for i, b in enumerate(scene.bodies)}
+        self.mass = np.array([m for b in scene.bodies for m in (b.mass, b.mass, b.inertia)])
+        self.gravity = np.array([*scene.gravity, 0.0] * len(scene.bodies))
+        rows, numbers = [], []
+        for joint in scene.joints:
+            kind = PRISMATIC if isinstance(joint, Prismatic) else REVOLUTE
+            if isinstance(joint, ClearanceRevolute):
+                kind = FILM if joint.film is not None else CONTACT
+            rows.append((kind, index.get(joint.a.body, -1), index.get(joint.b.body, -1)))
+            numbers.append([*_local(joint.a), *_local(joint.b), *_extra(joint)])
+        for drive in (load for load in scene.loads if isinstance(load, Drive)):
+            target = drive.target
+            if target in index:
+                rows.append((ANGLE, -1, index[target]))
+                numbers.append([0.0] * 12)
+            else:
+                kind = SLIDE if isinstance(target, Prismatic) else RELATIVE
+                rows.append((kind, index.get(target.a.body, -1), index.get(target.b.body, -1)))
+                numbers.append([*_local(target.a), *_local(target.b), *_extra(target)])
+        self.rows, self.numbers = np.array(rows), np.array(numbers)
+        self.count = 2 * sum(r[0] in (REVOLUTE, PRISMATIC) for r in rows) + sum(r[0] >= ANGLE for r in rows)
+
+    def accelerations(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Accelerations of all bodies, then the multipliers (forces on the b side, in row order)."""
+        return augmented(q, v, self.mass, self.gravity, self.rows, self.numbers, self.count)
+
+
+def _local(point):
+    return point.x - point.body.com[0], point.y - point.body.com[1]
+
+
+def _extra(joint):
+    if isinstance(joint, Prismatic):
+        return [*joint.axis, 0, 0, 0, 0, 0, 0]
+    if not isinstance(joint, ClearanceRevolute):
+        return [0.0] * 8
+    if joint.film is not None:
+        return [joint.clearance, joint.radius, joint.length, joint.lubricant.viscosity, float(joint.film_torques), 0, 0, 0]
+    p = joint.contact.parameters
+    return [joint.clearance, joint.radius, p["stiffness"], p["restitution"], math.hypot(*joint.eccentricity_rate), 0, 0, 0]
+
+
+@njit(error_model="numpy")
+def film(ex, ey, vx, vy, wa, wb, c, radius, length, mu, torques):
+    """Pinkus-Sternlicht in its textbook branches (k form), and both torques."""
+    e = math.hypot(ex, ey)
+    nx, ny = ex / e, ey / e
+    eps, rate, swirl = e / c, (vx * nx + vy * ny) / c, (vy * nx - vx * ny) / e
+    w = wa + wb - 2.0 * swirl
+    p0 = mu * length * radius**3 / c**2
+    k = math.sqrt((1 - eps**2) * ((w / (2 * rate)) ** 2 + 1 / eps**2))
+    if rate > 0:
+        fr = -p0 * 6 * rate / ((2 + eps**2) * (1 - eps**2) ** 1.5) * (
+            4 * k * eps**2 + (2 + eps**2) * math.pi * (k + 3) / (k + 1.5)
+        )
+        ft = p0 * 6 * math.pi * eps * w / ((2 + eps**2) * math.sqrt(1 - eps**2)) * (k + 3) / (k + 1.5)
+    else:
+        fr = p0 * 6 * rate / ((2 + eps**2) * (1 - eps**2) ** 1.5) * (
+            4 * k * eps**2 - (2 + eps**2) * math.pi * k / (k + 1.5)
+        )
+        ft = p0 * 6 * math.pi * eps * w / ((2 + eps**2) * math.sqrt(1 - eps**2)) * k / (k + 1.5)
+    couette = 2 * math.pi * mu * radius**3 * length / (c * math.sqrt(1 - eps**2)) * (wb - wa)
+    tb, ta = -(couette + 0.5 * e * ft) * torques, (couette - 0.5 * e * ft) * torques
+    return fr * nx - ft * ny, fr * ny + ft * nx, ta, tb
+
+
+@njit(error_model="numpy")
+def contact(ex, ey, vx, vy, c, stiffness, restitution, impact):
+    e = math.hypot(ex, ey)
+    if e <= c:
+        return 0.0, 0.0
+    nx, ny = ex / e, ey / e
+    bracket = 1 + 0.75 * (1 - restitution**2) * (vx * nx + vy * ny) / max(impact, 1e-3)
+    load = stiffness * (e - c) ** 1.5 * max(bracket, 0.0)
+    return -load * nx, -load * ny
+
+
+@njit(error_model="numpy")
+def augmented(q, v, mass, gravity, rows, numbers, count):
+    size = q.size
+    matrix = np.zeros((size + count, size + count))
+    right = np.zeros(size + count)
+    for i in range(size):
+        matrix[i, i] = mass[i]
+        right[i] = mass[i] * gravity[i]
+    row = size
+    for r in range(rows.shape[0]):
+        kind, a, b = rows[r]
+        p = numbers[r]
+        # points, their velocities and centripetal accelerations; jac: d(point)/dq as (x, y, angle) coefficients
+        ax, ay, xa, ya, ua, va, wa = p[0], p[1], p[0], p[1], 0.0, 0.0, 0.0
+        cosa, sina = 1.0, 0.0
+        if a >= 0:
+            cosa, sina = math.cos(q[3 * a + 2]), math.sin(q[3 * a + 2])
+            ax, ay = cosa * p[0] - sina * p[1], sina * p[0] + cosa * p[1]
+            wa = v[3 * a + 2]
+            xa, ya = q[3 * a] + ax, q[3 * a + 1] + ay
+            ua, va = v[3 * a] - wa * ay, v[3 * a + 1] + wa * ax
+        bx, by, xb, yb, ub, vb, wb = p[2], p[3], p[2], p[3], 0.0, 0.0, 0.0
+        if b >= 0:
+            cosb, sinb = math.cos(q[3 * b + 2]), math.sin(q[3 * b + 2])
+            bx, by = cosb * p[2] - sinb * p[3], sinb * p[2] + cosb * p[3]
+            wb = v[3 * b + 2]
+            xb, yb = q[3 * b] + bx, q[3 * b + 1] + by
+            ub, vb = v[3 * b] - wb * by, v[3 * b + 1] + wb * bx
+        if kind == FILM or kind == CONTACT:
+            if kind == FILM:
+                fx, fy, ta, tb = film(xb - xa, yb - ya, ub - ua, vb - va, wa, wb, p[4], p[5], p[6], p[7], p[8])
+            else:
+                fx, fy = contact(xb - xa, yb - ya, ub - ua, vb - va, p[4], p[6], p[7], p[8])
+                ta, tb = 0.0, 0.0
+            if a >= 0:
+                right[3 * a] -= fx
+                right[3 * a + 1] -= fy
+                right[3 * a + 2] += ta - (ax * fy - ay * fx)
+            if b >= 0:
+                right[3 * b] += fx
+                right[3 * b + 1] += fy
+                right[3 * b + 2] += tb + (bx * fy - by * fx)
+            continue
+        if kind == REVOLUTE:
+            for axis in range(2):
+                if a >= 0:
+                    matrix[row, 3 * a + axis] = -1.0
+                    matrix[row, 3 * a + 2] = ay if axis == 0 else -ax
+                    right[row] -= wa * wa * (ax if axis == 0 else ay)
+                if b >= 0:
+                    matrix[row, 3 * b + axis] = 1.0
+                    matrix[row, 3 * b + 2] = -by if axis == 0 else bx
+                    right[row] += wb * wb * (bx if axis == 0 else by)
+                row += 1
+        if kind == PRISMATIC or kind == SLIDE:
+            dx, dy = cosa * p[4] - sina * p[5], sina * p[4] + cosa * p[5]
+            nx, ny = (-dy, dx) if kind == PRISMATIC else (dx, dy)
+            x, y = xb - xa, yb - ya
+            u, w = ub - ua, vb - va
+            # phi = n . (rb - ra), n turning with a: phi'' = n.(ab - aa) + 2 (wa J n).(vb - va) + (alpha J n - wa^2 n).(rb - ra)
+            jnx, jny = -ny, nx
+            if a >= 0:
+                matrix[row, 3 * a], matrix[row, 3 * a + 1] = -nx, -ny
+                matrix[row, 3 * a + 2] = nx * ay - ny * ax + jnx * x + jny * y
+            if b >= 0:
+                matrix[row, 3 * b], matrix[row, 3 * b + 1] = nx, ny
+                matrix[row, 3 * b + 2] = -nx * by + ny * bx
+            right[row] = (
+                wb * wb * (nx * bx + ny * by)
+                - wa * wa * (nx * ax + ny * ay)
+                - 2.0 * wa * (jnx * u + jny * w)
+                + wa * wa * (nx * x + ny * y)
+            )
+            row += 1
+        if kind == PRISMATIC or kind == RELATIVE or kind == ANGLE:
+            if a >= 0:
+                matrix[row, 3 * a + 2] = -1.0
+            if b >= 0:
+                matrix[row, 3 * b + 2] = 1.0
+            row += 1
+    for i in range(size, size + count):
+        for j in range(size):
+            matrix[j, i] = -matrix[i, j]
+    return np.linalg.solve(matrix, right)
