@@ -2,8 +2,17 @@
 
 from clearance import laws
 from clearance.joints import ClearanceRevolute, Prismatic, Revolute
-from clearance.laws import contact, coulomb, effort, film, friction, hertz_stiffness, lankarani_nikravesh, signal
-from clearance.laws import pinkus_sternlicht
+from clearance.laws import (
+    contact,
+    coulomb,
+    effort,
+    film,
+    friction,
+    hertz_stiffness,
+    lankarani_nikravesh,
+    pinkus_sternlicht,
+    signal,
+)
 from clearance.loads import Drive, Force, SpringDamper, Torque, TorsionSpring
 from clearance.materials import Lubricant, Material, steel
 from clearance.scene import Body, Point, Scene, ground
@@ -11,8 +20,8 @@ from clearance.units import cP, degree, mm, rpm, um
 
 __all__ = [
     "Body", "ClearanceRevolute", "Drive", "Force", "Lubricant", "Material", "Point", "Prismatic", "Revolute", "Scene",
-    "SimulationError", "SpringDamper", "Torque", "TorsionSpring", "cP", "contact", "coulomb", "degree", "effort", "film",
-    "friction", "ground", "hertz_stiffness", "lankarani_nikravesh", "laws", "load_case", "mm", "open_result",
+    "SimulationError", "SpringDamper", "Torque", "TorsionSpring", "cP", "contact", "coulomb", "degree", "effort",
+    "film", "friction", "ground", "hertz_stiffness", "lankarani_nikravesh", "laws", "load_case", "mm", "open_result",
     "pinkus_sternlicht", "rpm", "signal", "simulate", "steel", "um",
 ]  # fmt: skip
 

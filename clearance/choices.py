@@ -1,4 +1,4 @@
-"""How a case turns plain words and numbers ("dry", "coulomb", 0.9) into joints; the command line can only give those."""
+"""How a case turns plain words and numbers ("dry", "coulomb", 0.9) into joints: the command line has no others."""
 
 from collections.abc import Callable, Collection
 

@@ -20,7 +20,9 @@ class Parser(argparse.ArgumentParser):
 
 
 def parser() -> Parser:
-    top = Parser(prog="clearance", description="Tribodynamics of planar mechanisms with clearance, lubricant, friction.")
+    top = Parser(
+        prog="clearance", description="Tribodynamics of planar mechanisms with clearance, lubricant, friction."
+    )
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     cases = commands.add_parser("cases", help="list cases with their parameters, units and defaults")
     run = commands.add_parser("run", help="run a case and write an HDF5 result file")
@@ -223,7 +225,8 @@ def _readable(summary: dict) -> str:
         f"{s['case']}: {s['simulated_s']:.6g} s simulated in {s['integration_s']:.3g} s "
         f"({s['wall_s']:.3g} s in all), {s['status']}",
         f"  method       {s['method']} ({s['method_reason']}), rtol {s['rtol']:g}",
-        f"  steps        {s['steps']} ({s['rejected']} rejected), {s['evaluations']} evaluations, {s['jacobians']} jacobians",
+        f"  steps        {s['steps']} ({s['rejected']} rejected), {s['evaluations']} evaluations, "
+        f"{s['jacobians']} jacobians",
         f"  energy       residual {s['energy_residual']:.3g} J of {s['energy_turned_over']:.3g} J turned over",
     ]
     for name, joint in s["joints"].items():
@@ -258,7 +261,9 @@ def explain_case(options) -> int:
         print(f"  position   {group['bodies']} {group['solved']}")
     for role, k in found["kernels"].items():
         calls = f", calls {', '.join(k['calls'])}" if k["calls"] else ""
-        print(f"  kernel     {role}: {k['operations']} operations{calls}{'' if k['in_store'] else ' (not compiled yet)'}")
+        print(
+            f"  kernel     {role}: {k['operations']} operations{calls}{'' if k['in_store'] else ' (not compiled yet)'}"
+        )
     print(f"  numbers    {found['parameters']} parameters, {found['derived_parameters']} derived from them")
     print(f"  outputs    {len(found['channels'])} channels")
     print(f"  modules    {', '.join(found['modules'])}")

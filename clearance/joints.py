@@ -71,9 +71,11 @@ class ClearanceRevolute(Joint):
     """Hinge with radial clearance: the journal (on b) moves inside the bearing (on a).
 
     radius: journal radius R_J [m] (the bearing's is R_J + clearance); clearance: radial clearance c [m]; length of the
-    bearing [m], needed by a film; contact, friction, film: bound laws, or None for what the joint has not got;
-    lubricant: the film's oil; film_torques: whether the film drags on both bodies
-    (leave it on: without, the film's force pair has a net moment; off reproduces frictionless published rows); roughness: composite rms roughness [m], switches the film thickness ratio output on.
+    bearing [m], needed by a film.
+    contact, friction, film: bound laws, or None for what the joint has not got; lubricant: the film's oil.
+    film_torques: whether the film drags on both bodies. Leave it on: without it the film's force pair has a net moment.
+    Off reproduces published rows that leave the drag out.
+    roughness: composite rms roughness [m], switches the film thickness ratio output on.
     eccentricity [m] and eccentricity_rate [m/s]: start values of the journal's displacement in the bearing, along the
     fixed axes x and y.
     """

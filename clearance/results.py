@@ -1,8 +1,8 @@
 """The result file: one HDF5 file a run, written as the run goes, complete or honestly partial.
 
-Layout (SI units; every dataset carries `units` and `long_name`): /time, /bodies, /joints, /springs, /drives, /energy along
-time; /events with one row per contact; /solver with one row per step. Times are dimension scales, so that xarray opens
-each group.
+Layout (SI units; every dataset has `units` and `long_name`): /time, /bodies, /joints, /springs, /drives, /energy along time;
+/events with one row per contact; /solver with one row per step. Times are dimension scales, so that xarray opens each
+group.
 """
 
 import datetime
@@ -92,7 +92,7 @@ class ResultWriter:
             _append(self.file[c.path], rows[:, i])
 
     def _summarise(self, rows: np.ndarray) -> None:
-        """Ranges of all channels, peak joint forces and the energy turned over, so that no reader needs the whole file."""
+        """Ranges of all channels, peak joint forces and the energy turned over, for summaries without reading the file."""
         self.low, self.high = np.minimum(self.low, rows.min(axis=0)), np.maximum(self.high, rows.max(axis=0))
         for i, c in enumerate(self.channels):
             if c.path.endswith("/force_x"):
@@ -210,7 +210,9 @@ class Result:
         if self.file.attrs.get("format") != FORMAT:
             raise ValueError(f"{self.path} is not a clearance result (format {self.file.attrs.get('format')!r})")
         if self.file.attrs["format_version"] > FORMAT_VERSION:
-            raise ValueError(f"{self.path} was written by a newer clearance (format {self.file.attrs['format_version']})")
+            raise ValueError(
+                f"{self.path} was written by a newer clearance (format {self.file.attrs['format_version']})"
+            )
 
     @property
     def time(self) -> np.ndarray:

@@ -28,8 +28,8 @@ class Body:
 
     name; mass [kg] > 0; inertia about the centre of mass [kg m2] > 0; points: named points (x, y) in the body's own
     frame [m]; com: centre of mass in that frame [m]. `body["pin"]` is the named point.
-    A rough start helps the assembly to find the intended configuration: angle [rad] of the body's frame, position (x, y)
-    of its origin [m] (default: found by following the joints). angular_velocity [rad/s] and velocity (of the centre of
+    A rough start helps the assembly to find the intended configuration: angle [rad] of the body's frame, position
+    (x, y) of its origin [m] (default: found by following the joints). angular_velocity [rad/s] and velocity (of the centre of
     mass, m/s) start the motions that no drive prescribes.
     """
 
@@ -135,10 +135,10 @@ class Scene:
             raise ValueError("the scene has no moving body: give at least one joint or load on a Body")
         jointed = {b for j in self.joints for b in j.bodies()}
         for load in self.loads:
-            if strangers := [b.name for b in load.bodies() if b is not ground and b not in jointed]:
-                if not load.holds_free_bodies:
-                    known = ", ".join(sorted(b.name for b in jointed if b is not ground)) or "none"
-                    raise ValueError(f"{load.label()}: unknown body {strangers[0]!r}; bodies with joints: {known}")
+            strangers = [b.name for b in load.bodies() if b is not ground and b not in jointed]
+            if strangers and not load.holds_free_bodies:
+                known = ", ".join(sorted(b.name for b in jointed if b is not ground)) or "none"
+                raise ValueError(f"{load.label()}: unknown body {strangers[0]!r}; bodies with joints: {known}")
         reached = {ground}
         links = [p.bodies() for p in (*self.joints, *self.loads)]
         while grown := {b for link in links if reached & set(link) for b in link} - reached:

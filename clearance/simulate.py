@@ -60,7 +60,7 @@ def simulate(
 
     turns: length in turns of the constant-speed drive, or until: seconds. rtol: local error tolerance, relative to the
     natural size of each state (clearance for eccentricities) plus its value. method: "auto" (radau where a film makes
-    the scene stiff, else dop853), "dop853" or "radau". samples_per_turn or samples (in all): output rows, evenly spaced.
+    the scene stiff, else dop853), "dop853" or "radau". samples_per_turn or samples (in all): output rows.
     path: write the HDF5 file there while running (default: a temporary file, see Result.save). energy: integrate the
     energy ledger. progress: called with the done share of the span.
     Raises ValueError for bad arguments and impossible scenes before anything runs, SimulationError for a run that fails
@@ -163,8 +163,8 @@ class Run:
         """One call of the compiled loop."""
         return self.loop.run(
             self.stepper.step, self.stepper.interpolant, *self.kernels, self.mechanism.par, self.work, self.y, self.f,
-            self.scale, self.band, self.control, self.counts, self.clock, self.place, self.contacts, self.impacts, self.log,
-            self.times, self.rows, self.dense, self.vector, self.matrix, self.complexes, self.scratch, BUDGET,
+            self.scale, self.band, self.control, self.counts, self.clock, self.place, self.contacts, self.impacts,
+            self.log, self.times, self.rows, self.dense, self.vector, self.matrix, self.complexes, self.scratch, BUDGET,
         )  # fmt: skip
 
     def to_file(self, path: str | Path | None, progress: Callable[[float], None] | None) -> Result:
@@ -226,7 +226,10 @@ class Run:
             f"{j.name}: eccentricity ratio {math.hypot(*self.y[count + 2 * i : count + 2 * i + 2]) / j.clearance:.9f}"
             for i, j in enumerate(joints)
         ]
-        states += [f"{c.body.name} {c.what} = {v:.6g}" for c, v in zip(self.mechanism.structure.plan.free, self.y, strict=False)]
+        states += [
+            f"{c.body.name} {c.what} = {v:.6g}"
+            for c, v in zip(self.mechanism.structure.plan.free, self.y, strict=False)
+        ]
         where = f"joint {joints[self.place[self.loop.FAILED_JOINT]].name}: " if code == codes.FILM_LEFT else ""
         time = self.clock[self.loop.TIME]
         return f"at t = {time:.9g} s: {where}{codes.MESSAGES[code]} ({'; '.join(states) or 'no free state'})"

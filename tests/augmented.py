@@ -1,7 +1,7 @@
 """An independent formulation of the same mechanics, for tests and benchmarks only.
 
-Absolute coordinates of all bodies and Lagrange multipliers: [M J^T; J 0] [a; lambda] = [F; gamma], one dense LAPACK solve
-in numba. Nothing of the package's mechanics is used, only the scene's data; joint forces are written out again here.
+Absolute coordinates of all bodies and Lagrange multipliers: [M J^T; J 0] [a; lambda] = [F; gamma], one dense LAPACK
+solve in numba. Nothing of the package's mechanics is used, only the scene's data; joint forces are written out again here.
 """
 
 import math
@@ -58,9 +58,27 @@ def _extra(joint):
     if not isinstance(joint, ClearanceRevolute):
         return [0.0] * 8
     if joint.film is not None:
-        return [joint.clearance, joint.radius, joint.length, joint.lubricant.viscosity, float(joint.film_torques), 0, 0, 0]
+        return [
+            joint.clearance,
+            joint.radius,
+            joint.length,
+            joint.lubricant.viscosity,
+            float(joint.film_torques),
+            0,
+            0,
+            0,
+        ]
     p = joint.contact.parameters
-    return [joint.clearance, joint.radius, p["stiffness"], p["restitution"], math.hypot(*joint.eccentricity_rate), 0, 0, 0]
+    return [
+        joint.clearance,
+        joint.radius,
+        p["stiffness"],
+        p["restitution"],
+        math.hypot(*joint.eccentricity_rate),
+        0,
+        0,
+        0,
+    ]
 
 
 @njit(error_model="numpy")
@@ -73,13 +91,21 @@ def film(ex, ey, vx, vy, wa, wb, c, radius, length, mu, torques):
     p0 = mu * length * radius**3 / c**2
     k = math.sqrt((1 - eps**2) * ((w / (2 * rate)) ** 2 + 1 / eps**2))
     if rate > 0:
-        fr = -p0 * 6 * rate / ((2 + eps**2) * (1 - eps**2) ** 1.5) * (
-            4 * k * eps**2 + (2 + eps**2) * math.pi * (k + 3) / (k + 1.5)
+        fr = (
+            -p0
+            * 6
+            * rate
+            / ((2 + eps**2) * (1 - eps**2) ** 1.5)
+            * (4 * k * eps**2 + (2 + eps**2) * math.pi * (k + 3) / (k + 1.5))
         )
         ft = p0 * 6 * math.pi * eps * w / ((2 + eps**2) * math.sqrt(1 - eps**2)) * (k + 3) / (k + 1.5)
     else:
-        fr = p0 * 6 * rate / ((2 + eps**2) * (1 - eps**2) ** 1.5) * (
-            4 * k * eps**2 - (2 + eps**2) * math.pi * k / (k + 1.5)
+        fr = (
+            p0
+            * 6
+            * rate
+            / ((2 + eps**2) * (1 - eps**2) ** 1.5)
+            * (4 * k * eps**2 - (2 + eps**2) * math.pi * k / (k + 1.5))
         )
         ft = p0 * 6 * math.pi * eps * w / ((2 + eps**2) * math.sqrt(1 - eps**2)) * k / (k + 1.5)
     couette = 2 * math.pi * mu * radius**3 * length / (c * math.sqrt(1 - eps**2)) * (wb - wa)
@@ -126,7 +152,7 @@ def augmented(q, v, mass, gravity, rows, numbers, count):
             wb = v[3 * b + 2]
             xb, yb = q[3 * b] + bx, q[3 * b + 1] + by
             ub, vb = v[3 * b] - wb * by, v[3 * b + 1] + wb * bx
-        if kind == FILM or kind == CONTACT:
+        if kind in (FILM, CONTACT):
             if kind == FILM:
                 fx, fy, ta, tb = film(xb - xa, yb - ya, ub - ua, vb - va, wa, wb, p[4], p[5], p[6], p[7], p[8])
             else:
@@ -152,12 +178,13 @@ def augmented(q, v, mass, gravity, rows, numbers, count):
                     matrix[row, 3 * b + 2] = -by if axis == 0 else bx
                     right[row] += wb * wb * (bx if axis == 0 else by)
                 row += 1
-        if kind == PRISMATIC or kind == SLIDE:
+        if kind in (PRISMATIC, SLIDE):
             dx, dy = cosa * p[4] - sina * p[5], sina * p[4] + cosa * p[5]
             nx, ny = (-dy, dx) if kind == PRISMATIC else (dx, dy)
             x, y = xb - xa, yb - ya
             u, w = ub - ua, vb - va
-            # phi = n . (rb - ra), n turning with a: phi'' = n.(ab - aa) + 2 (wa J n).(vb - va) + (alpha J n - wa^2 n).(rb - ra)
+            # phi = n.(rb - ra), n turns with a:
+            # phi'' = n.(ab - aa) + 2 (wa J n).(vb - va) + (alpha J n - wa^2 n).(rb - ra)
             jnx, jny = -ny, nx
             if a >= 0:
                 matrix[row, 3 * a], matrix[row, 3 * a + 1] = -nx, -ny
@@ -172,7 +199,7 @@ def augmented(q, v, mass, gravity, rows, numbers, count):
                 + wa * wa * (nx * x + ny * y)
             )
             row += 1
-        if kind == PRISMATIC or kind == RELATIVE or kind == ANGLE:
+        if kind in (PRISMATIC, RELATIVE, ANGLE):
             if a >= 0:
                 matrix[row, 3 * a + 2] = -1.0
             if b >= 0:

@@ -146,6 +146,7 @@ def test_jacobian_is_exact(name):
         return out[:n].copy()
 
     for j in range(n):
+
         def slope(step, j=j):
             up, down = y.copy(), y.copy()
             up[j] += step

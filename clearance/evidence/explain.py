@@ -71,7 +71,7 @@ def _used(mechanism: Mechanism, role: str) -> bool:
 def _kernel(role: str, text: str) -> dict:
     body = text.rpartition(f"def {role}(")[2]
     operations = Counter(m for found in _OPERATION.findall(body) for m in found if m)
-    calls = sorted({c for c in re.findall(r"= (\w+)\(", body)})
+    calls = sorted(set(re.findall(r"= (\w+)\(", body)))
     return {
         "key": key(text),
         "lines": len(text.splitlines()),

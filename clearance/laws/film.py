@@ -1,7 +1,7 @@
 """Oil film forces of a journal bearing, in the frame of the line of centres.
 
-Conventions: the journal's centre is displaced from the bearing's by e = eps c along n (towards the thinnest film), t is n
-turned by +90 degrees. A film law returns the force *on the journal* along n (radial) and t (tangential).
+Conventions: the journal's centre is displaced from the bearing's by e = eps c along n (towards the thinnest film), t is
+n turned by +90 degrees. A film law returns the force *on the journal* along n (radial) and t (tangential).
 radial_rate = d(eps)/dt [1/s]; entrainment w = omega_J + omega_B - 2 gamma' [rad/s], with the **sum** of the absolute
 angular speeds and the absolute rate gamma' of the line of centres.
 """

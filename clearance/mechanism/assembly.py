@@ -84,8 +84,7 @@ class _System:
         q[i : i + 2] = origin[0] + x, origin[1] + y
 
     def _follow(self, q, joint: Joint, placed: set) -> None:
-        a, b = joint.a.body, joint.b.body
-        known, new = (joint.a, joint.b) if a in placed else (joint.b, joint.a)
+        known, new = (joint.a, joint.b) if joint.a.body in placed else (joint.b, joint.a)
         if isinstance(joint, Prismatic):
             turn = joint.angle if new is joint.b else -joint.angle
             q[self.place[new.body] + 2] = self._pose(q, known.body)[2] + turn
@@ -247,7 +246,9 @@ class _System:
         if freedom == 0:
             raise ValueError(f"locked: the joints leave no movement at all; too many equations in {', '.join(names)}")
         if any(not n.startswith("joint") for n in names):
-            raise ValueError(f"locked: {', '.join(names)} prescribe more than the mechanism's {freedom} free movement(s)")
+            raise ValueError(
+                f"locked: {', '.join(names)} prescribe more than the mechanism's {freedom} free movement(s)"
+            )
         raise ValueError(
             f"redundant loop: {', '.join(names)} repeat each other's constraints "
             "(or the start is a singular position; start elsewhere)"
@@ -326,7 +327,7 @@ def _rate_at_start(motion) -> float:
 
 
 def _size(scene: Scene) -> float:
-    """A length of the mechanism: the farthest joint point from its body's centre of mass or from the origin of ground."""
+    """A length of the mechanism: the farthest joint point from its body's centre of mass or the origin."""
     points = [p for j in scene.joints for p in (j.a, j.b)]
     reach = [math.hypot(p.x - p.body.com[0], p.y - p.body.com[1]) for p in points]
     ends = [p for load in scene.loads for p in (getattr(load, "a", None), getattr(load, "b", None)) if hasattr(p, "x")]

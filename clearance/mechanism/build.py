@@ -54,7 +54,9 @@ class Mechanism:
     @cached_property
     def turn(self) -> float | None:
         """Duration of one turn of the constant-speed drive [s], if there is one."""
-        turning = [d.speed for d in self.scene.loads if isinstance(d, Drive) and d.speed and not hasattr(d.target, "axis")]
+        turning = [
+            d.speed for d in self.scene.loads if isinstance(d, Drive) and d.speed and not hasattr(d.target, "axis")
+        ]
         return 2.0 * math.pi / abs(turning[0]) if turning else None
 
     @cached_property
@@ -77,7 +79,9 @@ def build(scene: Scene, ledger: bool = True) -> Mechanism:
     par = np.zeros(len(values) + len(structure.slots.order))
     par[: len(values)] = values
     par[len(values) :] = structure.derive(list(par))[len(values) :]
-    return Mechanism(scene, structure, start, par, _state(scene, structure, start, ledger), _work(scene, structure, start))
+    return Mechanism(
+        scene, structure, start, par, _state(scene, structure, start, ledger), _work(scene, structure, start)
+    )
 
 
 def _values(scene: Scene, structure: Structure, numbers: Numbers, start: Start) -> list[float]:

@@ -1,8 +1,8 @@
 """Exact derivatives of plain functions: forward differentiation of their source.
 
-A law stays the plain function its author wrote. `jacobian_source` reads that source and writes a second plain function
+A law stays the plain function its author wrote. `jacobian_sources` reads that source and writes a second plain function
 that returns the values and their derivatives with respect to the leading arguments, statement by statement, so loops,
-branches and helper functions are allowed. Works for functions made of arithmetic, `math`, abs, max, min, if, for, while.
+branches and helper functions are allowed. It reads arithmetic, `math`, abs, max, min, if, for, while.
 """
 
 import ast

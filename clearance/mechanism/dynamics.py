@@ -216,13 +216,12 @@ class Dynamics:
 
     # --- reactions
     def reactions(self, applied: Applied, acceleration: dict) -> tuple[dict, dict]:
-        """Reactions of ideal joints, as (force x, force y, moment about the joint's b point) on body b, and drive efforts.
+        """Reactions of ideal joints, (force x, force y, moment about the joint's b point) on body b, and drive efforts.
 
         Groups are walked backwards: closing forces from virtual work, then each body's balance gives the joint to its
         parent.
         """
-        number, k = self.kinematics.number, self.kinematics
-        rest = {}
+        number, rest = self.kinematics.number, {}
         for body in self.scene.bodies:
             inertia = [number(f"{body.name}.mass")] * 2 + [number(f"{body.name}.inertia")]
             wrench = applied.wrench.get(body, ZERO)
@@ -234,7 +233,9 @@ class Dynamics:
             self.trace.section = f"reactions of {group.label()}"
             if group.closures:
                 work = [
-                    -self.trace.sum(t * w for b, twist in effect.items() for t, w in zip(twist, open_wrench.wrench[b], strict=True))
+                    -self.trace.sum(
+                        t * w for b, twist in effect.items() for t, w in zip(twist, open_wrench.wrench[b], strict=True)
+                    )
                     for _, effect in self.propagation.effects(index, group)
                 ]
                 multipliers = self.propagation.transposed(index, group, work)

@@ -72,7 +72,9 @@ class Calls:
         return self.trace.call(function.__name__, args, outputs, rule, wrap)
 
 
-def clearance_force(calls: Calls, kinematics, joint: ClearanceRevolute, offset, rate, spins, impact_speed) -> JointForce:
+def clearance_force(
+    calls: Calls, kinematics, joint: ClearanceRevolute, offset, rate, spins, impact_speed
+) -> JointForce:
     """Everything a clearance joint does.
 
     offset, rate: eccentricity vector and its rate along the fixed axes; spins: absolute angular speeds of bodies a
@@ -140,9 +142,7 @@ def _film(calls: Calls, number, joint, polar: _Polar, spins, result: JointForce)
 
 def _contact(calls: Calls, joint, polar: _Polar, radius, spins, impact_speed, result: JointForce) -> None:
     """Normal force and friction at the contact point, which both bodies share: the journal's surface."""
-    (normal,) = calls(
-        joint.contact, f"{joint.name}.contact", [result.penetration, polar.outward, impact_speed], 2
-    )
+    (normal,) = calls(joint.contact, f"{joint.name}.contact", [result.penetration, polar.outward, impact_speed], 2)
     tangential = 0.0
     if joint.friction is not None:
         bearing_arm = polar.distance + radius
@@ -172,9 +172,7 @@ def spring(calls: Calls, kinematics, load, motion):
     trace, number = calls.trace, kinematics.number
     (ax, ay), (bx, by) = (kinematics.joint_point(load, s) for s in ("a", "b"))
     x, y = bx - ax, by - ay
-    va, vb = (
-        moved(motion[p.body], kinematics.arm(load, s)) for s, p in (("a", load.a), ("b", load.b))
-    )
+    va, vb = (moved(motion[p.body], kinematics.arm(load, s)) for s, p in (("a", load.a), ("b", load.b)))
     square = x * x + y * y + 1e-300
     length = trace.sqrt(square)
     stiffness, damping = number(f"{load.name}.stiffness"), number(f"{load.name}.damping")

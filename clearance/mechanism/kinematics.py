@@ -257,9 +257,7 @@ class Propagation:
 
     def _close(self, number: int, group: Group, field: dict, offsets: dict, motion) -> list:
         residual = [
-            r
-            for j in group.closures
-            for r in self.kinematics.closure(j, field, offsets.get(j, (0.0, 0.0)), motion)
+            r for j in group.closures for r in self.kinematics.closure(j, field, offsets.get(j, (0.0, 0.0)), motion)
         ]
         if all(is_number(r) and r == 0.0 for r in residual):
             return [0.0] * len(residual)

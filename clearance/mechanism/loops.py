@@ -240,7 +240,9 @@ class _Inside:
     def residuals(self, group):
         k = self.k
         unknowns = [self.trace.load(f"z{i}") for i in range(len(group.unknowns))]
-        coordinate = {c: self.value(v) for c, v in k.coordinate.items() if any(c in a.coordinates for a in group.attachments)}
+        coordinate = {
+            c: self.value(v) for c, v in k.coordinate.items() if any(c in a.coordinates for a in group.attachments)
+        }
         coordinate |= dict(zip(group.unknowns, unknowns, strict=True))
         joints = [*(a.joint for a in group.attachments), *group.closures]
         offset = {j: tuple(map(self.value, k.offset[j])) for j in joints if j in k.offset}

@@ -107,5 +107,3 @@ def _structure(scene: Scene) -> tuple:
         for load in scene.loads
     )
     return tuple(b.name for b in scene.bodies), joints, loads
-
-

@@ -129,7 +129,9 @@ class _Planner:
     def _group(self, bodies: frozenset) -> Group:
         inside = bodies | self.known
         joints = [j for j in self.joints if set(j.bodies()) <= inside and set(j.bodies()) & bodies]
-        rank = {j: (j not in self.driven, not isinstance(j, Prismatic), not set(j.bodies()) & self.known) for j in joints}
+        rank = {
+            j: (j not in self.driven, not isinstance(j, Prismatic), not set(j.bodies()) & self.known) for j in joints
+        }
         tree, root = [], {b: ground if b in self.known else b for b in inside}
 
         def find(body):

@@ -8,7 +8,6 @@ that its outputs need, nothing else. What depends on parameters only is moved ou
 import math
 from collections.abc import Callable, Iterable, Mapping
 
-
 Tangents = dict  # column -> Value
 
 
@@ -310,7 +309,7 @@ def text(value) -> str:
 
 
 class Slots:
-    """Derived parameters: values that depend on parameters only, computed once and read from `par` behind the numbers."""
+    """Derived parameters: values of parameters only, computed once and read from `par` behind the numbers."""
 
     def __init__(self, offset: int):
         self.offset = offset

@@ -52,7 +52,9 @@ def step(rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, contr
 
 
 @compiled(STEP_SIGNATURE)
-def interpolant(rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, k, complexes):
+def interpolant(
+    rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, k, complexes
+):
     """Dense output of the step just made: three more evaluations."""
     size = y.size
     trial = k[16]

@@ -13,8 +13,24 @@ import numpy as np
 from clearance.mechanism.store import KERNEL
 from clearance.stepping import status
 from clearance.stepping.types import (
-    ERROR, HAS_PREDICTOR, INTEGERS, JACOBIAN_STATE, LAST_H, LU_STATE, MATRIX, ORDER, REJECTED, RTOL, STATES, STEP,
-    STEPS, VECTOR, compiled, complex128, inline, int64,
+    ERROR,
+    HAS_PREDICTOR,
+    INTEGERS,
+    JACOBIAN_STATE,
+    LAST_H,
+    LU_STATE,
+    MATRIX,
+    ORDER,
+    REJECTED,
+    RTOL,
+    STATES,
+    STEP,
+    STEPS,
+    VECTOR,
+    compiled,
+    complex128,
+    inline,
+    int64,
 )  # fmt: skip
 
 # entries of `clock`
@@ -434,8 +450,8 @@ def advance(call, s):
 
 
 LOOP_SIGNATURE = int64(
-    STEP, STEP, KERNEL, KERNEL, KERNEL, KERNEL, KERNEL, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, INTEGERS,
-    VECTOR, INTEGERS, MATRIX, MATRIX, MATRIX, VECTOR, MATRIX, MATRIX, VECTOR, MATRIX, complex128[:, ::1], MATRIX, int64,
+    STEP, STEP, KERNEL, KERNEL, KERNEL, KERNEL, KERNEL, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR,
+    INTEGERS, VECTOR, INTEGERS, MATRIX, MATRIX, MATRIX, VECTOR, MATRIX, MATRIX, VECTOR, MATRIX, complex128[:, ::1], MATRIX, int64,
 )  # fmt: skip
 
 

@@ -10,8 +10,20 @@ import math
 from clearance.stepping import tableaus
 from clearance.stepping.linear import factor, solve
 from clearance.stepping.types import (
-    ERROR, EVALUATE_LEDGER, EVALUATIONS, FACTORISATIONS, HAS_PREDICTOR, JACOBIAN_STATE, JACOBIANS, LAST_H, LU_STATE, RTOL,
-    STATES, STEP_SIGNATURE, compiled, inline,
+    ERROR,
+    EVALUATE_LEDGER,
+    EVALUATIONS,
+    FACTORISATIONS,
+    HAS_PREDICTOR,
+    JACOBIAN_STATE,
+    JACOBIANS,
+    LAST_H,
+    LU_STATE,
+    RTOL,
+    STATES,
+    STEP_SIGNATURE,
+    compiled,
+    inline,
 )  # fmt: skip
 
 A, C, E = tableaus.RADAU_A, tableaus.RADAU_C, tableaus.RADAU_E
@@ -156,9 +168,9 @@ def _ledger(rhs, t, h, y, par, work, counts, m, n):
 
 @compiled(STEP_SIGNATURE)
 def step(rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, m, complexes):
-    """One step from y with f = y' to y_new with f_new; the error over tolerance goes to control[ERROR]. 0 if it worked."""
+    """One step from y with f = y' to y_new with f_new; error over tolerance in control[ERROR]. 0 if it worked."""
     size, n = y.size, counts[STATES]
-    for attempt in range(2):
+    for _attempt in range(2):
         fresh = counts[JACOBIAN_STATE] != 1
         if fresh:
             for i in range(n * n):
@@ -201,7 +213,9 @@ def step(rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, contr
 
 
 @compiled(STEP_SIGNATURE)
-def interpolant(rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, m, complexes):
+def interpolant(
+    rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, m, complexes
+):
     """Dense output of the step just made: its collocation polynomial, order 3."""
     for i in range(y.size):
         dense[0, i] = y[i]

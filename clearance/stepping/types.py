@@ -1,4 +1,4 @@
-"""Types the compiled steppers share: one signature a role, so every stepper takes every kernel and the loop every stepper."""
+"""Types the steppers share: one signature a role, so every stepper takes every kernel and the loop every stepper."""
 
 from clearance.mechanism.store import COMPILED, KERNEL, njit, types
 
