@@ -26,7 +26,7 @@ __all__ = [
 ]  # fmt: skip
 
 _LAZY = {
-    "simulate": "clearance.simulate", "SimulationError": "clearance.simulate", "open_result": "clearance.results",
+    "simulate": "clearance.simulation", "SimulationError": "clearance.simulation", "open_result": "clearance.results",
     "Result": "clearance.results", "load_case": "clearance.catalogue",
 }  # fmt: skip
 

@@ -125,7 +125,7 @@ def list_cases(options) -> int:
 
 
 def run_case(options) -> int:
-    from clearance.simulate import SimulationError, simulate
+    from clearance.simulation import SimulationError, simulate
 
     case, values, scene = _scene(options)
     output = Path(options.output or f"{case.name}.h5")

@@ -1,8 +1,8 @@
 """The result file: one HDF5 file a run, written as the run goes, complete or honestly partial.
 
-Layout (SI units; every dataset has `units` and `long_name`): /time, /bodies, /joints, /springs, /drives, /energy along time;
-/events with one row per contact; /solver with one row per step. Times are dimension scales, so that xarray opens each
-group.
+Layout (SI units; every dataset has `units` and `long_name`): /time, /bodies, /joints, /springs, /drives, /energy
+along time; /events with one row per contact; /solver with one row per step. Times are dimension scales, so that
+xarray opens each group.
 """
 
 import datetime
@@ -92,7 +92,7 @@ class ResultWriter:
             _append(self.file[c.path], rows[:, i])
 
     def _summarise(self, rows: np.ndarray) -> None:
-        """Ranges of all channels, peak joint forces and the energy turned over, for summaries without reading the file."""
+        """Ranges of all channels, peak joint forces, energy turned over: for summaries without reading the file."""
         self.low, self.high = np.minimum(self.low, rows.min(axis=0)), np.maximum(self.high, rows.max(axis=0))
         for i, c in enumerate(self.channels):
             if c.path.endswith("/force_x"):
@@ -198,9 +198,8 @@ class Channels:
 class Result:
     """A result file, read lazily: `result["slider"].ax`, `result.joint("B").force`, `result.energy.residual`."""
 
-    def __init__(self, path: str | Path, keep: object = None):
+    def __init__(self, path: str | Path):
         self.path = Path(path)
-        self._keep = keep  # a temporary directory that must outlive the file
         if not self.path.exists():
             raise FileNotFoundError(f"no result file {self.path}")
         try:

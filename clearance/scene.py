@@ -29,8 +29,8 @@ class Body:
     name; mass [kg] > 0; inertia about the centre of mass [kg m2] > 0; points: named points (x, y) in the body's own
     frame [m]; com: centre of mass in that frame [m]. `body["pin"]` is the named point.
     A rough start helps the assembly to find the intended configuration: angle [rad] of the body's frame, position
-    (x, y) of its origin [m] (default: found by following the joints). angular_velocity [rad/s] and velocity (of the centre of
-    mass, m/s) start the motions that no drive prescribes.
+    (x, y) of its origin [m] (default: found by following the joints). angular_velocity [rad/s] and velocity (of the
+    centre of mass, m/s) start the motions that no drive prescribes.
     """
 
     name: str

@@ -1,7 +1,7 @@
 """An independent formulation of the same mechanics, for tests and benchmarks only.
 
 Absolute coordinates of all bodies and Lagrange multipliers: [M J^T; J 0] [a; lambda] = [F; gamma], one dense LAPACK
-solve in numba. Nothing of the package's mechanics is used, only the scene's data; joint forces are written out again here.
+solve in numba. Nothing of the package's mechanics is used, only the scene's data; joint forces are written out here.
 """
 
 import math

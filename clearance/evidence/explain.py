@@ -40,7 +40,7 @@ def explain(scene: Scene) -> dict:
 def _states(mechanism: Mechanism) -> list[str]:
     plan = mechanism.structure.plan
     names = [f"{c.body.name} {c.what}" for c in plan.free]
-    names += [f"{j.name} eccentricity {a}" for j in mechanism.scene.clearance_joints for a in "xy"]
+    names += [f"{j.name} eccentricity {a}" for j in mechanism.eccentric for a in "xy"]
     ledger = ["energy input", "energy dissipated"] if mechanism.structure.ledger else []
     return [*names, *(f"rate of {n}" for n in names), *ledger]
 
@@ -106,7 +106,7 @@ def _has(scene: Scene, kind: str) -> bool:
 
 def _modules(mechanism: Mechanism) -> list[str]:
     """What is imported once everything a run of this scene needs has been imported."""
-    import_module("clearance.simulate")
+    import_module("clearance.simulation")
     import_module("clearance.stepping.loop")
     import_module("clearance.stepping.radau" if _used(mechanism, "jacobian") else "clearance.stepping.dop853")
     own = [m for m in sys.modules if m.startswith("clearance.") and "_case_" not in m]

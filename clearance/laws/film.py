@@ -24,11 +24,12 @@ def pinkus_sternlicht(eccentricity_ratio, radial_rate, entrainment, joint):
     F_t =  6 pi eps w P0 / ((2 + eps^2) sqrt(1 - eps^2)) g
 
     Continuously differentiable in eps' for w != 0, tends to -6 pi eps' P0 for eps -> 0, finite for every state
-    (1 - eps^2 is kept above 1e-9). Rigid, aligned, isoviscous; meant for L/D > 2, far too large below.
+    (eps counts as at most 1, and 1 - eps^2 is kept above 1e-9). Rigid, aligned, isoviscous;
+    meant for L/D > 2, far too large below.
     Source: Pinkus and Sternlicht, Theory of Hydrodynamic Lubrication (1961), in the form used by Flores et al. (2006),
     with k^2 = (1 - eps^2)((w / 2 eps')^2 + 1/eps^2) multiplied out; the receding branch carries the plus sign.
     """
-    eps = max(eccentricity_ratio, ECCENTRICITY_FLOOR)
+    eps = min(max(eccentricity_ratio, ECCENTRICITY_FLOOR), 1.0)
     scale = joint.viscosity * joint.length * joint.radius**3 / joint.clearance**2
     gap = max(1.0 - eps * eps, WALL)
     root = math.sqrt(gap)

@@ -21,11 +21,16 @@ LARGEST_TURN = 0.5  # rad a single correction may turn a body
 
 @dataclass(frozen=True)
 class Start:
-    """Assembled poses and velocities: body -> (x, y, angle) of the centre of mass; size of the mechanism [m]."""
+    """Assembled poses and velocities: body -> (x, y, angle) of the centre of mass; size of the mechanism [m].
+
+    measured: clearance joints that would over-constrain the mechanism if they were closed (a third bearing of a bar, a
+    second coupler of a parallelogram); their eccentricity follows from the other coordinates.
+    """
 
     pose: dict[Body, tuple[float, float, float]]
     velocity: dict[Body, tuple[float, float, float]]
     size: float
+    measured: tuple[ClearanceRevolute, ...] = ()
 
     def slide(self, joint: Prismatic) -> tuple[float, float]:
         """Displacement of a prismatic joint and its rate."""
@@ -41,12 +46,17 @@ def assemble(scene: Scene) -> Start:
     system = _System(scene)
     q = system.rough()
     system.take_start_values(q)
+    system.choose_measured(system.beside(q))
     q = system.closed(q)
+    system.choose_measured(q)
     system.check_rank(q)
+    system.check_measured(q)
     velocity = system.velocities(q)
     poses = {b: tuple(map(float, q[3 * i : 3 * i + 3])) for i, b in enumerate(scene.bodies)}
     rates = {b: tuple(map(float, velocity[3 * i : 3 * i + 3])) for i, b in enumerate(scene.bodies)}
-    return Start(poses | {ground: (0.0, 0.0, 0.0)}, rates | {ground: (0.0, 0.0, 0.0)}, system.size)
+    return Start(
+        poses | {ground: (0.0, 0.0, 0.0)}, rates | {ground: (0.0, 0.0, 0.0)}, system.size, tuple(system.measured)
+    )
 
 
 class _System:
@@ -54,6 +64,8 @@ class _System:
 
     def __init__(self, scene: Scene):
         self.scene = scene
+        self.joints: list[Joint] = list(scene.joints)
+        self.measured: list[ClearanceRevolute] = []
         self.place = {b: 3 * i for i, b in enumerate(scene.bodies)}
         self.drives = [d for d in scene.loads if isinstance(d, Drive)]
         self.start: dict[Drive, float] = {}
@@ -129,7 +141,7 @@ class _System:
     def equations(self, q, starting: bool = True):
         """Labels, residuals and Jacobian of all constraints; `starting` includes start values of effort drives."""
         rows: list[tuple[str, float, dict[int, float]]] = []
-        for joint in self.scene.joints:
+        for joint in self.joints:
             rows += self._joint_rows(q, joint)
         for drive in self.drives:
             if drive in self.start and (starting or drive.prescribes):
@@ -211,8 +223,17 @@ class _System:
                 break
         labels, residual, _ = self.equations(best)
         if np.abs(residual).max(initial=0.0) > CLOSURE * self.size:
+            self._check_count(best)
             self._report_open(labels, residual)
         return best
+
+    def _check_count(self, q: np.ndarray) -> None:
+        """Too many equations for any position (a stretched loop alone is singular too, so look beside it)."""
+        self.check_rank(self.beside(q))
+
+    def beside(self, q: np.ndarray) -> np.ndarray:
+        """Some position with nothing special about it."""
+        return q + 0.1 * self.size * np.random.default_rng(1).uniform(-1.0, 1.0, q.size)
 
     def _report_open(self, labels, residual) -> None:
         totals: dict[str, float] = {}
@@ -224,25 +245,32 @@ class _System:
             f"(all together {float(np.linalg.norm(residual)):.6g}); check lengths and the rough start angles"
         )
 
+    def choose_measured(self, q: np.ndarray) -> None:
+        """Leave out clearance joints, last first, until the others' equations are independent at q."""
+        while True:
+            guilty = self._dependent(q)[0]
+            loose = [j for j in self.joints if isinstance(j, ClearanceRevolute) and j.label() in guilty]
+            if not loose:
+                return
+            self.joints.remove(loose[-1])
+            self.measured.append(loose[-1])
+
+    def check_measured(self, q: np.ndarray) -> None:
+        """A film joint whose eccentricity follows from the others must start inside its clearance circle."""
+        for joint in self.measured:
+            (ax, ay), (bx, by) = self._point(q, joint.a), self._point(q, joint.b)
+            e = math.hypot(bx - ax, by - ay)
+            if joint.contact is None and e >= joint.clearance:
+                raise ValueError(
+                    f"loop cannot close: {joint.label()} starts {e:.6g} m off centre, outside its clearance circle "
+                    f"({joint.clearance:.6g} m); the other joints leave it no other place"
+                )
+
     def check_rank(self, q: np.ndarray) -> None:
         """Every equation must constrain something of its own."""
-        labels, _, matrix = self.equations(q, starting=False)
-        scaled = matrix.copy()
-        scaled[:, 2::3] /= self.size
-        for i, label in enumerate(labels):
-            if not label.startswith("joint") or not np.any(scaled[i, 0::3]) and not np.any(scaled[i, 1::3]):
-                scaled[i] *= self.size
-        if not scaled.size:
+        names, freedom = self._dependent(q)
+        if not names:
             return
-        left, values, _ = np.linalg.svd(scaled)
-        rank = int((values > RANK * values[0]).sum())
-        if rank == len(labels):
-            return
-        guilty = np.abs(left[:, rank:]).max(axis=1) > 1e-6
-        names = list(dict.fromkeys(n for n, g in zip(labels, guilty, strict=True) if g))
-        joints = [n for n in labels if n.startswith("joint")]
-        alone = scaled[: len(joints)]
-        freedom = scaled.shape[1] - int((np.linalg.svd(alone, compute_uv=False) > RANK * values[0]).sum())
         if freedom == 0:
             raise ValueError(f"locked: the joints leave no movement at all; too many equations in {', '.join(names)}")
         if any(not n.startswith("joint") for n in names):
@@ -254,6 +282,27 @@ class _System:
             "(or the start is a singular position; start elsewhere)"
         )
 
+    def _dependent(self, q: np.ndarray) -> tuple[list[str], int]:
+        """Labels of equations that repeat each other at q, and how many movements the joints alone leave."""
+        labels, _, matrix = self.equations(q, starting=False)
+        scaled = matrix.copy()
+        scaled[:, 2::3] /= self.size
+        for i, label in enumerate(labels):
+            if not label.startswith("joint") or not np.any(scaled[i, 0::3]) and not np.any(scaled[i, 1::3]):
+                scaled[i] *= self.size
+        if not scaled.size:
+            return [], scaled.shape[1]
+        left, values, _ = np.linalg.svd(scaled)
+        rank = int((values > RANK * values[0]).sum())
+        if rank == len(labels):
+            return [], scaled.shape[1] - rank
+        guilty = np.abs(left[:, rank:]).max(axis=1) > 1e-6
+        names = list(dict.fromkeys(n for n, g in zip(labels, guilty, strict=True) if g))
+        joints = [n for n in labels if n.startswith("joint")]
+        alone = scaled[: len(joints)]
+        freedom = scaled.shape[1] - int((np.linalg.svd(alone, compute_uv=False) > RANK * values[0]).sum())
+        return names, freedom
+
     # --- velocities
     def velocities(self, q: np.ndarray) -> np.ndarray:
         """Rates that satisfy all joints and drives, nearest to those given with the bodies."""
@@ -261,7 +310,7 @@ class _System:
         for body, i in self.place.items():
             rough[i : i + 3] = (*body.velocity, body.angular_velocity)
         _, _, matrix = self.equations(q, starting=False)
-        right = [r for j in self.scene.joints for r in getattr(j, "eccentricity_rate", (0.0, 0.0))]
+        right = [r for j in self.joints for r in getattr(j, "eccentricity_rate", (0.0, 0.0))]
         extra = []
         for drive in self.drives:
             if drive.prescribes:
@@ -273,7 +322,7 @@ class _System:
                     row[j] = slope
                 extra.append(row)
                 right.append(drive.speed_start)
-        order = [*range(2 * len(self.scene.joints))]
+        order = [*range(2 * len(self.joints))]
         matrix = np.vstack([matrix, *extra]) if extra else matrix
         right = self._in_row_order(right, order, extra)
         step = np.linalg.lstsq(matrix, np.array(right) - matrix @ rough, rcond=1e-12)[0]

@@ -14,6 +14,7 @@ from clearance.mechanism.kinematics import Kinematics, Pose
 from clearance.mechanism.loops import mode
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.structure import Structure
+from clearance.mechanism.topology import Plan, closed_plan
 from clearance.mechanism.trace import Trace
 from clearance.scene import Scene
 
@@ -43,6 +44,11 @@ class Mechanism:
             self.loaded[role] = store.load(role, self.structure.texts[role])
         return self.loaded[role]
 
+    @property
+    def eccentric(self) -> list:
+        """Clearance joints whose eccentricities are coordinates."""
+        return [j for j in self.scene.clearance_joints if j not in self.start.measured]
+
     @cached_property
     def frequency(self) -> float:
         """A typical angular frequency [rad/s]: of the drives, or of gravity."""
@@ -63,7 +69,7 @@ class Mechanism:
     def scale(self) -> np.ndarray:
         """Natural size of each state: clearance for eccentricities, 1 rad for angles, the size for lengths."""
         lengths = [1.0 if c.what == "angle" else self.start.size for c in self.structure.plan.free]
-        lengths += [j.clearance for j in self.scene.clearance_joints for _ in range(2)]
+        lengths += [j.clearance for j in self.eccentric for _ in range(2)]
         return np.array(lengths + [x * self.frequency for x in lengths])
 
 
@@ -71,9 +77,9 @@ def build(scene: Scene, ledger: bool = True) -> Mechanism:
     """Assemble a scene and find or make its structure. Raises ValueError with a clear reason for impossible scenes."""
     start = assemble(scene)
     numbers = Numbers(scene)
-    signature = (numbers.signature, ledger)
+    signature = (numbers.signature, tuple(j.name for j in start.measured), ledger)
     if signature not in _structures:
-        _structures[signature] = Structure(scene, numbers, ledger)
+        _structures[signature] = Structure(scene, numbers, start.measured, ledger)
     structure = _structures[signature]
     values = _values(scene, structure, numbers, start)
     par = np.zeros(len(values) + len(structure.slots.order))
@@ -90,20 +96,18 @@ def _values(scene: Scene, structure: Structure, numbers: Numbers, start: Start) 
     for drive in (d for d in scene.loads if isinstance(d, Drive) and d.speed is not None):
         values[numbers.index[f"{drive.name}.start"]] = _driven(drive, start)
     known = {**numbers.constants, **dict(zip(numbers.index, values, strict=True))}
-    k = Kinematics(Trace(), known.__getitem__, {}, {j: j.eccentricity for j in scene.clearance_joints})
+    k = Kinematics(
+        Trace(), known.__getitem__, {}, {j: j.eccentricity for j in scene.clearance_joints if j not in start.measured}
+    )
     for body, (x, y, angle) in start.pose.items():
         k.poses[body] = Pose(x, y, math.cos(angle), math.sin(angle), angle)
-    plan = _own_plan(scene, structure)
+    plan = _own_plan(scene, structure, start)
     return values + [mode(k, g) for g in plan.groups if f"mode.{g.label()}" in structure.modes]
 
 
-def _own_plan(scene: Scene, structure: Structure):
+def _own_plan(scene: Scene, structure: Structure, start: Start) -> Plan:
     """The structure's plan for the bodies of this scene (equal structures have equal plans)."""
-    if scene is structure.scene:
-        return structure.plan
-    from clearance.mechanism.topology import closed_plan
-
-    return closed_plan(scene)
+    return structure.plan if scene is structure.scene else closed_plan(scene, start.measured)
 
 
 def _driven(drive: Drive, start: Start) -> float:
@@ -115,14 +119,14 @@ def _driven(drive: Drive, start: Start) -> float:
 
 
 def _state(scene: Scene, structure: Structure, start: Start, ledger: bool) -> np.ndarray:
-    plan = _own_plan(scene, structure)
+    plan = _own_plan(scene, structure, start)
     placed = {a.body: a.joint for g in plan.groups for a in g.attachments}
     q, u = [], []
     for c in plan.free:
         value, rate = _coordinate(c, placed[c.body], start)
         q.append(value)
         u.append(rate)
-    for joint in scene.clearance_joints:
+    for joint in (j for j in scene.clearance_joints if j not in start.measured):
         q += joint.eccentricity
         u += joint.eccentricity_rate
     return np.array([*q, *u, *([0.0, 0.0] if ledger else [])])
@@ -138,7 +142,7 @@ def _coordinate(c, joint, start: Start) -> tuple[float, float]:
 def _work(scene: Scene, structure: Structure, start: Start) -> np.ndarray:
     """Impact speeds (from the start velocities), then start values of Newton-solved loop coordinates."""
     work = [max(math.hypot(*j.eccentricity_rate), 0.0) for j in scene.clearance_joints]
-    plan = _own_plan(scene, structure)
+    plan = _own_plan(scene, structure, start)
     for group in (g for g in plan.groups if g.form == "newton"):
         placed = {a.body: a.joint for a in group.attachments}
         work += [_coordinate(c, placed[c.body], start)[0] for c in group.unknowns]

@@ -176,6 +176,13 @@ class Kinematics:
         x, y = self.joint_point(joint, side)
         return x - self.poses[body].x, y - self.poses[body].y
 
+    def separation(self, joint, field: dict) -> tuple[Vector, Vector]:
+        """From a joint's point a to its point b, and the rate, from poses and velocities."""
+        (ax, ay), (bx, by) = (self.joint_point(joint, s) for s in "ab")
+        ua, va = moved(field[joint.a.body], self.arm(joint, "a"))
+        ub, vb = moved(field[joint.b.body], self.arm(joint, "b"))
+        return (bx - ax, by - ay), (ub - ua, vb - va)
+
     def slide_rate(self, joint: Prismatic, field: dict) -> Value:
         """Rate of the displacement of b along a's axis."""
         a = joint.a.body

@@ -38,9 +38,9 @@ class Channel:
 class Structure:
     """Traced once per structure. `texts[role]` is the source of each kernel, `derive` fills derived parameters."""
 
-    def __init__(self, scene: Scene, numbers: Numbers, ledger: bool = True):
-        self.scene, self.ledger = scene, ledger
-        self.plan, self.cut = closed_plan(scene), cut_plan(scene)
+    def __init__(self, scene: Scene, numbers: Numbers, measured: tuple, ledger: bool = True):
+        self.scene, self.ledger, self.measured = scene, ledger, measured
+        self.plan, self.cut = closed_plan(scene, measured), cut_plan(scene)
         self.modes = [f"mode.{g.label()}" for g in self.plan.groups if g.form in ("RRR", "RRP", "RPR")]
         self.index = dict(numbers.index)
         for name in self.modes:
@@ -61,27 +61,30 @@ class Structure:
     @property
     def size(self) -> int:
         """Number of second-order degrees of freedom."""
-        return len(self.plan.free) + 2 * len(self.scene.clearance_joints)
+        return len(self.plan.free) + 2 * (len(self.scene.clearance_joints) - len(self.measured))
 
     def _trace(self) -> None:
-        trace, size, joints = self.trace, self.size, self.scene.clearance_joints
+        trace, size, everyone = self.trace, self.size, self.scene.clearance_joints
+        joints = [j for j in everyone if j not in self.measured]
         time = trace.load("t")
         position = [trace.load(f"y[{i}]") for i in range(size)]
         rate = [trace.load(f"y[{size + i}]") for i in range(size)]
         count = len(self.plan.free)
         offsets = {j: tuple(position[count + 2 * i : count + 2 * i + 2]) for i, j in enumerate(joints)}
         offset_rates = {j: tuple(rate[count + 2 * i : count + 2 * i + 2]) for i, j in enumerate(joints)}
-        impact = {j: trace.load(f"work[{i}]") for i, j in enumerate(joints) if j.contact is not None}
+        impact = {j: trace.load(f"work[{i}]") for i, j in enumerate(everyone) if j.contact is not None}
         trace.section = "drives"
         driven = {d: self._prescribed(d, time) for d in self.scene.loads if isinstance(d, Drive) and d.prescribes}
         values = dict(zip(self.plan.free, position, strict=False)) | _of_drives(self.plan, driven, 0)
         rates = dict(zip(self.plan.free, rate, strict=False)) | _of_drives(self.plan, driven, 1)
         self.kinematics = k = Kinematics(
-            trace, self.number, values, offsets, lambda i: trace.load(f"work[{len(joints) + i}]")
+            trace, self.number, values, offsets, lambda i: trace.load(f"work[{len(everyone) + i}]")
         )
         k.place(self.plan)
         trace.section = "velocities"
         motion = Propagation(k, self.plan).field(rates, offset_rates)
+        for joint in self.measured:
+            offsets[joint], offset_rates[joint] = k.separation(joint, motion)
         self.dynamics = d = Dynamics(self.scene, k, motion, self.cut, self.calls, time)
         self.applied = d.applied(offsets, offset_rates, impact)
         self.acceleration = d.accelerations(self.applied, _of_drives(self.cut, driven, 2))

@@ -63,9 +63,9 @@ class Plan:
         return [c for g in self.groups for a in g.attachments for c in a.coordinates if c.source == "free"]
 
 
-def closed_plan(scene: Scene) -> Plan:
-    """The plan with every clearance joint closed (its eccentricity counts as a known offset)."""
-    return _Planner(scene, scene.joints).run()
+def closed_plan(scene: Scene, measured: tuple = ()) -> Plan:
+    """The plan with every clearance joint closed (its eccentricity counts as a known offset), but for the measured."""
+    return _Planner(scene, [j for j in scene.joints if j not in measured]).run()
 
 
 def cut_plan(scene: Scene) -> Plan:

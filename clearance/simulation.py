@@ -1,8 +1,13 @@
-"""The one simulate call: scene in, result file out."""
+"""The one simulate call: scene in, result file out.
+
+Not called simulate.py: a module of that name would hide the function cl.simulate.
+"""
 
 import math
+import shutil
 import tempfile
 import time as clock_of_the_wall
+import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
@@ -169,10 +174,10 @@ class Run:
 
     def to_file(self, path: str | Path | None, progress: Callable[[float], None] | None) -> Result:
         """Run to the end, streaming into the file."""
-        keep = None
+        folder = None
         if path is None:
-            keep = tempfile.TemporaryDirectory(prefix="clearance-", ignore_cleanup_errors=True)
-            path = Path(keep.name) / "run.h5"
+            folder = tempfile.mkdtemp(prefix="clearance-")
+            path = Path(folder) / "run.h5"
         writer = ResultWriter(Path(path), self.mechanism.structure.channels, self._attributes())
         began, failure = clock_of_the_wall.perf_counter(), None
         code = codes.RUNNING
@@ -192,7 +197,9 @@ class Run:
             wall = clock_of_the_wall.perf_counter() - began
             finished = "complete" if code == codes.DONE else f"partial: {failure or 'stopped by an error'}"
             writer.close(finished, self._summary(wall))
-        result = Result(path, keep)
+        result = Result(path)
+        if folder is not None:
+            weakref.finalize(result, shutil.rmtree, folder, ignore_errors=True)
         if failure is not None:
             raise SimulationError(failure, result)
         return result
@@ -220,11 +227,11 @@ class Run:
 
     def _failure(self, code: int) -> str:
         """Where and why a run failed: time, joint and state."""
-        joints = self.mechanism.scene.clearance_joints
+        joints, moving = self.mechanism.scene.clearance_joints, self.mechanism.eccentric
         count = len(self.mechanism.structure.plan.free)
         states = [
             f"{j.name}: eccentricity ratio {math.hypot(*self.y[count + 2 * i : count + 2 * i + 2]) / j.clearance:.9f}"
-            for i, j in enumerate(joints)
+            for i, j in enumerate(moving)
         ]
         states += [
             f"{c.body.name} {c.what} = {v:.6g}"

@@ -1,0 +1,13 @@
+"""A user's own case file: the Stephenson six-bar of the tests with a lubricated joint C."""
+
+import clearance as cl
+from tests import mechanisms as m
+
+
+def scene(*, speed: float = 15.0, clearance: float = 1e-4) -> cl.Scene:
+    """Stephenson six-bar.
+
+    speed: crank speed [rad/s]
+    clearance: radial clearance of joint C [m]
+    """
+    return m.stephenson(m.chooser(m.film, "C", clearance=clearance), speed=speed)

@@ -1,0 +1,186 @@
+"""The command line: exit status, one clear line for wrong input, JSON purity, a mechanism of one's own."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from clearance import cli
+
+OWN = Path(__file__).parent / "own_mechanisms"
+
+
+def run(*arguments, capsys=None):
+    """Exit status and output of one command in this process."""
+    try:
+        status = cli.main([str(a) for a in arguments])
+    except SystemExit as stop:
+        status = stop.code
+    out = capsys.readouterr()
+    return status, out.out, out.err
+
+
+def test_run_json(tmp_path, capsys):
+    out = tmp_path / "run.h5"
+    status, text, err = run(
+        "run", "six_bar_feeder", "-p", "model=lubricated", "-p", "joints=B", "--turns", 1, "-o", out, "--json",
+        capsys=capsys,
+    )  # fmt: skip
+    assert (status, err) == (0, "")
+    found = json.loads(text)
+    assert found["status"] == "complete"
+    assert found["file"] == str(out)
+    assert found["steps"] > 10
+    assert found["energy_residual"] < 1e-4 * found["energy_turned_over"]
+    assert found["joints"]["B"]["smallest_gap"] > 0.0
+    assert out.exists()
+
+
+def test_units_and_readable_summary(tmp_path, capsys):
+    status, text, _ = run(
+        "run", "slider_crank", "-p", "speed=3000rpm", "-p", "clearance=0.2 mm", "--until", "1ms", "-o",
+        tmp_path / "r.h5", "--plot", capsys=capsys,
+    )  # fmt: skip
+    assert status == 0
+    assert "contacts" in text
+    assert "energy       residual" in text
+    assert (tmp_path / "r.png").stat().st_size > 20000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["-p", "clearance=-1mm"], "clearance must be positive, got -0.001"),
+        (["-p", "clearance=20mm"], "radius 0.01 m must be larger than clearance 0.02 m"),
+        (["-p", "colour=red"], "no parameter 'colour'; it has speed, clearance"),
+        (["-p", "speed=10furlong"], "speed: unknown unit 'furlong'"),
+        (["-p", "speed=fast"], "speed: 'fast' is not a number"),
+        (["-p", "speed"], "expected NAME=VALUE"),
+        (["-p", "joints=Z"], "joints must be one of A, B, C, D, E, F; got 'Z'"),
+        (["-p", "joints="], "joints: name at least one"),
+        (["-p", "model=wet"], "model must be one of ideal, dry, lubricated; got 'wet'"),
+        (["-p", "viscosity=0"], "viscosity must be positive, got 0.0"),
+        (["-p", "model=dry", "-p", "restitution=2"], r"restitution must lie in [0, 1], got 2.0"),
+        (["-p", "speed=0"], "turns needs a constant-speed rotating drive"),
+        (["--turns", "-1"], "turns must be positive"),
+        (["--turns", "many"], "'many' is not a number"),
+        (["--rtol", "0"], "rtol must be positive"),
+        (["--rtol", "1"], "rtol must lie in [1e-14, 0.1]"),
+        (["--method", "euler"], "method must be auto, dop853 or radau, got 'euler'"),
+        (["--method", "radau", "-p", "model=ideal"], "no degree of freedom"),
+        (["--turns", "1", "--until", "1s"], "not allowed with"),
+    ],
+)
+def test_bad_input_is_one_clear_line(arguments, line, tmp_path, capsys):
+    status, text, err = run("run", "six_bar_feeder", *arguments, "-o", tmp_path / "r.h5", capsys=capsys)
+    assert status == 2
+    assert text == ""
+    assert line in err
+    assert err.startswith("clearance: ")
+    assert err.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("case", ["nosuch", "no/such.py", "nosuch.py"])
+def test_unknown_case(case, capsys):
+    status, _, err = run("run", case, capsys=capsys)
+    assert status == 2
+    assert "known: double_pendulum, four_bar" in err or "no case file" in err
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("def scene(:", "SyntaxError"),
+        ("x = 1", "must define a function scene"),
+        ("def scene(*, speed): return 1", "parameter 'speed' of scene() needs a default value"),
+        ("def scene(): return 1", "scene() must return a Scene, got int"),
+        ("import clearance as cl\nb = cl.Body('b', -1.0, 1.0)", "body b: mass must be positive, got -1.0"),
+    ],
+)
+def test_bad_case_files(text, line, tmp_path, capsys):
+    path = tmp_path / "own.py"
+    path.write_text(text)
+    status, _, err = run("run", path, "--until", 1, capsys=capsys)
+    assert status == 2
+    assert line in err
+    assert err.count("\n") == 1
+
+
+def test_a_run_that_fails_half_way(tmp_path, capsys):
+    """Exit status 1, the reason, and a file that holds what was computed."""
+    path = tmp_path / "overloaded.py"
+    path.write_text(
+        "import clearance as cl\n"
+        "def scene(*, viscosity: float = 1e-12):\n"
+        "    journal = cl.Body('journal', 50.0, 1e-2)\n"
+        "    return cl.Scene(cl.ClearanceRevolute(cl.ground, journal, name='J', radius=0.01, clearance=1e-4,\n"
+        "        length=0.02, film=cl.pinkus_sternlicht(), lubricant=cl.Lubricant(viscosity)))\n"
+    )
+    out = tmp_path / "r.h5"
+    status, text, err = run("run", path, "--until", "1s", "-o", out, "--json", capsys=capsys)
+    assert status == 1
+    found = json.loads(text)
+    assert found["status"] == "failed"
+    assert "joint J" in found["message"]
+    assert "at t = " in err
+    assert out.exists()
+
+
+@pytest.mark.parametrize("name", ["watt", "stephenson"])
+def test_a_mechanism_of_ones_own(name, tmp_path, capsys):
+    """A Watt six-bar, and a Stephenson six-bar whose loop no dyads solve, through the same command."""
+    out = tmp_path / "own.h5"
+    case = OWN / f"{name}.py"
+    status, text, err = run("run", case, "-p", "clearance=0.05mm", "--turns", 1, "-o", out, "--json", capsys=capsys)
+    assert (status, err) == (0, "")
+    assert json.loads(text)["status"] == "complete"
+    status, text, _ = run("explain", case, "--json", capsys=capsys)
+    ways = [group["solved"] for group in json.loads(text)["plan"]]
+    assert any("Newton" in w for w in ways) == (name == "stephenson")
+
+
+def test_cases(capsys):
+    status, text, _ = run("cases", "--json", capsys=capsys)
+    assert status == 0
+    found = json.loads(text)
+    assert {"six_bar_feeder", "slider_crank", "four_bar", "double_pendulum"} <= set(found)
+    for case in found.values():
+        for name, parameter in case["parameters"].items():
+            assert parameter["units"] != "?", name
+            assert parameter["text"], name
+    assert run("cases", capsys=capsys)[1].count("m ") > 5
+
+
+def test_explain(capsys):
+    status, text, _ = run(
+        "explain", "six_bar_feeder", "-p", "model=dry", "-p", "friction=none", "--json", capsys=capsys
+    )
+    assert status == 0
+    found = json.loads(text)
+    assert found["states"][:2] == ["B eccentricity x", "B eccentricity y"]
+    assert {"film", "lubricant", "friction", "Newton loops"} <= set(found["left_out"])
+    assert "jacobian" not in found["kernels"]
+    assert not any("film" in c for k in found["kernels"].values() for c in k["calls"])
+    ideal = json.loads(run("explain", "six_bar_feeder", "-p", "model=ideal", "--json", capsys=capsys)[1])
+    assert ideal["states"] == ["energy input", "energy dissipated"]
+    assert "clearance states" in ideal["left_out"]
+    assert "left out" in run("explain", "six_bar_feeder", capsys=capsys)[1]
+
+
+def test_explain_lists_what_a_run_imports():
+    command = [sys.executable, "-m", "clearance.cli", "explain", "six_bar_feeder", "-p", "model=dry", "--json"]
+    modules = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)["modules"]
+    assert "clearance.stepping.dop853" in modules
+    assert not {"skfem", "matplotlib", "clearance.stepping.radau"} & set(modules)
+
+
+def test_installed_entry_point():
+    done = subprocess.run(
+        [sys.executable, "-m", "clearance.cli", "run", "six_bar_feeder", "-p", "clearance=-1mm"],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert done.stderr == "clearance: clearance must be positive, got -0.001\n"

@@ -1,0 +1,140 @@
+"""Derivatives written from law sources, against central differences."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from clearance import laws
+from clearance.laws.law import FilmJoint
+from clearance.mechanism.derivative import dependencies, jacobian_name, jacobian_sources
+
+SLOPE = 3.0
+
+
+def helper(a, b):
+    if a > b:
+        return a * b, a - b
+    return a / (1.0 + b * b), b
+
+
+def plain(x, y, gain):
+    return gain * x**3 - math.sin(x * y) / (2.0 + math.cos(y)) + SLOPE * abs(x)
+
+
+def branching(x, y, gain):
+    total = 0.0
+    if x > y:
+        total = x * x
+    elif x > -1.0:
+        total = -y * x
+    else:
+        total += gain * math.exp(-x * x)
+    return max(total, 0.1 * x, -5.0) + min(x, y)
+
+
+def looping(x, y, gain):
+    total, term = 0.0, 1.0
+    for k in range(1, 8):
+        term *= x / k
+        if k > 5:
+            continue
+        total += term * math.atan2(y, 2.0 + x * x)
+    while total > 3.0:
+        total = 0.5 * total + 0.1 * y
+    return total
+
+
+def helping(x, y, gain):
+    p, q = helper(x, y)
+    p, q = q, p
+    one = p if q > gain else helper(y, x)[0] if False else q * p
+    return one + math.hypot(p, 1.0 + q * q), math.sqrt(1.0 + x * x) * math.tanh(y)
+
+
+def powers(x, y, gain):
+    base = 1.0 + x * x
+    return base**gain + base ** (0.5 * y) - math.log(base) ** 2
+
+
+def written(function, active):
+    scope = {"math": math, **dependencies(function)}
+    for source in jacobian_sources(function, active).values():
+        exec(source, scope)
+    return scope[jacobian_name(function, active)]
+
+
+def check(function, state, rest, active, tolerance=1e-7):
+    """Central differences with h = 1e-6: 1e-7 of the value's size."""
+    found = written(function, active)(*state, *rest)
+    value = function(*state, *rest)
+    values = value if isinstance(value, tuple) else (value,)
+    assert found[: len(values)] == pytest.approx(values, rel=1e-14)
+    for n, i in enumerate(active):
+        h = 1e-6 * max(abs(state[i]), 1.0)
+        up, down = list(state), list(state)
+        up[i] += h
+        down[i] -= h
+        high, low = function(*up, *rest), function(*down, *rest)
+        for k, (a, b) in enumerate(zip(*((v if isinstance(v, tuple) else (v,)) for v in (high, low)), strict=True)):
+            slope = found[len(values) + k * len(active) + n]
+            assert slope == pytest.approx((a - b) / (2 * h), rel=tolerance, abs=tolerance * max(1.0, abs(values[k])))
+
+
+@pytest.mark.parametrize("function", [plain, looping, powers])
+@given(st.floats(-2, 2), st.floats(-2, 2))
+def test_smooth_functions(function, x, y):
+    if abs(x) < 1e-4 or abs(y) < 1e-4:
+        return
+    check(function, (x, y), (1.7,), (0, 1), 1e-6)
+
+
+@pytest.mark.parametrize("state", [(1.3, 0.4), (0.2, 0.9), (-1.6, 0.3), (-0.4, 1.7), (1.9, -1.2)])
+@pytest.mark.parametrize("function", [branching])
+def test_branches(function, state):
+    check(function, state, (1.7,), (0, 1))
+
+
+@pytest.mark.parametrize("active", [(0,), (1,), (0, 1)])
+def test_only_the_wanted_arguments(active):
+    check(plain, (0.7, -0.3), (1.1,), active)
+
+
+def test_helpers_are_differentiated_too():
+    def law(x, y, gain):
+        p, q = helper(x, y)
+        p, q = q, p
+        return p * math.hypot(p, 1.0 + q * q), math.sqrt(1.0 + x * x) * gain
+
+    check(law, (0.7, 0.2), (1.1,), (0, 1))
+    check(law, (0.1, 0.8), (1.1,), (0, 1))
+
+
+def test_unreadable_laws_are_refused_by_name():
+    def law(x, y, gain):
+        return sum([x, y])
+
+    with pytest.raises(ValueError, match="law law uses 'sum'"):
+        dependencies(law)
+    with pytest.raises(ValueError, match="law law: cannot differentiate"):
+        jacobian_sources(law, (0,))
+
+
+@given(st.floats(1e-3, 1.2), st.floats(-1e3, 1e3), st.floats(-1e3, 1e3))
+def test_film_law(ratio, rate, entrainment):
+    if abs(ratio - 1.0) < 1e-2 or abs(rate) < 1e-2 or abs(entrainment) < 1e-2:
+        return
+    joint = FilmJoint(1.0, 1.0, 1.0, 1.0)
+    function = laws.pinkus_sternlicht.function
+    value = function(ratio, rate, entrainment, joint)
+    found = written(function, (0, 1, 2))(ratio, rate, entrainment, joint)
+    for i, h in enumerate((1e-7, 1e-4, 1e-4)):
+        up, down = [ratio, rate, entrainment], [ratio, rate, entrainment]
+        up[i] += h
+        down[i] -= h
+        high, low = function(*up, joint), function(*down, joint)
+        for k in range(2):
+            size = abs(value[0]) + abs(value[1])
+            slope = found[2 + 3 * k + i]
+            assert slope == pytest.approx((high[k] - low[k]) / (2 * h), rel=2e-4, abs=1e-7 * size / h)

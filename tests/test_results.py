@@ -1,0 +1,209 @@
+"""The result file: layout, units, reading with h5py and xarray, streaming, honesty about partial runs."""
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+import xarray
+
+import clearance as cl
+from clearance.results import ResultWriter
+from tests import mechanisms as m
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    path = tmp_path_factory.mktemp("run") / "run.h5"
+    return cl.simulate(cl.load_case("six_bar_feeder"), turns=2.0, path=path, samples_per_turn=100)
+
+
+@pytest.fixture(scope="module")
+def dry(tmp_path_factory):
+    path = tmp_path_factory.mktemp("dry") / "dry.h5"
+    scene = cl.load_case("slider_crank", friction="coulomb")
+    return cl.simulate(scene, turns=1.0, path=path, samples_per_turn=100)
+
+
+def test_layout(run):
+    with h5py.File(run.path) as file:
+        assert file.attrs["format"] == "clearance-result"
+        assert file.attrs["format_version"] == 1
+        assert file.attrs["status"] == "complete"
+        assert file.attrs["case"] == "six_bar_feeder"
+        assert json.loads(file.attrs["scene"])["joints"][1]["type"] == "ClearanceRevolute"
+        assert "def rhs(t, y, par, work, out)" in file.attrs["kernel"]
+        assert set(file["bodies"]) == {"crank", "rod2", "rocker", "rod4", "slider"}
+        assert set(file["bodies/crank"]) == {"x", "y", "theta", "vx", "vy", "omega", "ax", "ay", "alpha"}
+        assert set(file["joints/A"]) == {"force_x", "force_y"}
+        assert set(file["joints/B"]) == {
+            "force_x", "force_y", "eccentricity_x", "eccentricity_y", "gap", "film_thickness_ratio", "film_radial",
+            "film_tangential", "power_loss",
+        }  # fmt: skip
+        assert set(file["drives/crank"]) == {"torque", "power"}
+        assert set(file["energy"]) == {"kinetic", "potential", "input", "dissipated", "residual"}
+        assert {"time", "joint", "kind", "impact_speed", "peak_force", "duration"} <= set(file["events"])
+        assert set(file["solver"]) == {"time", "step", "error_estimate"}
+        assert {"method", "rtol", "atol", "steps", "rejected", "evaluations", "jacobians", "wall_s"} <= set(
+            file["solver"].attrs
+        )
+        file.visititems(check_dataset)
+
+
+def check_dataset(name, item):
+    if isinstance(item, h5py.Dataset):
+        assert item.attrs["units"], name
+        assert item.attrs["long_name"], name
+        if item.dtype.kind == "f":
+            assert np.isfinite(item[()]).all(), name
+
+
+def test_dry_channels(dry):
+    with h5py.File(dry.path) as file:
+        assert {"contact_force", "friction", "gap", "power_loss"} <= set(file["joints/C"])
+        assert "film_radial" not in file["joints/C"]
+        assert (file["joints/C/contact_force"][()] >= 0.0).all()
+        assert set(file["events/joint"].asstr()[()]) == {"C"}
+        file.visititems(check_dataset)
+
+
+@pytest.mark.parametrize("group", ["/", "bodies/slider", "joints/B", "drives/crank", "energy", "events", "solver"])
+def test_opens_in_xarray(run, group):
+    with xarray.open_dataset(run.path, group=group, engine="h5netcdf") as data:
+        assert "time" in data.sizes
+        if group in ("events", "solver", "/"):
+            assert "time" in data.coords
+        for variable in data.variables.values():
+            assert "units" in variable.attrs or np.issubdtype(variable.dtype, np.datetime64)
+
+
+def test_reading(run):
+    result = cl.open_result(run.path)
+    assert result.complete
+    assert result.time.size == 201
+    assert result.time[-1] == pytest.approx(0.4, rel=1e-15)
+    assert result["slider"].ax.shape == (201,)
+    assert result.joint("B").force.shape == (201, 2)
+    assert result.joint("B").eccentricity.shape == (201, 2)
+    assert result.drive("crank").torque.shape == (201,)
+    assert result.range("joints/B/gap")[0] == result.joint("B").gap.min()
+    with pytest.raises(KeyError, match="no 'nobody' among bodies; there are: crank"):
+        result["nobody"]
+    with pytest.raises(AttributeError, match="no channel 'ay2'; it has"):
+        result["slider"].ay2  # noqa: B018
+    result.close()
+
+
+def test_angles_are_continuous(run):
+    """Two turns of the crank, and no jump of any body by more than its speed allows."""
+    assert run["crank"].theta[-1] - run["crank"].theta[0] == pytest.approx(4 * np.pi, abs=1e-12)
+    for body in ("crank", "rod2", "rocker", "rod4"):
+        steps = np.abs(np.diff(run[body].theta))
+        assert steps.max() <= 1.05 * np.abs(run[body].omega).max() * np.diff(run.time).max()
+
+
+def test_force_balance_of_a_body(run):
+    """Newton-Euler on rod 4 from the stored channels alone: m a = sum of joint forces + weight; 1e-12 of the forces."""
+    mass, g = 0.2669, 9.81
+    force = -run.joint("F").force + run.joint("E").force
+    np.testing.assert_allclose(mass * run["rod4"].ax, force[:, 0], atol=1e-11)
+    np.testing.assert_allclose(mass * (run["rod4"].ay + g), force[:, 1], atol=1e-11)
+
+
+def test_velocities_are_derivatives(run):
+    """Central differences of the stored positions: second order in the sampling."""
+    t = run.time
+    for body in ("rocker", "slider"):
+        slope = (run[body].x[2:] - run[body].x[:-2]) / (t[2] - t[0])
+        np.testing.assert_allclose(slope, run[body].vx[1:-1], atol=3e-3 * np.abs(run[body].vx).max())
+
+
+def test_save_and_open(run, tmp_path):
+    copy = run.save(tmp_path / "deep" / "copy.h5")
+    assert cl.open_result(copy).time.size == 201
+    assert [p.name for p in copy.parent.iterdir()] == ["copy.h5"]
+
+
+def test_what_is_not_a_result(tmp_path):
+    with pytest.raises(FileNotFoundError, match="no result file"):
+        cl.open_result(tmp_path / "nothing.h5")
+    text = tmp_path / "text.h5"
+    text.write_text("hello")
+    with pytest.raises(ValueError, match="not a readable HDF5 file"):
+        cl.open_result(text)
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file.attrs["format"] = "other"
+    with pytest.raises(ValueError, match="not a clearance result"):
+        cl.open_result(tmp_path / "other.h5")
+
+
+def test_streaming_gives_the_same_as_one_buffer(tmp_path, monkeypatch):
+    """Buffers of a few rows, steps and contacts: the file does not depend on them."""
+    import clearance.simulation as simulation
+
+    scene = cl.load_case("slider_crank")
+    whole = cl.simulate(scene, until=2e-3, samples=301)
+    monkeypatch.setattr(simulation, "ROWS", 7)
+    monkeypatch.setattr(simulation, "LOG_ROWS", 5)
+    monkeypatch.setattr(simulation, "IMPACT_ROWS", 2)
+    monkeypatch.setattr(simulation, "BUDGET", 11)
+    pieces = cl.simulate(scene, until=2e-3, samples=301)
+    assert len(whole.events["time"]) > 3
+    for path in ("time", "bodies/rod/theta", "joints/C/force_x", "events/time", "events/peak_force", "solver/time"):
+        np.testing.assert_array_equal(whole.file[path][()], pieces.file[path][()], err_msg=path)
+
+
+def test_a_killed_run_leaves_no_file_under_the_final_name(tmp_path):
+    writer = ResultWriter(tmp_path / "run.h5", [], {})
+    writer.flush()
+    assert [p.name for p in tmp_path.iterdir()] == ["run.h5.partial"]
+    writer.file.close()
+
+
+def test_interrupt_keeps_what_was_computed(tmp_path):
+    def interrupt(share):
+        if share > 0.3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        cl.simulate(cl.load_case("six_bar_feeder"), turns=500.0, path=tmp_path / "run.h5", progress=interrupt)
+    result = cl.open_result(tmp_path / "run.h5")
+    assert result.status.startswith("partial: interrupted at t = ")
+    assert 0.0 < result.time[-1] < 100.0
+
+
+@pytest.mark.parametrize("rtol", [1e-10])
+@pytest.mark.parametrize(
+    ("case", "options", "span"),
+    [
+        ("double_pendulum", {}, {"until": 3.0}),
+        ("four_bar", {"model": "ideal"}, {"turns": 2}),
+        ("slider_crank", {"model": "dry"}, {"turns": 1}),
+        ("six_bar_feeder", {"model": "dry", "friction": "none", "joints": "B"}, {"turns": 1}),
+        ("six_bar_feeder", {"model": "lubricated", "joints": "B,C,E"}, {"turns": 1}),
+        ("six_bar_feeder", {"model": "dry", "friction": "coulomb", "joints": "C"}, {"turns": 1}),
+    ],
+)
+def test_energy_closes(case, options, span, rtol):
+    """Below 1e-8 of the energy turned over at rtol 1e-10."""
+    result = cl.simulate(cl.load_case(case, **options), rtol=rtol, **span)
+    assert np.abs(result.energy.residual).max() < 1e-8 * result.file["energy"].attrs["turned_over"]
+
+
+def test_springs_loads_and_motor_close_the_ledger():
+    """Spring, damper, force, torque, torsion spring and a torque drive in one scene: every term of the ledger."""
+    arm = m.body("arm", {"S": (0, 0), "E": (0.3, 0)}, angle=0.4, com=(0.15, 0))
+    fore = m.body("fore", {"E": (0, 0), "H": (0.25, 0)}, angle=-0.3, com=(0.1, 0.01))
+    scene = cl.Scene(
+        cl.Revolute(cl.ground, arm["S"], name="S"),
+        cl.Revolute(arm["E"], fore["E"], name="E"),
+        cl.SpringDamper(cl.ground.at(0.4, 0.3), fore["H"], stiffness=200.0, damping=1.5, free_length=0.1),
+        cl.TorsionSpring(arm, fore, stiffness=3.0, damping=0.05, free_angle=-0.5),
+        cl.Force(fore["H"], x=2.0, y=-1.0),
+        cl.Torque(arm, 0.5),
+        cl.Drive(arm, torque=1.5, speed_start=2.0),
+    )
+    result = cl.simulate(scene, until=2.0, rtol=1e-10)
+    assert result["arm"].omega[0] == pytest.approx(2.0, rel=1e-12)
+    assert np.abs(result.energy.residual).max() < 1e-8 * result.file["energy"].attrs["turned_over"]
+    assert result.energy.dissipated[-1] > 0.0

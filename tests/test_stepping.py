@@ -1,0 +1,192 @@
+"""Steppers and the loop: order, events against closed-form motions, failures that keep what they had."""
+
+import math
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance.simulation import SimulationError
+from tests import mechanisms as m
+
+
+def pendulum():
+    """A smooth scene with two free degrees of freedom."""
+    return cl.load_case("double_pendulum", angle1=0.3, angle2=-0.2, damping=0.02)
+
+
+def state(result, k=-1):
+    return np.array([result[b].__getattr__(c)[k] for b in ("upper", "lower") for c in ("theta", "omega")])
+
+
+def fixed_step_error(method, steps, reference):
+    """Error at the end with (nearly) equal steps: a loose tolerance and a largest step."""
+    from clearance.mechanism.build import build
+    from clearance.simulation import Run, Span
+
+    run = Run(build(pendulum()), Span(1.0, 2), 0.05, (method, "test"), None)
+    run.clock[run.loop.LARGEST] = 1.0 / steps
+    run.control[run.types.RTOL] = 1e-3
+    run.scale *= 1e3
+    result = run.to_file(None, None)
+    run_steps = result.solver["steps"]
+    return np.abs(state(result) - reference).max(), run_steps
+
+
+@pytest.mark.parametrize(("method", "order", "steps"), [("dop853", 8, (48, 96)), ("radau", 5, (40, 80))])
+def test_order(method, order, steps):
+    """Observed order, from halved steps, at least the declared one less 0.5 (more is luck of this problem)."""
+    reference = state(cl.simulate(pendulum(), until=1.0, rtol=1e-13, samples=2))
+    (e1, n1), (e2, n2) = (fixed_step_error(method, n, reference) for n in steps)
+    assert order - 0.5 < math.log(e1 / e2) / math.log(n2 / n1) < order + 1.5
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau"])
+def test_error_follows_the_tolerance(method):
+    """Ten times the tolerance per digit, within a factor of 300 (global against local error)."""
+    reference = state(cl.simulate(pendulum(), until=1.0, rtol=1e-13, samples=2))
+    for rtol in (1e-5, 1e-8):
+        found = state(cl.simulate(pendulum(), until=1.0, rtol=rtol, samples=2, method=method))
+        assert np.abs(found - reference).max() < 300 * rtol
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau"])
+def test_dense_output_agrees_with_steps(method):
+    """Samples between steps lie on the solution: 1e-6 at rtol 1e-8."""
+    coarse = cl.simulate(pendulum(), until=1.0, rtol=1e-8, samples=401, method=method)
+    fine = cl.simulate(pendulum(), until=1.0, rtol=1e-12, samples=401)
+    assert np.abs(coarse["lower"].theta - fine["lower"].theta).max() < 1e-6
+
+
+def ball(restitution=1.0, clearance=1e-3, stiffness=1e8, mass=0.5, gravity=(0.0, -9.81), **more):
+    """A journal falling freely inside a fixed bearing."""
+    body = cl.Body("ball", mass, 1e-4)
+    joint = m.dry(cl.ground.at(0.2, 0.3), body.at(0, 0), "J", clearance, stiffness, restitution, **more)
+    return cl.Scene(joint, gravity=gravity)
+
+
+def test_fall_time_and_impact_speed():
+    """Free fall through the clearance: t = sqrt(2 c / g), v = sqrt(2 g c); 1e-12, the located event's promise."""
+    c, g = 1e-3, 9.81
+    result = cl.simulate(ball(), until=0.05, rtol=1e-8)
+    assert result.events["time"][0] == pytest.approx(math.sqrt(2 * c / g), rel=1e-12)
+    assert result.events["impact_speed"][0] == pytest.approx(math.sqrt(2 * g * c), rel=1e-12)
+
+
+def test_hertz_impact_without_gravity():
+    """Penetration (5 m v^2 / 4 K)^0.4, duration 2.9432 penetration / v, force K delta^1.5; elastic."""
+    v, mass, stiffness = 0.3, 0.5, 1e8
+    scene = ball(stiffness=stiffness, mass=mass, gravity=(0.0, 0.0), eccentricity_rate=(v, 0.0))
+    events = cl.simulate(scene, until=0.01, rtol=1e-11).events
+    depth = (1.25 * mass * v**2 / stiffness) ** 0.4
+    assert events["impact_speed"][0] == pytest.approx(v, rel=1e-12)
+    assert events["peak_penetration"][0] == pytest.approx(depth, rel=1e-9)
+    assert events["peak_force"][0] == pytest.approx(stiffness * depth**1.5, rel=1e-9)
+    assert events["duration"][0] == pytest.approx(2.94326 * depth / v, rel=1e-5)
+    assert events["separation_speed"][0] == pytest.approx(v, rel=1e-9)
+
+
+def test_impacts_are_neither_missed_nor_counted_twice():
+    """Without gravity and friction an elastic ball crosses the clearance in equal flights: the count is known."""
+    v, c = 0.3, 1e-3
+    scene = ball(gravity=(0.0, 0.0), clearance=c, eccentricity_rate=(v, 0.0))
+    events = cl.simulate(scene, until=0.5, rtol=1e-9).events
+    first, duration = c / v, events["duration"][0]
+    period = 2 * c / v + duration
+    expected = math.floor((0.5 - first) / period) + 1
+    assert len(events["time"]) == expected
+    np.testing.assert_allclose(np.diff(events["time"]), period, rtol=1e-6)
+
+
+@pytest.mark.parametrize("depth", [1e-6, 1e-8, 1e-10])
+def test_grazing_contact_is_found(depth):
+    """A ball that would pass its turning point `depth` beyond the wall touches it, however large the step could be."""
+    c, g = 1e-3, 9.81
+    speed = math.sqrt(2 * g * (c + depth))
+    events = cl.simulate(ball(clearance=c, eccentricity_rate=(0.0, speed)), until=speed / g * 1.5, rtol=1e-6).events
+    assert len(events["time"]) == 1
+    assert events["time"][0] < speed / g
+    assert 0.1 * depth < events["peak_penetration"][0] < depth
+
+
+def test_a_near_miss_is_no_contact():
+    c, g = 1e-3, 9.81
+    speed = math.sqrt(2 * g * (c - 1e-9))
+    events = cl.simulate(ball(clearance=c, eccentricity_rate=(0.0, speed)), until=speed / g * 1.5, rtol=1e-6).events
+    assert len(events["time"]) == 0
+
+
+def test_two_joints_touch_in_one_step():
+    """Two bearings of one rigid bar: falling together; the second joint's eccentricity follows from the first's."""
+    bar = cl.Body("bar", 1.0, 0.01)
+    joints = [m.dry(cl.ground.at(x, 0), bar.at(x, 0), n, 1e-3, 1e8, 1.0) for x, n in ((-0.1, "L"), (0.1, "R"))]
+    events = cl.simulate(cl.Scene(*joints), until=0.02, rtol=1e-8).events
+    assert sorted(events["joint"][:2]) == ["L", "R"]
+    assert events["time"][0] == pytest.approx(events["time"][1], rel=1e-9)
+
+
+def test_a_contact_at_the_start_counts():
+    events = cl.simulate(ball(eccentricity=(0.0, -1.01e-3)), until=0.002).events
+    assert events["time"][0] == 0.0
+
+
+def test_start_in_an_open_contact_is_recorded_as_open():
+    events = cl.simulate(ball(eccentricity=(0.0, -1.01e-3)), until=1e-6).events
+    assert list(events["kind"]) == ["open_contact"]
+    assert np.isfinite(events["duration"]).all()
+
+
+def test_dry_joint_beside_a_film_uses_the_implicit_method_with_events():
+    scene = m.watt(
+        lambda n, a, b: m.film(a, b, n) if n == "C" else m.dry(a, b, n) if n == "E" else cl.Revolute(a, b, name=n)
+    )
+    result = cl.simulate(scene, turns=0.5, rtol=1e-6)
+    assert result.solver["method"] == "radau"
+    assert len(result.events["time"]) > 0
+    assert np.abs(result.energy.residual).max() < 1e-4 * result.file["energy"].attrs["turned_over"]
+
+
+def overloaded():
+    """A film too thin for its load: a heavy journal in a nearly inviscid bearing."""
+    body = cl.Body("journal", 50.0, 1e-2)
+    joint = m.film(cl.ground.at(0, 0), body.at(0, 0), "J", viscosity=1e-12)
+    return cl.Scene(joint, cl.Torque(body, 0.0))
+
+
+def test_failure_names_time_joint_and_state_and_keeps_the_rest():
+    with pytest.raises(SimulationError, match=r"at t = .* s: joint J: .*eccentricity ratio") as caught:
+        cl.simulate(overloaded(), until=1.0, samples=1001)
+    result = caught.value.result
+    assert result.status.startswith("partial: at t = ")
+    assert 0 < result.time.size < 1001
+    assert all(np.isfinite(result.joint("J").gap))
+
+
+def test_step_limit_is_a_named_failure():
+    with pytest.raises(SimulationError, match="step limit"):
+        cl.simulate(pendulum(), until=10.0, max_steps=5)
+
+
+def test_leaving_the_reachable_positions_is_a_named_failure():
+    """A prescribed drive pushes a double rocker past its limit."""
+    crank = m.body("crank", {"A": (0, 0), "B": (0.2, 0)}, angle=1.2)
+    coupler = m.body("coupler", {"B": (0, 0), "C": (0.15, 0)}, angle=0.1)
+    rocker = m.body("rocker", {"D": (0, 0), "C": (0.2, 0)}, angle=1.6)
+    scene = cl.Scene(
+        cl.Revolute(cl.ground, crank["A"], name="A"),
+        cl.Revolute(crank["B"], coupler["B"], name="B"),
+        cl.Revolute(coupler["C"], rocker["C"], name="C"),
+        cl.Revolute(cl.ground.at(0.3, 0), rocker["D"], name="D"),
+        cl.Drive(crank, speed=1.0),
+    )
+    with pytest.raises(SimulationError, match="at t = ") as caught:
+        cl.simulate(scene, until=10.0, samples=1001)
+    assert 10 < caught.value.result.time.size < 1001
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.5, 0.9999])
+def test_start_eccentricity(ratio):
+    scene = m.watt(m.chooser(m.film, "C", eccentricity=(ratio * 1e-4, 0.0)))
+    result = cl.simulate(scene, turns=0.25)
+    assert result.joint("C").eccentricity[0] == pytest.approx([ratio * 1e-4, 0.0], abs=1e-16)
+    assert np.isfinite(result.joint("C").force).all()

@@ -1,0 +1,173 @@
+"""The kernel store: structure in the text, numbers in the vector, nothing compiled twice, nothing half-written."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance.mechanism import store
+from clearance.mechanism.build import build
+from tests import mechanisms as m
+from tests.plain import kernel as plain_kernel
+
+FEEDER = "six_bar_feeder"
+
+
+def files(folder):
+    return sorted(p.name for p in Path(folder).rglob("*") if p.is_file())
+
+
+def python(code, **environment):
+    """Run code in a fresh process and return what it prints as JSON."""
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env={**os.environ, **environment}, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_numbers_do_not_change_the_text():
+    """Speed, clearance, mass, viscosity, lengths: one structure, other parameters."""
+    first = build(cl.load_case(FEEDER))
+    second = build(cl.load_case(FEEDER, speed=10.0, clearance=2e-4, viscosity=0.1, roughness=2e-6))
+    assert first.structure is second.structure
+    assert not np.array_equal(first.par, second.par)
+
+
+@pytest.mark.parametrize(
+    "other", [{"joints": "C"}, {"joints": "B,C"}, {"model": "dry"}, {"model": "ideal"}, {"film_torques": False}]
+)
+def test_structure_changes_the_text(other):
+    assert build(cl.load_case(FEEDER)).structure.texts != build(cl.load_case(FEEDER, **other)).structure.texts
+
+
+def test_same_numbers_from_a_shared_structure():
+    """A second point of a structure gives what a structure of its own would give."""
+    build(cl.load_case(FEEDER))
+    shared = build(cl.load_case(FEEDER, clearance=2e-4, speed=20.0))
+    alone = python(
+        "import json, clearance as cl\n"
+        "from clearance.mechanism.build import build\n"
+        f"b = build(cl.load_case('{FEEDER}', clearance=2e-4, speed=20.0))\n"
+        "print(json.dumps([list(b.par), list(b.y0), b.structure.texts['rhs']]))"
+    )
+    assert alone == [list(shared.par), list(shared.y0), shared.structure.texts["rhs"]]
+
+
+def test_a_second_point_compiles_nothing(tmp_path):
+    """Files in a fresh store after one point, after a second point, and after a second process."""
+    code = (
+        "import json, os, pathlib, clearance as cl\n"
+        "count = lambda: len([p for p in pathlib.Path(os.environ['CLEARANCE_STORE']).rglob('*') if p.is_file()])\n"
+        "run = lambda **k: cl.simulate(cl.load_case('four_bar', model='lubricated', **k), turns=0.1).close()\n"
+        "run(); first = count(); run(speed=20.0, clearance=5e-5, viscosity=0.1)\n"
+        "print(json.dumps([first, count()]))"
+    )
+    first, second = python(code, CLEARANCE_STORE=str(tmp_path))
+    assert first == second > 0
+    again = python(code, CLEARANCE_STORE=str(tmp_path))
+    assert again == [first, second]
+    assert not [n for n in files(tmp_path) if n.endswith(".tmp")]
+
+
+def test_kernels_that_are_not_used_are_not_compiled(tmp_path):
+    """An ideal scene compiles rhs and observe; a dry one events too; only a film needs the Jacobian."""
+    code = (
+        "import json, os, pathlib, clearance as cl\n"
+        "cl.simulate(cl.load_case('four_bar', model='{}', joints='C'), turns=0.05).close()\n"
+        "names = {{p.name.split('_')[2] for p in pathlib.Path(os.environ['CLEARANCE_STORE']).glob('*.py')}}\n"
+        "print(json.dumps(sorted(names)))"
+    )
+    roles = {
+        model: python(code.format(model), CLEARANCE_STORE=str(tmp_path / model))
+        for model in ("ideal", "dry", "lubricated")
+    }
+    assert roles == {
+        "ideal": ["observe", "rhs"],
+        "dry": ["events", "observe", "rhs"],
+        "lubricated": ["events", "jacobian", "observe", "rhs"],
+    }
+
+
+@pytest.mark.parametrize("kind", ["film", "dry", "newton"])
+def test_compiled_equals_plain_python(kind):
+    """Bit for bit where libm agrees; 1e-14 allows a last-digit difference of sine and cosine."""
+    scene = {
+        "film": lambda: m.watt(m.chooser(m.film, "CE")),
+        "dry": lambda: m.watt(m.chooser(m.dry, "C", eccentricity=(8e-5, 8e-5), eccentricity_rate=(0.1, 0.0))),
+        "newton": lambda: m.stephenson(m.chooser(m.film, "C")),
+    }[kind]()
+    mechanism = build(scene)
+    work = np.append(mechanism.work0, 0.0)
+    for role, size in (("rhs", mechanism.y0.size), ("jacobian", mechanism.size**2), ("observe", 200), ("events", 9)):
+        compiled, plain = np.zeros(size), np.zeros(size)
+        mechanism.kernel(role)(0.01, mechanism.y0, mechanism.par, work, compiled)
+        plain_kernel(mechanism, role)(0.01, mechanism.y0, mechanism.par, work, plain)
+        np.testing.assert_allclose(compiled, plain, rtol=1e-13, atol=1e-14 * np.abs(plain).max(), err_msg=role)
+
+
+def test_a_whole_run_without_numba_gives_the_same_numbers():
+    """NUMBA_DISABLE_JIT: the same loop in plain Python; 1e-12 after a few steps."""
+    code = (
+        "import json, clearance as cl\n"
+        "r = cl.simulate(cl.load_case('four_bar', model='lubricated', joints='C'), until=2e-4, samples=5)\n"
+        "print(json.dumps([r.joint('C').eccentricity_x.tolist(), r.energy.input.tolist(), int(r.solver['steps'])]))"
+    )
+    compiled, plain = python(code), python(code, NUMBA_DISABLE_JIT="1")
+    assert plain[2] == compiled[2]
+    np.testing.assert_allclose(plain[0], compiled[0], rtol=1e-11, atol=1e-20)
+    np.testing.assert_allclose(plain[1], compiled[1], rtol=1e-11, atol=1e-20)
+
+
+def test_the_text_names_only_what_the_scene_has():
+    dry = build(cl.load_case(FEEDER, model="dry", friction="none")).structure.texts
+    ideal = build(cl.load_case(FEEDER, model="ideal")).structure.texts
+    film = build(cl.load_case(FEEDER)).structure.texts
+    for text in dry.values():
+        assert not any(w in text for w in ("film", "Film", "pinkus", "viscosity", "coulomb"))
+    for text in ideal.values():
+        assert not any(w in text for w in ("clearance,", "eccentricity", "contact", "film", "work["))
+        assert "y[0]" not in text.split("def observe")[0]
+    for text in film.values():
+        assert not any(w in text for w in ("contact", "lankarani", "coulomb"))
+
+
+def test_leaving_out_imports():
+    """Neither an ideal nor a dry nor a film run imports what it does not need."""
+    for model in ("ideal", "dry", "lubricated"):
+        heavy = python(
+            "import sys, json, clearance as cl\n"
+            f"cl.simulate(cl.load_case('four_bar', model='{model}'), turns=0.02).close()\n"
+            "watched = ('skfem', 'matplotlib', 'xarray', 'tqdm', 'pandas', 'dask')\n"
+            "steppers = ('clearance.stepping.radau', 'clearance.stepping.dop853')\n"
+            "print(json.dumps([n for n in (*watched, *steppers) if n in sys.modules]))"
+        )
+        assert heavy == ["clearance.stepping.radau" if model == "lubricated" else "clearance.stepping.dop853"]
+
+
+def test_reference_counting_stays_out_of_the_kernels():
+    """Few incref/decref call sites are left in the machine code: arrays come in as arguments only."""
+    import math
+    import re
+
+    from numba import njit
+
+    mechanism = build(cl.load_case(FEEDER, joints="B,C,E"))
+    text = re.sub(r"from clearance.mechanism.store import .*", "", mechanism.structure.texts["rhs"])
+    scope = {
+        "math": math,
+        "plain": njit(error_model="numpy"),
+        "kernel": njit(store.KERNEL_SIGNATURE, error_model="numpy"),
+    }
+    exec(text, scope)
+    code = "".join(scope["rhs"].inspect_llvm().values())
+    assert len(re.findall(r"call void @NRT_(incref|decref)", code)) <= 12
+
+
+def test_edited_laws_make_new_files():
+    assert store.key("def rhs(): pass") != store.key("def rhs(): pass ")
