@@ -57,19 +57,19 @@ def watt(hinge=None, speed=20.0):
 def stephenson(hinge=None, speed=15.0):
     """Stephenson III driven so that its other five bodies form one group no dyads solve (crank on the ternary side)."""
     hinge = hinge or chooser()
-    crank = body("crank", {"A": (0, 0), "B": (0.03, 0)}, com=(0.015, 0.0))
-    link = body("link", {"B": (0, 0), "C": (0.16, 0)}, angle=0.6, com=(0.08, 0.004))
+    crank = body("crank", {"A": (0, 0), "B": (0.02, 0)}, com=(0.01, 0.0))
+    link = body("link", {"B": (0, 0), "C": (0.21, 0)}, angle=0.6, com=(0.08, 0.004))
     plate = body("plate", {"C": (0, 0), "D": (0.09, 0), "E": (0.05, 0.06)}, angle=0.1, com=(0.045, 0.02))
-    left = body("left", {"D": (0, 0), "F": (0.14, 0)}, angle=-1.2, com=(0.06, 0.0))
-    right = body("right", {"E": (0, 0), "G": (0.18, 0)}, angle=-1.0, com=(0.08, 0.005))
+    left = body("left", {"D": (0, 0), "F": (0.16, 0)}, angle=-1.2, com=(0.06, 0.0))
+    right = body("right", {"E": (0, 0), "G": (0.16, 0)}, angle=-1.0, com=(0.08, 0.005))
     return cl.Scene(
         hinge("A", cl.ground.at(0, 0), crank["A"]),
         hinge("B", crank["B"], link["B"]),
         hinge("C", link["C"], plate["C"]),
         hinge("D", plate["D"], left["D"]),
         hinge("E", plate["E"], right["E"]),
-        hinge("F", cl.ground.at(0.26, 0.0), left["F"]),
-        hinge("G", cl.ground.at(0.29, 0.02), right["G"]),
+        hinge("F", cl.ground.at(0.23, -0.05), left["F"]),
+        hinge("G", cl.ground.at(0.26, 0.02), right["G"]),
         cl.Drive(crank, speed=speed, start=0.4),
         name="stephenson",
     )

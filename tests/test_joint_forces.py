@@ -1,0 +1,100 @@
+"""A clearance joint between real bodies: entrainment, torques, friction at the contact point, momentum balance."""
+
+import math
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance.laws import pinkus_sternlicht
+from clearance.mechanism.build import build
+from tests import mechanisms as m
+from tests.test_mechanics import observed
+
+C = 1e-4
+
+
+def pair(joint=m.film, spin_a=0.0, spin_b=0.0, ratio=0.6, rate=(0.0, 0.0), **more):
+    """Two free spinning bodies on soft springs, joined by one clearance joint; no gravity."""
+    a = cl.Body("bearing", 1.3, 2e-3, angular_velocity=spin_a)
+    b = cl.Body("journal", 0.7, 1e-3, angular_velocity=spin_b)
+    return cl.Scene(
+        joint(a.at(0, 0), b.at(0, 0), "J", C, eccentricity=(ratio * C, 0.0), eccentricity_rate=rate, **more),
+        cl.SpringDamper(cl.ground.at(1, 0), a, stiffness=1e-9),
+        gravity=(0.0, 0.0),
+    )
+
+
+def test_entrainment_is_the_sum_of_the_spins_less_twice_the_whirl():
+    """Half-speed whirl: omega_J + omega_B = 2 gamma' leaves a film without wedge; the difference form would not."""
+    spin_a, spin_b = 30.0, 90.0
+    whirl = 0.5 * (spin_a + spin_b)
+    row = observed(build(pair(spin_a=spin_a, spin_b=spin_b, rate=(0.0, whirl * 0.6 * C))))
+    still = observed(build(pair(spin_a=spin_a, spin_b=spin_b)))
+    scale = math.hypot(still["joints/J/film_radial"], still["joints/J/film_tangential"])
+    assert abs(row["joints/J/film_radial"]) < 1e-9 * scale
+    assert abs(row["joints/J/film_tangential"]) < 1e-9 * scale
+
+
+@pytest.mark.parametrize("direction", [0.0, 1.0, 2.5, -2.0])
+def test_film_in_any_direction(direction):
+    """The force on the journal is the law's, turned into the line of centres."""
+    rate = np.array([0.02, -0.01])
+    turn = np.array([[math.cos(direction), -math.sin(direction)], [math.sin(direction), math.cos(direction)]])
+    scene = pair(spin_a=20.0, spin_b=-70.0, rate=tuple(turn @ rate))
+    object.__setattr__(scene.joints[0], "eccentricity", tuple(turn @ [0.6 * C, 0.0]))
+    row = observed(build(scene))
+    expected = pinkus_sternlicht()(0.6, rate[0] / C, -50.0 - 2 * rate[1] / (0.6 * C), scene.joints[0].film_joint)
+    found = turn.T @ [row["joints/J/force_x"], row["joints/J/force_y"]]
+    assert found == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["film", "dry"])
+def test_momentum_and_angular_momentum_are_kept(kind):
+    """A joint's forces are internal: total force and total moment about a fixed point vanish; 1e-12 of the terms."""
+    if kind == "film":
+        scene = pair(spin_a=20.0, spin_b=-70.0, rate=(0.01, 0.03))
+    else:
+        scene = pair(m.dry, 20.0, -70.0, 1.01, (0.01, 0.03), friction=cl.coulomb(coefficient=0.2))
+    row = observed(build(scene))
+    force, moment, size = np.zeros(2), 0.0, 0.0
+    for body in scene.bodies:
+        f = body.mass * np.array([row[f"bodies/{body.name}/ax"], row[f"bodies/{body.name}/ay"]])
+        x, y = row[f"bodies/{body.name}/x"], row[f"bodies/{body.name}/y"]
+        spin = body.inertia * row[f"bodies/{body.name}/alpha"]
+        force += f
+        moment += spin + x * f[1] - y * f[0]
+        size += abs(spin)
+    assert np.abs(force).max() < 2e-9 + 1e-12 * np.abs(row["joints/J/force_x"])
+    assert size > 0.0
+    assert abs(moment) < 1e-11 * size + 1e-12
+
+
+def test_leaving_the_drag_out_breaks_the_balance():
+    """The negative of the test above: forces at the two centres alone have the net moment e F_t."""
+    row = observed(build(pair(spin_a=20.0, spin_b=-70.0, film_torques=False)))
+    assert row["bodies/journal/alpha"] == 0.0
+    assert row["joints/J/film_tangential"] != 0.0
+
+
+def test_friction_turns_both_bodies_and_takes_energy():
+    scene = pair(m.dry, 0.0, 100.0, 1.01, (0.0, 0.0), friction=cl.coulomb(coefficient=0.2))
+    row = observed(build(scene))
+    assert row["bodies/journal/alpha"] < 0.0 < row["bodies/bearing/alpha"]
+    assert row["joints/J/power_loss"] > 0.0
+    normal, tangential = row["joints/J/contact_force"], row["joints/J/friction"]
+    assert tangential == pytest.approx(-0.2 * normal, rel=1e-4)
+    assert row["joints/J/force_x"] == pytest.approx(-normal, rel=1e-12)
+
+
+def test_film_thickness_ratio_only_with_roughness():
+    rough = observed(build(pair(roughness=1e-6)))
+    assert rough["joints/J/film_thickness_ratio"] == pytest.approx(0.4 * C / 1e-6, rel=1e-12)
+    assert "joints/J/film_thickness_ratio" not in observed(build(pair()))
+
+
+def test_centred_journal_has_no_direction_and_no_trouble():
+    row = observed(build(pair(ratio=0.0, rate=(0.0, 0.01), spin_b=50.0)))
+    p0 = 0.05 * 0.02 * 0.01**3 / C**2
+    assert row["joints/J/force_y"] == pytest.approx(-6 * math.pi * p0 * 0.01 / C, rel=1e-6)
+    assert abs(row["joints/J/force_x"]) < 1e-6 * abs(row["joints/J/force_y"])

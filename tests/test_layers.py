@@ -1,0 +1,86 @@
+"""Data flows one way: no layer imports a higher one, and heavy packages stand only where they are used."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+#: lowest first; a module may import its own layer and those before it
+LAYERS = [
+    ["clearance.checks", "clearance.units"],
+    ["clearance.laws"],
+    ["clearance.materials", "clearance.scene", "clearance.joints", "clearance.loads"],
+    ["clearance.mechanism", "clearance.stepping"],
+    ["clearance.results"],
+    ["clearance.simulation"],
+    ["clearance.choices", "clearance.catalogue", "clearance.evidence"],
+    ["clearance", "clearance.cli", "cases", "postprocess"],
+]
+MODULES = [p for folder in ("clearance", "cases", "postprocess") for p in sorted((ROOT / folder).rglob("*.py"))]
+ONLY_IN = {
+    "numba": {"clearance.mechanism.store"},
+    "skfem": set(),
+    "scipy": set(),
+    "matplotlib": {"postprocess.plots"},
+    "h5py": {"clearance.results"},
+    "tqdm": {"clearance.cli"},
+}
+
+
+def name_of(path):
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imports(path):
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (a.name for a in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module
+
+
+def layer(module):
+    found = [i for i, names in enumerate(LAYERS) for n in names if module == n or module.startswith(n + ".")]
+    exact = [i for i, names in enumerate(LAYERS) if module in names]
+    return exact[0] if exact else min(found)
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_no_module_imports_a_higher_layer(path):
+    module = name_of(path)
+    allowed_lazily = {"clearance.scene": {"clearance.joints", "clearance.loads"}}
+    for wanted in imports(path):
+        if wanted.split(".")[0] not in ("clearance", "cases", "postprocess"):
+            continue
+        if wanted == "clearance" or wanted in ("clearance.cases", "clearance.postprocess.plots"):
+            continue
+        assert wanted in allowed_lazily.get(module, ()) or layer(wanted) <= layer(module), f"{module} -> {wanted}"
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_heavy_packages_stand_where_they_are_used(path):
+    for wanted in imports(path):
+        package = wanted.split(".")[0]
+        assert package not in ONLY_IN or name_of(path) in ONLY_IN[package], f"{name_of(path)} imports {package}"
+
+
+def test_laws_import_only_math():
+    for path in (ROOT / "clearance" / "laws").glob("*.py"):
+        assert {w for w in imports(path) if not w.startswith("clearance.")} <= {
+            "math", "inspect", "collections", "collections.abc", "dataclasses", "numpy",
+        }, path  # fmt: skip
+
+
+def test_postprocess_knows_files_and_not_the_solver():
+    for path in (ROOT / "postprocess").glob("*.py"):
+        assert {w for w in imports(path) if w.startswith("clearance")} <= {"clearance.results"}
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_functions_stay_short(path):
+    """No function over 60 lines (tables and docstrings of numbers excepted by being no functions)."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.FunctionDef):
+            assert node.end_lineno - node.lineno < 60, f"{name_of(path)}.{node.name}"
