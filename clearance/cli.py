@@ -204,7 +204,7 @@ def _summary(case, values: dict, result, began: tuple[float, float]) -> dict:
         "energy_turned_over": float(result.file["energy"].attrs["turned_over"]),
         "contacts": contacts,
         "joints": _joint_extremes(result),
-        "warnings": [str(w) for w in result.attributes.get("warnings", [])],
+        "warnings": result.warnings,
     }
 
 

@@ -124,6 +124,12 @@ class ClearanceRevolute(Joint):
         if self.contact is None and math.hypot(*self.eccentricity) >= self.clearance:
             raise ValueError(f"{label}: start eccentricity {self.eccentricity} lies outside the clearance circle")
 
+    def doubts(self) -> list[str]:
+        """What the joint's laws say about being used here."""
+        laws = [law for law in (self.contact, self.friction, self.film) if law is not None and law.law.doubt]
+        said = [law.law.doubt(self, law.parameters) for law in laws]
+        return [f"{self.label()}: {s}" for s in said if s]
+
     @property
     def film_joint(self) -> FilmJoint:
         """What the film law reads of this joint."""

@@ -132,8 +132,19 @@ class ResultWriter:
     def flush(self) -> None:
         self.file.flush()
 
-    def close(self, status: str, solver: dict) -> None:
-        """Finish: state the status and give the file its name."""
+    def lowest(self, path: str) -> float:
+        """Smallest value of a channel so far."""
+        return float(self.low[next(i for i, c in enumerate(self.channels) if c.path == path)])
+
+    def residual_share(self) -> float:
+        """Largest energy residual over the energy turned over; 0 without a ledger or anything turned over."""
+        if self.balance is None or self.last is None or not self.turned_over:
+            return 0.0
+        return max(-self.low[self.balance], self.high[self.balance]) / self.turned_over
+
+    def close(self, status: str, solver: dict, warnings: list[str]) -> None:
+        """Finish: state the status and the warnings, give the file its name."""
+        self.file.attrs.create("warnings", warnings, dtype=h5py.string_dtype(), shape=(len(warnings),))
         self.file["solver"].attrs.update(solver)
         if self.last is not None:
             for c, low, high in zip(self.channels, self.low, self.high, strict=True):
@@ -234,6 +245,11 @@ class Result:
     def solver(self) -> dict:
         """Method, tolerances, counts and wall time of the run."""
         return dict(self.file["solver"].attrs)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the run wants its reader to know, joint by joint."""
+        return [str(w) for w in self.file.attrs["warnings"]]
 
     def _channels(self, kind: str, name: str) -> Channels:
         if kind not in self.file or name not in self.file[kind]:

@@ -28,6 +28,8 @@ LOG_ROWS = 4096
 IMPACT_ROWS = 512
 BUDGET = 2000  # steps between two looks at the progress
 STEP_LIMIT = 2**62
+LOST_ENERGY = 1e-3  # share of the energy turned over whose loss makes a run doubtful
+FULL_FILM = 3.0  # film thickness ratio above which surfaces count as separated
 LARGEST_SHARE = 1.0 / 24.0  # largest step as a share of a turn
 
 
@@ -196,7 +198,7 @@ class Run:
             self._open_contacts(writer)
             wall = clock_of_the_wall.perf_counter() - began
             finished = "complete" if code == codes.DONE else f"partial: {failure or 'stopped by an error'}"
-            writer.close(finished, self._summary(wall))
+            writer.close(finished, self._summary(wall), self._warnings(writer))
         result = Result(path)
         if folder is not None:
             weakref.finalize(result, shutil.rmtree, folder, ignore_errors=True)
@@ -240,6 +242,27 @@ class Run:
         where = f"joint {joints[self.place[self.loop.FAILED_JOINT]].name}: " if code == codes.FILM_LEFT else ""
         time = self.clock[self.loop.TIME]
         return f"at t = {time:.9g} s: {where}{codes.MESSAGES[code]} ({'; '.join(states) or 'no free state'})"
+
+    def _warnings(self, writer: ResultWriter) -> list[str]:
+        """Doubts of the laws used, a method that does not suit the scene, films thinner than the surfaces are rough."""
+        joints = self.mechanism.scene.clearance_joints
+        found = [doubt for j in joints for doubt in j.doubts()]
+        if self.method == "dop853" and any(j.film is not None for j in joints):
+            found.append("method dop853 is explicit: a thin film forces it to very small steps; radau suits this scene")
+        residual = writer.residual_share()
+        if residual > max(LOST_ENERGY, 100.0 * self.rtol):
+            found.append(
+                f"the energy ledger does not close: {residual:.2g} of the energy turned over is missing; a loop may have "
+                "passed a dead centre and changed branch, or rtol is too loose"
+            )
+        for joint in (j for j in joints if j.roughness is not None and j.contact is None and writer.last is not None):
+            ratio = writer.lowest(f"joints/{joint.name}/film_thickness_ratio")
+            if ratio < FULL_FILM:
+                found.append(
+                    f"{joint.label()}: the film thickness ratio falls to {ratio:.2g}; below {FULL_FILM:g} asperities "
+                    "share the load and a smooth film alone is only formal"
+                )
+        return found
 
     def _attributes(self) -> dict:
         scene, texts = self.mechanism.scene, self.mechanism.structure.texts

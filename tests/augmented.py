@@ -31,8 +31,12 @@ class Augmented:
                 kind = FILM if joint.film is not None else CONTACT
             rows.append((kind, index.get(joint.a.body, -1), index.get(joint.b.body, -1)))
             numbers.append([*_local(joint.a), *_local(joint.b), *_extra(joint)])
+        self.pushes = []
         for drive in (load for load in scene.loads if isinstance(load, Drive)):
             target = drive.target
+            if drive.torque is not None:  # a constant torque on a body
+                self.pushes.append((3 * index[target] + 2, drive.torque / self.mass[3 * index[target] + 2]))
+                continue
             if target in index:
                 rows.append((ANGLE, -1, index[target]))
                 numbers.append([0.0] * 12)
@@ -40,6 +44,8 @@ class Augmented:
                 kind = SLIDE if isinstance(target, Prismatic) else RELATIVE
                 rows.append((kind, index.get(target.a.body, -1), index.get(target.b.body, -1)))
                 numbers.append([*_local(target.a), *_local(target.b), *_extra(target)])
+        for place, push in self.pushes:
+            self.gravity[place] += push
         self.rows, self.numbers = np.array(rows), np.array(numbers)
         self.count = 2 * sum(r[0] in (REVOLUTE, PRISMATIC) for r in rows) + sum(r[0] >= ANGLE for r in rows)
 

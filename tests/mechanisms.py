@@ -137,4 +137,78 @@ def arm(speed1=2.0, speed2=-3.0):
     )
 
 
-ALL = {f.__name__: f for f in (watt, stephenson, inverted_slider, moving_guide, actuator, arm)}
+def reversed_arm():
+    """The arm with ground and upper arm as the b sides."""
+    upper = body("upper", {"S": (0, 0), "E": (0.3, 0)}, angle=0.5, com=(0.14, 0.01))
+    lower = body("lower", {"E": (0, 0)}, angle=1.1, com=(0.12, -0.01))
+    elbow = cl.Revolute(lower["E"], upper["E"], name="elbow")
+    return cl.Scene(
+        cl.Revolute(upper["S"], cl.ground.at(0.1, 0.2), name="shoulder"),
+        elbow,
+        cl.Drive(upper, speed=2.0, name="motor1"),
+        cl.Drive(elbow, speed=-3.0, name="motor2"),
+        name="reversed_arm",
+    )
+
+
+def scotch_yoke(hinge=None, speed=9.0):
+    """Crank, block in a slanted slot of a yoke, yoke on a guide: a group with two slides and no closed form."""
+    hinge = hinge or chooser()
+    crank = body("crank", {"A": (0, 0), "B": (0.05, 0)}, com=(0.02, 0.003))
+    block = body("block", {"B": (0, 0)}, mass=0.2)
+    yoke = body("yoke", {"slot": (0.01, 0.0)}, mass=0.8, com=(0.02, 0.01))
+    return cl.Scene(
+        hinge("A", cl.ground.at(0, 0), crank["A"]),
+        hinge("B", crank["B"], block["B"]),
+        cl.Prismatic(yoke["slot"], block["B"], axis=(0.1, 1.0), name="slot"),
+        cl.Prismatic(cl.ground.at(0, 0.02), yoke.at(0, 0), axis=(1.0, 0.0), name="guide"),
+        cl.Drive(crank, speed=speed, start=0.7),
+        name="scotch_yoke",
+    )
+
+
+def pushed_four_bar(hinge=None, torque=0.4):
+    """A four-bar driven by a torque: one free coordinate inside a loop, started with some speed."""
+    hinge = hinge or chooser()
+    crank = body("crank", {"A": (0, 0), "B": (0.05, 0)}, angle=0.4, com=(0.02, 0.0))
+    coupler = body("coupler", {"B": (0, 0), "C": (0.15, 0)}, angle=0.6, com=(0.07, 0.01))
+    rocker = body("rocker", {"D": (0, 0), "C": (0.12, 0)}, angle=1.5, com=(0.06, 0.0))
+    return cl.Scene(
+        hinge("A", cl.ground.at(0, 0), crank["A"]),
+        hinge("B", crank["B"], coupler["B"]),
+        hinge("C", rocker["C"], coupler["C"]),
+        hinge("D", rocker["D"], cl.ground.at(0.16, 0)),
+        cl.Drive(crank, torque=torque, start=0.4, speed_start=6.0),
+        name="pushed_four_bar",
+    )
+
+
+def parallelogram(joint=dry):
+    """Three parallel cranks under one coupler: redundant, possible only because the third crank has clearance."""
+    cranks = [body(n, {"O": (0, 0), "P": (0.05, 0)}, angle=1.0, com=(0.02, 0)) for n in ("one", "two", "three")]
+    beam = body("beam", {"1": (0, 0), "2": (0.2, 0), "3": (0.1, 0)}, com=(0.1, 0.01))
+    hinges = [
+        part
+        for i, c in enumerate(cranks, 1)
+        for part in (
+            cl.Revolute(cl.ground.at((0, 0.2, 0.1)[i - 1], 0), c["O"], name=f"O{i}"),
+            (joint if i == 3 else cl.Revolute)(c["P"], beam[str(i)], name=f"P{i}"),
+        )
+    ]
+    return cl.Scene(*hinges, cl.Drive(cranks[0], speed=10.0), name="parallelogram")
+
+
+ALL = {
+    f.__name__: f
+    for f in (
+        watt,
+        stephenson,
+        inverted_slider,
+        moving_guide,
+        actuator,
+        arm,
+        reversed_arm,
+        scotch_yoke,
+        pushed_four_bar,
+    )
+}

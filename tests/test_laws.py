@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import clearance as cl
 from clearance import laws
+from clearance.laws.contact import delivered_restitution as delivered_by
 from clearance.laws.law import FilmJoint
 from tests.augmented import film as textbook_film
 
@@ -63,6 +64,12 @@ class TestLankaraniNikravesh:
         """Known table: chi (1 + e) = ln((1 + chi) / (1 - chi e)) with chi = 3 (1 - e^2) / 4; 3 printed digits."""
         law = laws.lankarani_nikravesh(stiffness=1e6, restitution=given_value)
         assert delivered_restitution(law) == pytest.approx(delivered, abs=6e-4)
+
+    @pytest.mark.parametrize(("asked", "delivered"), [(0.1, 0.665), (0.5, 0.725), (0.7, 0.796), (0.95, 0.954)])
+    def test_closed_form_of_the_delivered_restitution(self, asked, delivered):
+        """chi (1 + e) = ln((1 + chi) / (1 - chi e)), 3 printed digits of the known table."""
+        found = delivered_by(0.75 * (1 - asked**2))
+        assert found == pytest.approx(delivered, abs=6e-4)
 
     def test_full_restitution_is_hertz(self):
         law = laws.lankarani_nikravesh(stiffness=1e6, restitution=1.0)

@@ -118,6 +118,17 @@ def test_velocities_are_derivatives(run):
         np.testing.assert_allclose(slope, run[body].vx[1:-1], atol=3e-3 * np.abs(run[body].vx).max())
 
 
+def test_warnings_are_kept_with_the_run(run):
+    """The feeder's L/D = 1 is no long bearing; a soft restitution is not what the law gives; both are said."""
+    assert run.warnings == ["joint B: pinkus_sternlicht is a long bearing's film; L/D = 1 makes it too stiff"]
+    soft = cl.simulate(cl.load_case("slider_crank", restitution=0.5, roughness=1e-6), until=1e-4)
+    assert soft.warnings == ["joint C: lankarani_nikravesh delivers a restitution of 0.73 where 0.50 is asked for"]
+    thin = cl.simulate(cl.load_case("slider_crank", model="lubricated", viscosity=0.04, roughness=1e-6), turns=1)
+    assert ["film thickness ratio falls to" in w for w in thin.warnings] == [True]
+    explicit = cl.simulate(cl.load_case("slider_crank", model="lubricated"), until=1e-4, method="dop853")
+    assert ["method dop853 is explicit" in w for w in explicit.warnings] == [True]
+
+
 def test_save_and_open(run, tmp_path):
     copy = run.save(tmp_path / "deep" / "copy.h5")
     assert cl.open_result(copy).time.size == 201
@@ -207,3 +218,24 @@ def test_springs_loads_and_motor_close_the_ledger():
     assert result["arm"].omega[0] == pytest.approx(2.0, rel=1e-12)
     assert np.abs(result.energy.residual).max() < 1e-8 * result.file["energy"].attrs["turned_over"]
     assert result.energy.dissipated[-1] > 0.0
+
+
+@pytest.mark.parametrize("name", ["scotch_yoke", "pushed_four_bar", "parallelogram", "inverted_slider"])
+def test_energy_closes_in_other_mechanisms(name):
+    """Two slides, a torque-driven loop, an over-constrained loop with a dry joint, a slide on a moving body."""
+    scene = {
+        "scotch_yoke": lambda: m.scotch_yoke(m.chooser(m.film, "B")),
+        "pushed_four_bar": lambda: m.pushed_four_bar(m.chooser(m.film, "C")),
+        "parallelogram": lambda: m.parallelogram(lambda a, b, name: m.dry(a, b, name, stiffness=1e9)),
+        "inverted_slider": lambda: m.inverted_slider(m.chooser(m.dry, "O")),
+    }[name]()
+    result = cl.simulate(scene, until=0.15, rtol=1e-9)
+    assert np.abs(result.energy.residual).max() < 1e-7 * result.file["energy"].attrs["turned_over"]
+    result.file.visititems(check_dataset)
+
+
+def test_a_run_that_lost_energy_says_so():
+    """A parallelogram driven through its flat position changes branch there, which no position equation forbids."""
+    scene = m.parallelogram(lambda a, b, name: m.dry(a, b, name, stiffness=1e6))
+    result = cl.simulate(scene, until=0.3)
+    assert any("energy ledger does not close" in w for w in result.warnings)

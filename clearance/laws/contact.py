@@ -31,6 +31,21 @@ def hertz_stiffness(
     return 4.0 / (3.0 * compliance) * math.sqrt(journal_radius * bearing_radius / (bearing_radius - journal_radius))
 
 
+def delivered_restitution(damping: float) -> float:
+    """Restitution e that F = K delta^n (1 + chi delta' / delta'_0) really gives a free impact, for any n and K.
+
+    Solves chi (1 + e) = ln((1 + chi) / (1 - chi e)) for the damping factor chi >= 0 by bisection (1e-12).
+    """
+    low, high = 0.0, min(1.0, 1.0 / damping) if damping > 0.0 else 1.0
+    if damping < 1e-9:
+        return 1.0
+    for _ in range(100):
+        middle = 0.5 * (low + high)
+        excess = damping * (1.0 + middle) - math.log((1.0 + damping) / (1.0 - damping * middle))
+        low, high = (middle, high) if excess > 0.0 else (low, middle)
+    return 0.5 * (low + high)
+
+
 @contact(stiffness=positive, restitution=fraction, exponent=positive, grazing_speed=positive)
 def lankarani_nikravesh(
     penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=1e-3
@@ -49,3 +64,13 @@ def lankarani_nikravesh(
         return 0.0
     damping = 0.75 * (1.0 - restitution * restitution) / max(impact_speed, grazing_speed)
     return stiffness * penetration**exponent * max(1.0 + damping * penetration_rate, 0.0)
+
+
+@lankarani_nikravesh.doubts
+def _restitution_is_not_delivered(joint, parameters):
+    """The damping factor was derived for nearly elastic impacts."""
+    wanted = parameters["restitution"]
+    given = delivered_restitution(0.75 * (1.0 - wanted * wanted))
+    if given - wanted > 0.05:
+        return f"lankarani_nikravesh delivers a restitution of {given:.2f} where {wanted:.2f} is asked for"
+    return None

@@ -41,6 +41,15 @@ def pinkus_sternlicht(eccentricity_ratio, radial_rate, entrainment, joint):
     return radial, tangential
 
 
+@pinkus_sternlicht.doubts
+def _bearing_is_not_long(joint, parameters):
+    """The long-bearing solution belongs to L/D > 2."""
+    slenderness = joint.length / (2.0 * joint.radius)
+    if slenderness < 2.0:
+        return f"pinkus_sternlicht is a long bearing's film; L/D = {slenderness:.3g} makes it too stiff"
+    return None
+
+
 def film_torques(eccentricity_ratio, tangential, journal_speed, bearing_speed, radius, clearance, length, viscosity):
     """Friction torques of the film on journal and bearing [N m, N m], about their own centres.
 

@@ -45,6 +45,7 @@ class Law:
             raise TypeError(f"{function.__name__} has no parameter {sorted(unknown)} to check")
         self.family, self.function, self.parameters, self.checks = family, function, parameters, checks
         self.name = self.__name__ = function.__name__
+        self.doubt: Callable | None = None
         self.__doc__ = function.__doc__
         self.__module__ = function.__module__
 
@@ -59,6 +60,11 @@ class Law:
             check = self.checks.get(name, finite)
             numbers.append(check(f"{self.name}: {name}", values.get(name, default)))
         return BoundLaw(self, tuple(numbers))
+
+    def doubts(self, function: Callable) -> Callable:
+        """Decorate `function(joint, parameters) -> str or None`: what a user should know when a joint uses this law."""
+        self.doubt = function
+        return function
 
     def __repr__(self) -> str:
         return f"<{self.family.name} law {self.name}({', '.join(self.parameters)})>"

@@ -1,7 +1,8 @@
 """The slider-crank of the Flores group: rows computed independently of this package, to their printed digits.
 
 Source of inputs: Flores, Ambrosio, Claro and Lankarani (2004 to 2009); the numbers were computed with another
-formulation and integrators (ideal: spectral differentiation; dry: DOP853 at 1e-12 with located events; film: Radau IIA at 1e-9).
+formulation and integrators (ideal: spectral differentiation; dry: DOP853 at 1e-12 with located events; film: Radau IIA
+at 1e-9).
 """
 
 import numpy as np

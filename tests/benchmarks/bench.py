@@ -1,0 +1,153 @@
+"""What things cost: `python tests/benchmarks/bench.py [--update README.md]`.
+
+Prints the table of the README. Times are medians of repeats on whatever machine runs this; ratios compare two things
+measured in turn in one run. CPU seconds are of whole fresh processes.
+"""
+
+import argparse
+import os
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from numba import njit
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+sys.path.insert(0, str(ROOT))
+
+import clearance as cl  # noqa: E402
+from clearance.mechanism.build import build  # noqa: E402
+from tests.augmented import Augmented, augmented  # noqa: E402
+
+MARK = "<!-- benchmark table -->"
+JOINTS = ("B", "B,C", "B,C,E", "A,B,C,D,E,F")
+REPEATS = 7
+
+
+@njit
+def own_calls(rhs, y, par, work, out, count):
+    for _ in range(count):
+        rhs(0.0, y, par, work, out)
+
+
+@njit
+def reference_calls(q, v, mass, gravity, rows, numbers, size, count):
+    total = 0.0
+    for _ in range(count):
+        total += augmented(q, v, mass, gravity, rows, numbers, size)[0]
+    return total
+
+
+def per_call(function, count):
+    began = time.perf_counter()
+    function(count)
+    return (time.perf_counter() - began) / count * 1e9
+
+
+def state_of(scene):
+    """Some state off the start: eccentric journals that move."""
+    mechanism = build(scene, ledger=False)
+    rng = np.random.default_rng(1)
+    y = mechanism.y0 + 0.4 * mechanism.scale * rng.uniform(-1.0, 1.0, mechanism.y0.size)
+    out = np.zeros(len(mechanism.structure.channels))
+    mechanism.kernel("observe")(0.0, y, mechanism.par, np.append(mechanism.work0, 0.0), out)
+    row = {c.path: v for c, v in zip(mechanism.structure.channels, out, strict=True)}
+    q = np.array([row[f"bodies/{b.name}/{n}"] for b in scene.bodies for n in ("x", "y", "theta")])
+    v = np.array([row[f"bodies/{b.name}/{n}"] for b in scene.bodies for n in ("vx", "vy", "omega")])
+    a = np.array([row[f"bodies/{b.name}/{n}"] for b in scene.bodies for n in ("ax", "ay", "alpha")])
+    return mechanism, y, q, v, a
+
+
+def right_hand_sides():
+    """One evaluation against a dense augmented (multiplier) evaluation of the same scene, LAPACK in numba."""
+    yield "| six-bar feeder, lubricated joints | one right-hand side | dense multipliers | ratio | largest difference |"
+    yield "|---|---|---|---|---|"
+    for joints in JOINTS:
+        scene = cl.load_case("six_bar_feeder", joints=joints)
+        mechanism, y, q, v, a = state_of(scene)
+        ref = Augmented(scene)
+        difference = np.abs(ref.accelerations(q, v)[: q.size] - a).max() / np.abs(a).max()
+        out, work, rhs = np.zeros(y.size), np.append(mechanism.work0, 0.0), mechanism.kernel("rhs")
+
+        def own(count, rhs=rhs, y=y, par=mechanism.par, work=work, out=out):
+            own_calls(rhs, y, par, work, out, count)
+
+        def dense(count, ref=ref, q=q, v=v):
+            reference_calls(q, v, ref.mass, ref.gravity, ref.rows, ref.numbers, ref.count, count)
+
+        own(10), dense(10)
+        pairs = [(per_call(own, 100_000), per_call(dense, 5_000)) for _ in range(REPEATS)]
+        mine, theirs = (statistics.median(p[i] for p in pairs) for i in range(2))
+        ratio = statistics.median(b / m for m, b in pairs)
+        yield f"| {joints} | {mine:.0f} ns | {theirs:.0f} ns | {ratio:.0f} | {difference:.0e} |"
+
+
+def cpu(command, **environment):
+    """User and system CPU seconds of a fresh process."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run(command, check=True, capture_output=True, env={**os.environ, **environment})
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def starts():
+    """CPU seconds of `clearance run` (0.1 turn) for structures never seen, and for known ones."""
+    yield "| `clearance run`, 0.1 turn | new structure | known structure | its own compile |"
+    yield "|---|---|---|---|"
+    cases = {
+        "feeder, ideal": ["-p", "model=ideal"],
+        "feeder, dry B": ["-p", "model=dry", "-p", "joints=B"],
+        "feeder, lubricated B": ["-p", "joints=B"],
+        "feeder, lubricated B, C, E": ["-p", "joints=B,C,E"],
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        for name, options in cases.items():
+            command = [sys.executable, "-m", "clearance.cli", "run", "six_bar_feeder", *options, "--turns", "0.1"]
+            command += ["--json", "-o", f"{folder}/run.h5"]
+            news = [cpu(command, CLEARANCE_STORE=f"{folder}/{name}{i}".replace(" ", "")) for i in range(3)]
+            known = [cpu(command, CLEARANCE_STORE=f"{folder}/{name}0".replace(" ", "")) for _ in range(3)]
+            new, old = statistics.median(news), statistics.median(known)
+            yield f"| {name} | {new:.1f} s | {old:.1f} s | {new - old:.1f} s |"
+
+
+def runs():
+    """Integration time, accuracy and energy residual of whole runs."""
+    yield "| two turns, warm | rtol | integration | steps | energy residual / turned over |"
+    yield "|---|---|---|---|---|"
+    cases = {
+        "feeder, lubricated B": ("six_bar_feeder", {"joints": "B"}),
+        "feeder, lubricated B, C, E": ("six_bar_feeder", {"joints": "B,C,E"}),
+        "feeder, dry B, frictionless": ("six_bar_feeder", {"joints": "B", "model": "dry", "friction": "none"}),
+        "slider-crank, lubricated, 0.04 Pa s": ("slider_crank", {"model": "lubricated", "viscosity": 0.04}),
+    }
+    for name, (case, options) in cases.items():
+        for rtol in (1e-6, 1e-10):
+            found = []
+            for _ in range(REPEATS):
+                result = cl.simulate(cl.load_case(case, **options), turns=2, rtol=rtol, samples_per_turn=100)
+                found.append(result.solver["wall_s"] * 1e3)
+                residual = np.abs(result.energy.residual).max() / result.file["energy"].attrs["turned_over"]
+                steps = result.solver["steps"]
+                result.close()
+            yield f"| {name} | {rtol:.0e} | {statistics.median(found):.1f} ms | {steps} | {residual:.0e} |"
+
+
+def main():
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--update", metavar="FILE", help=f"put the tables into FILE, at the mark {MARK}")
+    path = options.parse_args().update
+    lines = [*right_hand_sides(), "", *starts(), "", *runs()]
+    print("\n".join(lines))
+    if path:
+        head, _, rest = Path(path).read_text().partition(MARK)
+        tail = rest[rest.index("\n## ") :]
+        Path(path).write_text(f"{head}{MARK}\n" + "\n".join(lines) + "\n" + tail)
+
+
+if __name__ == "__main__":
+    main()
