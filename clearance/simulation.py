@@ -252,8 +252,8 @@ class Run:
         residual = writer.residual_share()
         if residual > max(LOST_ENERGY, 100.0 * self.rtol):
             found.append(
-                f"the energy ledger does not close: {residual:.2g} of the energy turned over is missing; a loop may have "
-                "passed a dead centre and changed branch, or rtol is too loose"
+                f"the energy ledger does not close: {residual:.2g} of the energy turned over is missing; a loop may "
+                "have passed a dead centre and changed branch, or rtol is too loose"
             )
         for joint in (j for j in joints if j.roughness is not None and j.contact is None and writer.last is not None):
             ratio = writer.lowest(f"joints/{joint.name}/film_thickness_ratio")

