@@ -41,6 +41,8 @@ class ResultWriter:
 
     def __init__(self, path: Path, channels: list, attributes: dict):
         self.path = Path(path)
+        if self.path.is_dir():
+            raise ValueError(f"result file {self.path} is a directory; give the name of a file")
         self.partial = self.path.with_name(self.path.name + ".partial")
         self.path.parent.mkdir(parents=True, exist_ok=True)
         self.file = h5py.File(self.partial, "w")

@@ -63,6 +63,12 @@ class Body:
     def _set(self, name, value):
         object.__setattr__(self, name, value)
 
+    def __getstate__(self) -> dict:
+        return {**vars(self), "points": dict(self.points)}
+
+    def __setstate__(self, state: dict) -> None:
+        vars(self).update(state, points=MappingProxyType(state["points"]))
+
     def __getitem__(self, name: str) -> Point:
         if name not in self.points:
             raise KeyError(f"body {self.name} has no point {name!r}; it has {sorted(self.points)}")
@@ -120,15 +126,20 @@ class Scene:
         for part in parts:
             if not isinstance(part, Joint | Load):
                 raise TypeError(f"scene parts must be joints, drives or loads, got {part!r}")
-        self.name = checks.identifier("scene name", name)
-        self.gravity = checks.pair("gravity", gravity)
-        self.joints = tuple(p for p in parts if isinstance(p, Joint))
-        self.loads = tuple(p for p in parts if isinstance(p, Load))
-        self.bodies = _distinct(b for p in parts for b in p.bodies() if b is not ground)
+        vars(self).update(
+            name=checks.identifier("scene name", name),
+            gravity=checks.pair("gravity", gravity),
+            joints=tuple(p for p in parts if isinstance(p, Joint)),
+            loads=tuple(p for p in parts if isinstance(p, Load)),
+            bodies=_distinct(b for p in parts for b in p.bodies() if b is not ground),
+        )
         _check_names("body", self.bodies)
         _check_names("joint", self.joints)
         _check_names("load", self.loads)
         self._check_connected()
+
+    def __setattr__(self, name: str, value: object):
+        raise AttributeError(f"a scene is frozen; make another with the {name} you want")
 
     def _check_connected(self):
         if not self.bodies:

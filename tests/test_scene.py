@@ -165,3 +165,14 @@ def test_assembly_closes_loops(make):
             lx, ly = p.x - p.body.com[0], p.y - p.body.com[1]
             ends.append((x + cos(angle) * lx - sin(angle) * ly, y + sin(angle) * lx + cos(angle) * ly))
         assert abs(ends[0][0] - ends[1][0]) + abs(ends[0][1] - ends[1][1]) < 2e-12 * start.size
+
+
+def test_scenes_are_frozen_and_can_be_sent_to_other_processes():
+    import pickle
+
+    scene = m.watt(m.chooser(m.film, "C"))
+    with pytest.raises(AttributeError, match="frozen"):
+        scene.gravity = (0.0, 0.0)
+    copy = pickle.loads(pickle.dumps(scene))
+    assert copy.to_json() == scene.to_json()
+    assert build(copy).structure is build(scene).structure

@@ -61,6 +61,9 @@ class Law:
             numbers.append(check(f"{self.name}: {name}", values.get(name, default)))
         return BoundLaw(self, tuple(numbers))
 
+    def __reduce__(self) -> str:
+        return self.__name__
+
     def doubts(self, function: Callable) -> Callable:
         """Decorate `function(joint, parameters) -> str or None`: what a user should know when a joint uses this law."""
         self.doubt = function

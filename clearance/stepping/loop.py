@@ -37,7 +37,7 @@ from clearance.stepping.types import (
 TIME, STEP_SIZE, END, LARGEST, SAMPLE_EVERY, BEGIN, CONTACT_STEP, FREE_STEP, LAST_ERROR = range(9)
 CLOCK_SIZE = 10
 # entries of `place`
-SAMPLE, SAMPLES, ROWS, LOGGED, EVENTS, STEP_LIMIT, STARTED, COMMITS, BEFORE_REJECTED, FAILED_JOINT, OBSERVES = range(11)
+SAMPLE, SAMPLES, ROWS, LOGGED, EVENTS, STEP_LIMIT, STARTED, COMMITS, BEFORE_REJECTED, FAILED_JOINT, FLIPS = range(11)
 PLACE_SIZE = 12
 # columns of `contacts`, the running record of each joint, and of `impacts`, the finished ones
 TOUCHING, SINCE, IMPACT_SPEED, PENETRATION, PEAK_FORCE, IS_CONTACT = range(6)
@@ -46,6 +46,7 @@ IMPACT_COLUMNS = 7  # joint, time, impact speed, peak force, penetration, durati
 LOG_COLUMNS = 3  # time at the end, step, error over tolerance
 
 PROBES = 8  # interior places where a step is searched for contact
+FLIP_LIMIT = 100  # contact changes without advance in time before the run counts as stuck
 BAND = 1e-13  # dead band of a touch, relative to the clearance
 SAFETY, SHRINK, GROW = 0.9, 0.2, 5.0
 
@@ -392,6 +393,7 @@ def accept(call, s, t, h):
     s.y[:] = s.y_new
     s.f[:] = s.f_new
     s.counts[STEPS] += 1
+    s.place[FLIPS] = 0
     row = s.log[s.place[LOGGED]]
     row[0], row[1], row[2] = s.clock[TIME], h, s.control[ERROR]
     s.place[LOGGED] += 1
@@ -438,7 +440,8 @@ def advance(call, s):
         if h == 0.0:
             call.events(t, s.y, s.par, s.work, s.after)
             switch(s, event, t, s.after)
-            return status.RUNNING
+            s.place[FLIPS] += 1
+            return status.STEP_TOO_SMALL if s.place[FLIPS] > FLIP_LIMIT else status.RUNNING
     if not accept(call, s, t, h):
         invalidate(s)
         return status.RUNNING
