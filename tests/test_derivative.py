@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from clearance import laws
 from clearance.laws.law import FilmJoint
-from clearance.mechanism.derivative import dependencies, jacobian_name, jacobian_sources
+from clearance.mechanism.library import Library
 
 SLOPE = 3.0
 
@@ -46,23 +46,14 @@ def looping(x, y, gain):
     return total
 
 
-def helping(x, y, gain):
-    p, q = helper(x, y)
-    p, q = q, p
-    one = p if q > gain else helper(y, x)[0] if False else q * p
-    return one + math.hypot(p, 1.0 + q * q), math.sqrt(1.0 + x * x) * math.tanh(y)
-
-
 def powers(x, y, gain):
     base = 1.0 + x * x
     return base**gain + base ** (0.5 * y) - math.log(base) ** 2
 
 
 def written(function, active):
-    scope = {"math": math, **dependencies(function)}
-    for source in jacobian_sources(function, active).values():
-        exec(source, scope)
-    return scope[jacobian_name(function, active)]
+    library = Library()
+    return library.run(library.jacobian(library.add(function), active))
 
 
 def check(function, state, rest, active, tolerance=1e-7):
@@ -111,14 +102,66 @@ def test_helpers_are_differentiated_too():
     check(law, (0.1, 0.8), (1.1,), (0, 1))
 
 
-def test_unreadable_laws_are_refused_by_name():
-    def law(x, y, gain):
-        return sum([x, y])
+def indexing(x, y, gain):
+    return helper(x, y)[0] * helper(y, x)[1] + float(x) * y
 
-    with pytest.raises(ValueError, match="law law uses 'sum'"):
-        dependencies(law)
-    with pytest.raises(ValueError, match="law law: cannot differentiate"):
-        jacobian_sources(law, (0,))
+
+def masking(x, y, gain):
+    return (x > 0.3) * x + y * (x < y) + math.copysign(gain * x, y) + (1.0 if x > y and y > 0.0 else x)
+
+
+def delegating(x, y, gain):
+    if x > 0.0:
+        return helper(x * gain, y)
+    return x, y
+
+
+@pytest.mark.parametrize("state", [(0.7, 0.2), (0.1, 0.8), (1.4, -0.6)])
+@pytest.mark.parametrize("function", [indexing, masking, delegating])
+def test_less_usual_constructs(function, state):
+    check(function, state, (1.3,), (0, 1))
+
+
+def closing_over(factor):
+    def law(x, y, gain):
+        return factor * x * x + SLOPE * y
+
+    return law
+
+
+def test_closures_and_globals_are_read_where_the_law_stands():
+    assert written(closing_over(5.0), (0,))(2.0, 1.0, 0.0) == (23.0, 20.0)
+    library = Library()
+    names = [library.add(closing_over(f)) for f in (2.0, 7.0)]
+    assert len(set(names)) == 2
+    assert [library.run(n)(1.0, 0.0, 0.0) for n in names] == [2.0, 7.0]
+
+
+def summing(x, y, gain):
+    return sum([x, y])
+
+
+def choosing(x, y, gain):
+    return x > 0.0 and x * y or y
+
+
+def forgetting(x, y, gain):
+    if x > 0.0:
+        return x  # noqa: RET503
+
+
+@pytest.mark.parametrize(
+    ("function", "message"),
+    [
+        (summing, "law summing uses 'sum'"),
+        (choosing, "law choosing: cannot differentiate"),
+        (forgetting, "law forgetting can end without returning a value"),
+        (lambda x: x, "must be a function defined with def|no source found"),
+    ],
+)
+def test_unreadable_laws_are_refused_by_name(function, message):
+    with pytest.raises(ValueError, match=message):
+        written(function, (0,))
 
 
 @given(st.floats(1e-3, 1.2), st.floats(-1e3, 1e3), st.floats(-1e3, 1e3))

@@ -10,7 +10,7 @@ import numpy as np
 
 from clearance.joints import ClearanceRevolute, Joint, Prismatic
 from clearance.loads import Drive
-from clearance.mechanism.derivative import dependencies, jacobian_name, jacobian_sources
+from clearance.mechanism.library import Library
 from clearance.scene import Body, Scene, ground
 
 CLOSURE = 1e-12  # largest closing error accepted, relative to the mechanism's size
@@ -368,11 +368,9 @@ def _slide_rate(joint: Prismatic, pose, velocity) -> float:
 
 def _rate_at_start(motion) -> float:
     """First derivative of a prescribed motion at t = 0."""
-    function = motion.law.function
-    scope: dict = {"math": math} | dependencies(function)
-    for source in jacobian_sources(function, (0,)).values():
-        exec(source, scope)  # noqa: S102
-    return float(scope[jacobian_name(function, (0,))](0.0, *motion.numbers)[1])
+    library = Library()
+    slope = library.run(library.jacobian(library.add(motion.law.function), (0,)))
+    return float(slope(0.0, *motion.numbers)[1])
 
 
 def _size(scene: Scene) -> float:

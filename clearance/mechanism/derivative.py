@@ -1,16 +1,13 @@
 """Exact derivatives of plain functions: forward differentiation of their source.
 
-A law stays the plain function its author wrote. `jacobian_sources` reads that source and writes a second plain function
+A law stays the plain function its author wrote. `jacobian_text` reads that source and writes a second plain function
 that returns the values and their derivatives with respect to the leading arguments, statement by statement, so loops,
 branches and helper functions are allowed. It reads arithmetic, `math`, abs, max, min, if, for, while.
 """
 
 import ast
-import inspect
 import itertools
 import math
-import textwrap
-from collections.abc import Callable
 
 Tangents = dict[int, str]
 
@@ -23,113 +20,37 @@ _UNARY = {
     "expm1": "{y} + 1.0", "asinh": "1.0 / math.sqrt({x} * {x} + 1.0)", "atanh": "1.0 / (1.0 - {x} * {x})",
     "erf": "1.1283791670955126 * math.exp(-{x} * {x})", "erfc": "-1.1283791670955126 * math.exp(-{x} * {x})",
 }  # fmt: skip
-_FLAT = {"floor", "ceil", "trunc", "int", "float", "len", "round", "range", "copysign"}
+_FLAT = {"floor", "ceil", "trunc", "int"}
 
 
-class Written:
-    """A generated plain function that exists as text only, so that it can be differentiated again."""
+def jacobian_text(library, entry, active: tuple[int, ...], name: str) -> str:
+    """Source of the function `name` that returns (values..., d value_0 / d arg_i..., d value_1 / d arg_i..., ...).
 
-    def __init__(self, name: str, source: str, globals_of: Callable):
-        self.__name__, self.source, self.__globals__ = name, source, globals_of.__globals__
-
-
-def definition(function: Callable) -> ast.FunctionDef:
-    """The syntax tree of a function, without decorators, docstring, annotations and defaults."""
-    try:
-        source = getattr(function, "source", None) or textwrap.dedent(inspect.getsource(function))
-    except (OSError, TypeError):
-        raise ValueError(
-            f"law {function.__name__}: no source found; define it in a file, not at a prompt or through exec"
-        ) from None
-    node = ast.parse(source).body[0]
-    if not isinstance(node, ast.FunctionDef):
-        raise ValueError(f"law {function.__name__} must be a function defined with def")
-    node.decorator_list, node.returns, node.args.defaults = [], None, []
-    for argument in node.args.args:
-        argument.annotation = None
-    if ast.get_docstring(node) is not None:
-        node.body = node.body[1:] or [ast.Pass()]
-    return node
-
-
-def dependencies(function: Callable) -> dict[str, object]:
-    """Names a function needs beside its arguments: helper functions and numbers, by name, helpers' own ones first."""
-    needed: dict[str, object] = {}
-    node = definition(function)
-    local = {a.arg for a in node.args.args} | {
-        n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
-    }
-    for name in dict.fromkeys(n.id for n in ast.walk(node) if isinstance(n, ast.Name)):
-        if name in local or name == "math" or name in _BUILTIN:
-            continue
-        value = function.__globals__.get(name)
-        value = getattr(value, "function", value)
-        if inspect.isfunction(value):
-            needed |= dependencies(value)
-        elif not isinstance(value, int | float):
-            raise ValueError(
-                f"law {function.__name__} uses {name!r}: only arguments, numbers, math and plain functions are allowed"
-            )
-        needed[name] = value
-    return needed
-
-
-_BUILTIN = {"abs", "max", "min", "range", "float", "int", "len", "True", "False"}
-
-
-def source_of(function: Callable) -> str:
-    return ast.unparse(definition(function))
-
-
-def jacobian_name(function: Callable, active: tuple[int, ...]) -> str:
-    return f"{function.__name__}_d{''.join(map(str, active))}"
-
-
-def jacobian_sources(function: Callable, active: tuple[int, ...]) -> dict[str, str]:
-    """Sources, helpers first, of the function that returns (values..., d value_0 / d arg_i..., d value_1 / ...).
-
-    active: positions of the arguments to differentiate by. Raises ValueError naming the law for what it cannot read.
+    library: where the functions that `entry` calls are found and their derivatives are put; active: positions of the
+    arguments to differentiate by. Raises ValueError naming the law for what it cannot read.
     """
-    written: dict[str, str] = {}
-    _Differentiator(function, active, written).run()
-    return written
-
-
-def outputs_of(function: Callable) -> int:
-    """How many values a function returns."""
-    counts = {
-        len(n.value.elts) if isinstance(n.value, ast.Tuple) else 1
-        for n in ast.walk(definition(function))
-        if isinstance(n, ast.Return)
-    }
-    if len(counts) != 1:
-        raise ValueError(f"law {function.__name__} must return the same number of values everywhere")
-    return counts.pop()
+    return _Differentiator(library, entry, active).text(name)
 
 
 class _Differentiator:
-    def __init__(self, function: Callable, active: tuple[int, ...], written: dict[str, str]):
-        self.function, self.active, self.written = function, active, written
-        self.name = function.__name__
-        self.tree = definition(function)
+    def __init__(self, library, entry, active: tuple[int, ...]):
+        self.library, self.active, self.name, self.tree = library, active, entry.name, entry.tree
         self.arguments = [a.arg for a in self.tree.args.args]
         self.reach: dict[str, set[int]] = {self.arguments[p]: {i} for i, p in enumerate(active)}
 
-    def run(self) -> None:
+    def text(self, name: str) -> str:
         """Repeat until the set of variables that depend on each seed stops growing, then write the function."""
         while True:
             before = {k: set(v) for k, v in self.reach.items()}
             self.lines: list[str] = []
             self.indent, self.count = 1, itertools.count()
             for i, p in enumerate(self.active):
-                name = self.arguments[p]
-                for j in sorted(self.reach[name]):
-                    self._emit(f"{_d(j, name)} = {'1.0' if i == j else '0.0'}")
+                argument = self.arguments[p]
+                for j in sorted(self.reach[argument]):
+                    self._emit(f"{_d(j, argument)} = {'1.0' if i == j else '0.0'}")
             self._block(self.tree.body)
             if before == self.reach:
-                break
-        header = f"def {jacobian_name(self.function, self.active)}({', '.join(self.arguments)}):"
-        self.written[jacobian_name(self.function, self.active)] = "\n".join([header, *self.lines])
+                return "\n".join([f"def {name}({ast.unparse(self.tree.args)}):", *self.lines])
 
     # --- statements
     def _emit(self, line: str) -> None:
@@ -216,8 +137,10 @@ class _Differentiator:
         self._emit(f"{target.id} = {value}")
 
     def _return(self, node):
-        parts = node.value.elts if isinstance(node.value, ast.Tuple) else [node.value]
-        values = [self._value(p) for p in parts]
+        if self._helper(node.value) is not None:
+            values = self._call_many(node.value)
+        else:
+            values = [self._value(p) for p in (node.value.elts if isinstance(node.value, ast.Tuple) else [node.value])]
         derivatives = [d.get(i, "0.0") for _, d in values for i in range(len(self.active))]
         self._emit("return " + ", ".join([v for v, _ in values] + derivatives))
 
@@ -228,8 +151,11 @@ class _Differentiator:
         return name
 
     def _value(self, node) -> tuple[str, Tangents]:
-        if isinstance(node, ast.Constant | ast.Attribute | ast.Subscript | ast.Compare | ast.BoolOp):
-            return ast.unparse(node), {}
+        if isinstance(node, ast.Subscript) and self._helper(node.value) is not None:
+            return self._call_many(node.value)[ast.literal_eval(node.slice)]
+        if isinstance(node, ast.Compare) or not self._depends(node):
+            simple = isinstance(node, ast.Name | ast.Constant | ast.Attribute | ast.Call | ast.Subscript)
+            return ast.unparse(node) if simple else f"({ast.unparse(node)})", {}
         if isinstance(node, ast.Name):
             return node.id, {i: _d(i, node.id) for i in sorted(self.reach.get(node.id, ()))}
         if isinstance(node, ast.UnaryOp):
@@ -242,13 +168,17 @@ class _Differentiator:
             return self._call(node)
         raise self._unreadable(node)
 
+    def _depends(self, node) -> bool:
+        """Whether an expression contains a variable that depends on a seed."""
+        return any(isinstance(n, ast.Name) and self.reach.get(n.id) for n in ast.walk(node))
+
     def _unary(self, node):
         value, tangents = self._value(node.operand)
         if isinstance(node.op, ast.USub):
             return f"(-{value})", {i: f"(-{d})" for i, d in tangents.items()}
         if isinstance(node.op, ast.UAdd):
             return value, tangents
-        return ast.unparse(node), {}
+        raise self._unreadable(node)
 
     def _chain(self, value: str, terms: list[tuple[str, Tangents]]) -> tuple[str, Tangents]:
         """Store a value; its tangents are the sums of partial * tangent over the terms."""
@@ -290,22 +220,23 @@ class _Differentiator:
 
     def _either(self, test: str, first, second):
         """One of two expressions, evaluated lazily like Python's own."""
-        name = f"_{next(self.count)}"
-        mark, marks = len(self.lines), []
-        for header, branch in ((f"if {test}:", first), ("else:", second)):
-            self._emit(header)
+        name, branches, whole = f"_{next(self.count)}", [], self.lines
+        for branch in (first, second):
+            self.lines = []
             self.indent += 1
             value, tangents = self._value(branch)
             self._emit(f"{name} = {value}")
-            marks.append((len(self.lines), tangents))
+            branches.append((self.lines, tangents))
             self.indent -= 1
-        columns = sorted(set(marks[0][1]) | set(marks[1][1]))
-        shift = 0
-        for position, tangents in marks:
-            lines = ["    " * (self.indent + 1) + f"{_d(i, name)} = {tangents.get(i, '0.0')}" for i in columns]
-            self.lines[position + shift : position + shift] = lines
-            shift += len(lines)
-        assert mark < len(self.lines)
+        self.lines = whole
+        columns = sorted(set(branches[0][1]) | set(branches[1][1]))
+        for header, (lines, tangents) in zip((f"if {test}:", "else:"), branches, strict=True):
+            self._emit(header)
+            self.lines += lines
+            self.indent += 1
+            for i in columns:
+                self._emit(f"{_d(i, name)} = {tangents.get(i, '0.0')}")
+            self.indent -= 1
         return name, {i: _d(i, name) for i in columns}
 
     def _extreme(self, node, sign: str):
@@ -335,6 +266,11 @@ class _Differentiator:
         if name in _FLAT or not any(d for _, d in arguments):
             return call, {}
         x, dx = arguments[0]
+        if name == "float":
+            return x, dx
+        if name == "copysign":
+            sign = arguments[1][0]
+            return self._chain(call, [(f"math.copysign(1.0, {x}) * math.copysign(1.0, {sign})", dx)])
         if name == "abs":
             return self._chain(call, [(f"math.copysign(1.0, {x})", dx)])
         if name in _UNARY and len(arguments) == 1:
@@ -350,12 +286,11 @@ class _Differentiator:
             return self._value(ast.BinOp(node.args[0], ast.Pow(), node.args[1]))
         raise self._unreadable(node)
 
-    def _helper(self, node) -> Callable | None:
-        if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Name):
-            return None
-        value = self.function.__globals__.get(node.func.id)
-        value = getattr(value, "function", value)
-        return value if inspect.isfunction(value) else None
+    def _helper(self, node):
+        """The library's entry of a called helper function, or None."""
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+            return self.library.entries.get(node.func.id)
+        return None
 
     def _call_many(self, node) -> list[tuple[str, Tangents]]:
         """Values and tangents of a call of a plain helper function."""
@@ -363,18 +298,16 @@ class _Differentiator:
         if helper is None or node.keywords:
             raise self._unreadable(node)
         arguments = [self._value(a) for a in node.args]
-        count = outputs_of(helper)
         active = tuple(p for p, (_, d) in enumerate(arguments) if d)
         texts = ", ".join(v for v, _ in arguments)
         name = f"_{next(self.count)}"
         if not active:
-            self._emit(f"{name} = {helper.__name__}({texts})")
-            return [(f"{name}[{k}]" if count > 1 else name, {}) for k in range(count)]
-        _Differentiator(helper, active, self.written).run()
-        self._emit(f"{name} = {jacobian_name(helper, active)}({texts})")
+            self._emit(f"{name} = {helper.name}({texts})")
+            return [(f"{name}[{k}]" if helper.outputs > 1 else name, {}) for k in range(helper.outputs)]
+        self._emit(f"{name} = {self.library.jacobian(helper.name, active)}({texts})")
         results = []
-        for k in range(count):
-            partial = [f"{name}[{count + k * len(active) + j}]" for j in range(len(active))]
+        for k in range(helper.outputs):
+            partial = [f"{name}[{helper.outputs + k * len(active) + j}]" for j in range(len(active))]
             terms = [(p, arguments[a][1]) for p, a in zip(partial, active, strict=True)]
             results.append(self._chain(f"{name}[{k}]", terms))
         return results

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from clearance.joints import ClearanceRevolute
 from clearance.laws.film import film_torques
 from clearance.laws.law import BoundLaw
-from clearance.mechanism.derivative import jacobian_name, outputs_of
 from clearance.mechanism.kinematics import moved
+from clearance.mechanism.library import Library
 from clearance.mechanism.trace import Trace, Value
 
 #: smallest distance, relative to the clearance, that still has a direction of its own
@@ -28,12 +28,10 @@ class JointForce:
 
 
 class Calls:
-    """Law calls inside a trace; remembers which plain functions the code needs."""
+    """Law calls inside a trace; the library keeps the functions they need."""
 
-    def __init__(self, trace: Trace, number):
-        self.trace, self.number = trace, number
-        self.functions: dict[str, object] = {}
-        self.gradients: dict[str, tuple] = {}
+    def __init__(self, trace: Trace, number, library: Library):
+        self.trace, self.number, self.library = trace, number, library
 
     def __call__(self, law: BoundLaw, name: str, state: list, active: int, tuple_of: str | None = None, fixed=()):
         """Value(s) of a bound law whose first `active` arguments are differentiated.
@@ -45,31 +43,34 @@ class Calls:
         if tuple_of:
             slots = ["{}"] * len(state), ["{}"] * len(fixed), ["{}"] * len(numbers)
             wrap = ", ".join([*slots[0], f"{tuple_of}({', '.join(slots[1])})", *slots[2]])
-        return self.function(law.law.function, [*state, *fixed, *numbers], tuple(range(active)), wrap)
+        values = self.function(law.law.function, [*state, *fixed, *numbers], tuple(range(active)), wrap)
+        if len(values) != law.law.family.outputs:
+            wanted = law.law.family.outputs
+            raise ValueError(
+                f"{law.law.family.name} law {law.law.name} must return {wanted} value(s), not {len(values)}"
+            )
+        return values
 
     def function(self, function, args: list, active: tuple[int, ...], wrap: str = "") -> list:
-        outputs = outputs_of(function)
-        self.functions[function.__name__] = function
+        """Outputs of a plain function; its derivative by the active arguments is called where it is wanted."""
+        name = self.library.add(function)
+        outputs = self.library.entries[name].outputs
 
         def rule(args, tangents):
-            self.gradients[jacobian_name(function, active)] = (function, active)
             count = outputs * (1 + len(active))
-            found = self.trace.call(jacobian_name(function, active), list(args), count, None, wrap)
+            found = self.trace.call(self.library.jacobian(name, active), list(args), count, None, wrap)
             results = []
             for k in range(outputs):
                 slopes = found[outputs + k * len(active) : outputs + (k + 1) * len(active)]
                 columns = sorted({c for i in active for c in tangents[i]})
-                results.append(
-                    {
-                        c: self.trace.sum(
-                            s * tangents[i][c] for s, i in zip(slopes, active, strict=True) if c in tangents[i]
-                        )
-                        for c in columns
-                    }
-                )
+                results.append({c: self._along(slopes, active, tangents, c) for c in columns})
             return results
 
-        return self.trace.call(function.__name__, args, outputs, rule, wrap)
+        return self.trace.call(name, args, outputs, rule, wrap)
+
+    def _along(self, slopes, active, tangents, column):
+        pairs = zip(slopes, active, strict=True)
+        return self.trace.sum(s * tangents[i][column] for s, i in pairs if column in tangents[i])
 
 
 def clearance_force(

@@ -36,11 +36,11 @@ class Pose:
 class Kinematics:
     """Poses, and fields over them. `number(name)` reads a scene number, `coordinate[c]` the value of a coordinate."""
 
-    def __init__(self, trace: Trace, number, coordinate: dict, offset: dict, guesses=None):
+    def __init__(self, trace: Trace, number, coordinate: dict, offset: dict, library=None, guesses=None):
         self.trace, self.number, self.coordinate, self.offset = trace, number, coordinate, offset
         self.guesses = guesses
         self.poses: dict[Body, Pose] = {ground: Pose(0.0, 0.0, 1.0, 0.0, 0.0)}
-        self.functions: dict[str, str] = {}  # helper functions the code needs, by name
+        self.library = library  # takes the helper functions that loops need
         self.solved: list = []  # unknowns solved by Newton, in order of their guesses
 
     # --- geometry

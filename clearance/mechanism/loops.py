@@ -16,8 +16,13 @@ def solve(kinematics, matrix: list[list], right: list) -> list:
         inverse = 1.0 / (a * d - b * c)
         return [(d * right[0] - b * right[1]) * inverse, (a * right[1] - c * right[0]) * inverse]
     name = f"solve_{size}"
-    kinematics.functions[name] = solver_source(size)
+    _add_solver(kinematics.library, size)
     return _solve_call(kinematics.trace, name, matrix, right)
+
+
+def _add_solver(library, size: int) -> None:
+    if f"solve_{size}" not in library.entries:
+        library.add_text(solver_source(size))
 
 
 def _solve_call(trace: Trace, name: str, matrix: list[list], right: list) -> list:
@@ -192,15 +197,16 @@ def solve_by_newton(k, group) -> None:
     """Solve a group's coordinates by a Newton helper function started from the last accepted state."""
     inside = _Inside(k)
     residuals, unknowns = inside.residuals(group)
-    size, index = len(unknowns), len(k.functions)
-    name, gradient = f"close_{index}", f"close_{index}_d"
+    size = len(unknowns)
+    name = f"close_{group.label().replace('+', '_')}"
+    gradient = f"{name}_d"
     seeds = {z: {i: 1.0} for i, z in enumerate(unknowns)}
     active = [i for i, a in enumerate(inside.outer) if not a.fixed]
     seeds |= {inside.inner[i]: {size + i: 1.0} for i in active}
     slopes = inside.trace.tangent(residuals, seeds)
-    k.functions[f"solve_{size}"] = solver_source(size)
-    k.functions[name] = _newton_source(name, inside, residuals, slopes, size)
-    k.functions[gradient] = _gradient_source(gradient, inside, slopes, size, active)
+    _add_solver(k.library, size)
+    k.library.add_text(_newton_source(name, inside, residuals, slopes, size))
+    k.library.add_text(_gradient_source(gradient, inside, slopes, size, active))
 
     def rule(args, tangents):
         found = k.trace.call(gradient, [*items, *inside.outer], size * len(active))

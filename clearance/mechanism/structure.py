@@ -13,17 +13,14 @@ from dataclasses import dataclass
 from clearance.laws.law import BoundLaw
 from clearance.loads import Drive
 from clearance.mechanism import emission
-from clearance.mechanism.derivative import Written, jacobian_name, jacobian_sources
 from clearance.mechanism.dynamics import Dynamics
 from clearance.mechanism.joint_forces import Calls
 from clearance.mechanism.kinematics import Kinematics, Propagation
-from clearance.mechanism.loops import mode
+from clearance.mechanism.library import Library
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.topology import closed_plan, cut_plan
 from clearance.mechanism.trace import Slots, Trace
-from clearance.scene import Scene, ground
-
-LEDGER = ("input", "dissipated")
+from clearance.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -47,7 +44,8 @@ class Structure:
             self.index[name] = len(self.index)
         self.constants = numbers.constants
         self.trace = Trace()
-        self.calls = Calls(self.trace, self.number)
+        self.library = Library()
+        self.calls = Calls(self.trace, self.number, self.library)
         self._trace()
         self._write()
 
@@ -78,7 +76,7 @@ class Structure:
         values = dict(zip(self.plan.free, position, strict=False)) | _of_drives(self.plan, driven, 0)
         rates = dict(zip(self.plan.free, rate, strict=False)) | _of_drives(self.plan, driven, 1)
         self.kinematics = k = Kinematics(
-            trace, self.number, values, offsets, lambda i: trace.load(f"work[{len(everyone) + i}]")
+            trace, self.number, values, offsets, self.library, lambda i: trace.load(f"work[{len(everyone) + i}]")
         )
         k.place(self.plan)
         trace.section = "velocities"
@@ -106,12 +104,8 @@ class Structure:
             return self.number(f"{drive.name}.start") + speed * time, speed, 0.0
         law: BoundLaw = drive.motion
         numbers = [self.number(f"{drive.name}.motion.{p}") for p in law.law.parameters]
-        function = law.law.function
-        first = jacobian_sources(function, (0,))[jacobian_name(function, (0,))]
-        slope = Written(jacobian_name(function, (0,)), first, function)
-        self.calls.gradients[jacobian_name(slope, (0,))] = (slope, (0,))
-        self.calls.gradients[slope.__name__] = (function, (0,))
-        found = self.trace.call(jacobian_name(slope, (0,)), [time, *numbers], 4)
+        first = self.library.jacobian(self.library.add(law.law.function), (0,))
+        found = self.trace.call(self.library.jacobian(first, (0,)), [time, *numbers], 4)
         return found[0], found[1], found[3]
 
     def _input_power(self):
@@ -228,6 +222,3 @@ def _of_drives(plan, driven: dict, order: int) -> dict:
     """Value (0), rate (1) or acceleration (2) of each prescribed coordinate of a plan."""
     coordinates = [c for g in plan.groups for a in g.attachments for c in a.coordinates if c.source == "drive"]
     return {c: driven[c.drive][order] for c in coordinates}
-
-
-__all__ = ["LEDGER", "Channel", "Structure", "ground", "mode"]
