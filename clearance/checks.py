@@ -51,6 +51,6 @@ def pair(field: str, value: object) -> tuple[float, float]:
 
 def identifier(field: str, value: object) -> str:
     """A name usable in files and on the command line: no slash, no blank, not empty."""
-    if not isinstance(value, str) or not value or any(c in value for c in "/. \t\n"):
+    if not isinstance(value, str) or not value or not value.isprintable() or any(c in value for c in "/. "):
         raise ValueError(f"{field} must be a non-empty name without '/', '.' or blanks, got {value!r}")
     return value

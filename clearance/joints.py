@@ -28,6 +28,11 @@ class Joint:
     def label(self) -> str:
         return f"joint {self.name}"
 
+    @property
+    def key(self) -> str:
+        """Where the joint's numbers stand in the parameter vector."""
+        return f"joint.{self.name}"
+
     def bodies(self) -> tuple[Body, Body]:
         return self.a.body, self.b.body
 

@@ -24,6 +24,11 @@ class Load:
     def label(self) -> str:
         return f"{type(self).__name__} {self.name}"
 
+    @property
+    def key(self) -> str:
+        """Where the load's numbers stand in the parameter vector."""
+        return f"load.{self.name}"
+
     def _amount(self, field, family):
         """A plain number, or a bound law of the family."""
         value = getattr(self, field)

@@ -10,7 +10,6 @@ import importlib.metadata
 import os
 import platform
 import shutil
-import tempfile
 from pathlib import Path
 
 import h5py
@@ -51,7 +50,7 @@ class ResultWriter:
         self.angles = [
             (i, next(j for j, d in enumerate(channels) if d.path == c.path.replace("theta", "omega")))
             for i, c in enumerate(channels)
-            if c.path.endswith("/theta")
+            if c.wrapped
         ]
         self.balance = next((i for i, c in enumerate(channels) if c.path == "energy/residual"), None)
         self.last: tuple[float, np.ndarray] | None = None
@@ -287,8 +286,7 @@ class Result:
         """Copy the file to `path`, under a temporary name until it is whole."""
         path = Path(path)
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".partial")
-        os.close(handle)
+        temporary = path.with_name(f"{path.name}.{os.getpid()}.partial")
         shutil.copyfile(self.path, temporary)
         os.replace(temporary, path)
         return path

@@ -74,6 +74,11 @@ class Body:
             raise KeyError(f"body {self.name} has no point {name!r}; it has {sorted(self.points)}")
         return Point(self, name, *self.points[name])
 
+    @property
+    def key(self) -> str:
+        """Where the body's numbers stand in the parameter vector."""
+        return f"body.{self.name}"
+
     def at(self, x: float, y: float) -> Point:
         """An unnamed point of the body's frame."""
         return Point(self, f"({x:g}, {y:g})", *checks.pair(f"point of {self.name}", (x, y)))
@@ -136,6 +141,9 @@ class Scene:
         _check_names("body", self.bodies)
         _check_names("joint", self.joints)
         _check_names("load", self.loads)
+        for load in self.loads:
+            if isinstance(getattr(load, "target", None), Joint) and load.target not in self.joints:
+                raise ValueError(f"{load.label()}: its target, {load.target.label()}, is not in the scene")
         self._check_connected()
 
     def __setattr__(self, name: str, value: object):

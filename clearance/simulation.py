@@ -140,7 +140,7 @@ class Run:
         self.clock[loop.SAMPLE_EVERY] = span.until / (span.samples - 1)
         self.place[loop.SAMPLES] = span.samples
         self.place[loop.STEP_LIMIT] = max_steps or STEP_LIMIT
-        self.place[loop.COMMITS] = len(mechanism.structure.kinematics.solved)
+        self.place[loop.COMMITS] = len(mechanism.structure.kinematics.remembered)
         self.contacts = np.zeros((joints, loop.CONTACT_COLUMNS))
         self.contacts[:, loop.IS_CONTACT] = [j.contact is not None for j in scene.clearance_joints]
         self.impacts = np.zeros((IMPACT_ROWS, loop.IMPACT_COLUMNS))

@@ -123,3 +123,100 @@ def test_a_law_the_kernel_cannot_read():
     joint = cl.ClearanceRevolute(cl.ground, body, name="J", radius=0.01, clearance=1e-3, contact=unreadable)
     with pytest.raises(ValueError, match="law unreadable uses 'np'"):
         cl.simulate(cl.Scene(joint), until=0.1)
+
+
+def engine(order, force=None):
+    """A free slider-crank with a heavy crank, its joints listed in some order."""
+    crank = m.body("crank", {"A": (0, 0), "B": (0.05, 0)}, angle=0.7, com=(0.0, 0.0), mass=2.0)
+    rod = m.body("rod", {"B": (0, 0), "C": (0.15, 0)}, angle=-0.2, com=(0.07, 0))
+    piston = m.body("piston", {"C": (0, 0)}, mass=0.3)
+    joints = {
+        "A": cl.Revolute(cl.ground, crank["A"], name="A"),
+        "B": cl.Revolute(crank["B"], rod["B"], name="B"),
+        "C": cl.Revolute(rod["C"], piston["C"], name="C"),
+        "g": cl.Prismatic(cl.ground, piston["C"], name="g"),
+    }
+    drive = [cl.Drive(joints["g"], force=force, name="gas")] if force else []
+    turning = cl.Body(**{**vars(crank), "angular_velocity": 40.0})
+    object.__setattr__(joints["A"], "b", turning["A"])
+    object.__setattr__(joints["B"], "a", turning["B"])
+    return cl.Scene(*(joints[n] for n in order), *drive)
+
+
+@pytest.mark.parametrize("order", ["ABCg", "gCBA", "BgAC"])
+@pytest.mark.parametrize("force", [None, 3.0])
+def test_the_coordinate_passes_dead_centres_whatever_the_order(order, force):
+    """Free or pushed by its piston: the crank is the coordinate, so dead centres are nothing special."""
+    result = cl.simulate(engine(order, force), until=1.0, rtol=1e-9)
+    assert result["crank"].theta[-1] > 20.0
+    assert np.abs(result.energy.residual).max() < 1e-7 * result.file["energy"].attrs["turned_over"]
+
+
+def test_a_torsion_spring_counts_whole_turns():
+    """On the rocker of a loop, whose angle passes pi: no jump of energy."""
+    scene = m.pushed_four_bar()
+    crank = scene.joints[0].b.body
+    coupler = scene.joints[1].b.body
+    spring = cl.TorsionSpring(crank, coupler, stiffness=0.3)
+    twisted = cl.Scene(*scene.joints, *scene.loads, spring)
+    result = cl.simulate(twisted, until=2.0, rtol=1e-9)
+    twist = result["coupler"].theta - result["crank"].theta
+    assert np.ptp(twist) > 2 * np.pi
+    assert np.abs(result.energy.residual).max() < 1e-7 * result.file["energy"].attrs["turned_over"]
+
+
+def test_coarse_samples_keep_whole_angles():
+    """A double pendulum sampled once a second: the stored angle is the state's, not a guess from its speed."""
+    scene = cl.load_case("double_pendulum")
+    fine = cl.simulate(scene, until=20.0, rtol=1e-9, samples=20001)
+    coarse = cl.simulate(scene, until=20.0, rtol=1e-9, samples=21)
+    np.testing.assert_allclose(coarse["lower"].theta, fine["lower"].theta[::1000], atol=1e-3)
+
+
+def same_name(factor):
+    @cl.contact
+    def linear(penetration, penetration_rate, impact_speed, stiffness):
+        return factor * stiffness * max(penetration, 0.0)
+
+    return linear(stiffness=1e6)
+
+
+def test_two_laws_of_one_name():
+    bodies = [cl.Body(n, 1.0, 1e-3) for n in ("one", "two")]
+    joints = [
+        cl.ClearanceRevolute(
+            cl.ground, b, name=b.name, radius=0.01, clearance=1e-4, contact=same_name(f), eccentricity=(1.1e-4, 0.0)
+        )
+        for b, f in zip(bodies, (1.0, 3.0), strict=True)
+    ]
+    result = cl.simulate(cl.Scene(*joints), until=1e-6)
+    assert result.joint("one").contact_force[0] == pytest.approx(10.0, rel=1e-9)
+    assert result.joint("two").contact_force[0] == pytest.approx(30.0, rel=1e-9)
+
+
+def test_parts_of_one_name_keep_their_numbers():
+    """A joint, a spring, a force and a body may share a name."""
+    body = cl.Body("P", 1.0, 1e-3, points={"x": (0.1, 0.0)})
+    scene = cl.Scene(
+        cl.Revolute(cl.ground, body, name="P"),
+        cl.SpringDamper(cl.ground.at(0.0, 0.3), body["x"], stiffness=100.0, free_length=0.2, name="P"),
+        cl.Force(body["x"], x=1.0, name="gravity"),
+    )
+    result = cl.simulate(scene, until=1e-3)
+    length = math.hypot(0.1, 0.3)
+    assert result.file["springs/P/tension"][0] == pytest.approx(100.0 * (length - 0.2), rel=1e-12)
+
+
+def test_impossible_parts_are_named():
+    one = cl.Body("one", 1.0, 1e-3, points={"p": (0.1, 0.0), "q": (0.1, 0.0)})
+    two = cl.Body("two", 1.0, 1e-3, points={"a": (0, 0), "b": (0.2, 0)}, angle=1.0)
+    hinges = [
+        cl.Revolute(cl.ground.at(0.1, 0.0), one["p"], name="A"),
+        cl.Revolute(one["q"], two["a"], name="B"),
+        cl.Revolute(two["b"], cl.ground.at(0.3, 0.0), name="C"),
+    ]
+    with pytest.raises(ValueError, match="body one: its pins of joint .* lie in one point"):
+        cl.simulate(cl.Scene(*hinges), until=0.1)
+    loose = cl.Revolute(one["p"], two["a"], name="elsewhere")
+    with pytest.raises(ValueError, match="its target, joint elsewhere, is not in the scene"):
+        cl.Scene(*hinges, cl.Drive(loose, speed=1.0))

@@ -64,7 +64,7 @@ def _used(mechanism: Mechanism, role: str) -> bool:
     return {
         "jacobian": any(j.film is not None for j in joints),
         "events": bool(joints),
-        "commit": bool(mechanism.structure.kinematics.solved),
+        "commit": bool(mechanism.structure.kinematics.remembered),
     }.get(role, True)
 
 
@@ -92,7 +92,7 @@ def _left_out(mechanism: Mechanism) -> list[str]:
             missing.append(slot)
     if not _used(mechanism, "jacobian"):
         missing.append("jacobian kernel (explicit stepper)")
-    if not mechanism.structure.kinematics.solved:
+    if all(g.form != "newton" for g in mechanism.structure.plan.groups):
         missing.append("Newton loops")
     if not scene.gravity[0] and not scene.gravity[1]:
         missing.append("gravity")

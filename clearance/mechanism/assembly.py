@@ -76,8 +76,9 @@ class _System:
         """Body angles as given, positions as given or found by following the joints from ground."""
         q = np.zeros(3 * len(self.scene.bodies))
         placed = {ground}
+        given = {d.target: d.start for d in self.drives if d.start is not None and isinstance(d.target, Body)}
         for body in self.scene.bodies:
-            q[self.place[body] + 2] = body.angle
+            q[self.place[body] + 2] = given.get(body, body.angle)
             if body.position is not None:
                 self._set_origin(q, body, body.position)
                 placed.add(body)
@@ -305,10 +306,12 @@ class _System:
 
     # --- velocities
     def velocities(self, q: np.ndarray) -> np.ndarray:
-        """Rates that satisfy all joints and drives, nearest to those given with the bodies."""
-        rough = np.zeros(q.size)
+        """Rates that satisfy all joints and drives, nearest to those given with the bodies (others count little)."""
+        rough, free = np.zeros(q.size), np.ones(q.size)
         for body, i in self.place.items():
             rough[i : i + 3] = (*body.velocity, body.angular_velocity)
+            free[i : i + 3] = (1.0, 1.0, 1.0 / self.size)
+        free[rough != 0.0] *= 1e-6
         _, _, matrix = self.equations(q, starting=False)
         right = [r for j in self.joints for r in getattr(j, "eccentricity_rate", (0.0, 0.0))]
         extra = []
@@ -325,8 +328,8 @@ class _System:
         order = [*range(2 * len(self.joints))]
         matrix = np.vstack([matrix, *extra]) if extra else matrix
         right = self._in_row_order(right, order, extra)
-        step = np.linalg.lstsq(matrix, np.array(right) - matrix @ rough, rcond=1e-12)[0]
-        return rough + step
+        missing = np.array(right) - matrix @ rough
+        return rough + free * np.linalg.lstsq(matrix * free, missing, rcond=1e-12)[0]
 
     def _in_row_order(self, right, order, extra):
         """Joint rows, prescribing drives, then start speeds of effort drives."""

@@ -11,7 +11,7 @@ from clearance.loads import Drive
 from clearance.mechanism import store
 from clearance.mechanism.assembly import Start, assemble
 from clearance.mechanism.kinematics import Kinematics, Pose
-from clearance.mechanism.loops import mode
+from clearance.mechanism.loops import check_reach, mode
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.structure import Structure
 from clearance.mechanism.topology import Plan, closed_plan
@@ -77,6 +77,9 @@ def build(scene: Scene, ledger: bool = True) -> Mechanism:
     """Assemble a scene and find or make its structure. Raises ValueError with a clear reason for impossible scenes."""
     start = assemble(scene)
     numbers = Numbers(scene)
+    for group in closed_plan(scene, start.measured).groups:
+        if group.form in ("RRR", "RRP"):
+            check_reach(group, start.size)
     signature = (numbers.signature, tuple(j.name for j in start.measured), ledger)
     if signature not in _structures:
         _structures[signature] = Structure(scene, numbers, start.measured, ledger)
@@ -94,7 +97,7 @@ def _values(scene: Scene, structure: Structure, numbers: Numbers, start: Start) 
     """The scene's numbers, start values of drives, and the assembly modes of its dyads."""
     values = list(numbers.values)
     for drive in (d for d in scene.loads if isinstance(d, Drive) and d.speed is not None):
-        values[numbers.index[f"{drive.name}.start"]] = _driven(drive, start)
+        values[numbers.index[f"{drive.key}.start"]] = _driven(drive, start)
     known = {**numbers.constants, **dict(zip(numbers.index, values, strict=True))}
     k = Kinematics(
         Trace(), known.__getitem__, {}, {j: j.eccentricity for j in scene.clearance_joints if j not in start.measured}
@@ -140,10 +143,11 @@ def _coordinate(c, joint, start: Start) -> tuple[float, float]:
 
 
 def _work(scene: Scene, structure: Structure, start: Start) -> np.ndarray:
-    """Impact speeds (from the start velocities), then start values of Newton-solved loop coordinates."""
-    work = [max(math.hypot(*j.eccentricity_rate), 0.0) for j in scene.clearance_joints]
-    plan = _own_plan(scene, structure, start)
-    for group in (g for g in plan.groups if g.form == "newton"):
-        placed = {a.body: a.joint for a in group.attachments}
-        work += [_coordinate(c, placed[c.body], start)[0] for c in group.unknowns]
-    return np.array(work)
+    """Impact speeds (from the start velocities), then the angles and slides that kernels carry from step to step."""
+    angles = {body.name: pose[2] for body, pose in start.pose.items()}
+    joints = {j.name: j for j in scene.joints}
+    carried = [
+        angles[name] if what == "angle" else start.slide(joints[name])[0]
+        for what, name in structure.kinematics.remembered
+    ]
+    return np.array([math.hypot(*j.eccentricity_rate) for j in scene.clearance_joints] + carried)

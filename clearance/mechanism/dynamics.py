@@ -52,13 +52,13 @@ class Dynamics:
     def applied(self, offsets: dict, offset_rates: dict, impact_speeds: dict) -> Applied:
         result = Applied()
         number, k = self.kinematics.number, self.kinematics
-        gx, gy = number("gravity.x"), number("gravity.y")
+        gx, gy = number("scene.gravity.x"), number("scene.gravity.y")
         self.trace.section = "gravity"
         for body in self.scene.bodies:
-            mass, pose = number(f"{body.name}.mass"), k.poses[body]
+            mass, pose = number(f"{body.key}.mass"), k.poses[body]
             result.add(body, mass * gx, mass * gy)
             x, y, w = self.motion[body]
-            inertia = number(f"{body.name}.inertia")
+            inertia = number(f"{body.key}.inertia")
             result.ledger.kinetic = result.ledger.kinetic + 0.5 * mass * (x * x + y * y) + 0.5 * inertia * w * w
             result.ledger.potential = result.ledger.potential - mass * (gx * pose.x + gy * pose.y)
         for joint in self.scene.clearance_joints:
@@ -94,8 +94,10 @@ class Dynamics:
 
     def _torsion(self, load, result: Applied) -> None:
         number = self.kinematics.number
-        stiffness, damping = number(f"{load.name}.stiffness"), number(f"{load.name}.damping")
-        twist = self.kinematics.angle(load.b) - self.kinematics.angle(load.a) - number(f"{load.name}.free_angle")
+        stiffness, damping = number(f"{load.key}.stiffness"), number(f"{load.key}.damping")
+        twist = (
+            self.kinematics.whole_angle(load.b) - self.kinematics.whole_angle(load.a) - number(f"{load.key}.free_angle")
+        )
         rate = self.motion[load.b][2] - self.motion[load.a][2]
         moment = stiffness * twist + damping * rate
         result.add(load.a, moment=moment)
@@ -105,16 +107,16 @@ class Dynamics:
 
     def _force(self, load, result: Applied) -> None:
         k, body = self.kinematics, load.point.body
-        local = k.number(f"{load.name}.point.x"), k.number(f"{load.name}.point.y")
+        local = k.number(f"{load.key}.point.x"), k.number(f"{load.key}.point.y")
         arm = k.poses[body].turned(*local)
-        x, y = (amount(self.calls, f"{load.name}.{n}", getattr(load, n), [self.time]) for n in ("x", "y"))
+        x, y = (amount(self.calls, f"{load.key}.{n}", getattr(load, n), [self.time]) for n in ("x", "y"))
         result.add_at(body, arm, x, y)
         vx, vy, w = self.motion[body]
         power = x * (vx - w * arm[1]) + y * (vy + w * arm[0])
         result.ledger.input_power = result.ledger.input_power + power
 
     def _torque(self, load, result: Applied) -> None:
-        moment = amount(self.calls, f"{load.name}.torque", load.torque, [self.time])
+        moment = amount(self.calls, f"{load.key}.torque", load.torque, [self.time])
         result.add(load.body, moment=moment)
         result.ledger.input_power = result.ledger.input_power + moment * self.motion[load.body][2]
 
@@ -123,7 +125,7 @@ class Dynamics:
             return
         position, rate = self.drive_coordinate(load)
         slot = "torque" if load.torque is not None else "force"
-        effort = amount(self.calls, f"{load.name}.{slot}", load.effort, [self.time, position, rate])
+        effort = amount(self.calls, f"{load.key}.{slot}", load.effort, [self.time, position, rate])
         result.efforts[load] = effort
         self.apply_effort(load, effort, result)
         result.ledger.input_power = result.ledger.input_power + effort * rate
@@ -153,9 +155,9 @@ class Dynamics:
             pa, pb = k.joint_point(target, "a"), k.joint_point(target, "b")
             return dx * (pb[0] - pa[0]) + dy * (pb[1] - pa[1]), k.slide_rate(target, f)
         if target in self.scene.bodies:
-            return k.angle(target), f[target][2]
+            return k.whole_angle(target), f[target][2]
         a, b = target.a.body, target.b.body
-        return k.angle(b) - k.angle(a), f[b][2] - f[a][2]
+        return k.whole_angle(b) - k.whole_angle(a), f[b][2] - f[a][2]
 
     # --- accelerations
     def accelerations(self, applied: Applied, driven: dict) -> dict:
@@ -172,7 +174,7 @@ class Dynamics:
         load = [0.0] * len(free)
         mass_matrix: dict[tuple[int, int], object] = {}
         for body in bodies:
-            inertia = [number(f"{body.name}.mass")] * 2 + [number(f"{body.name}.inertia")]
+            inertia = [number(f"{body.key}.mass")] * 2 + [number(f"{body.key}.inertia")]
             net = [w - m * b for w, m, b in zip(applied.wrench.get(body, ZERO), inertia, bias[body], strict=True)]
             for axis in range(3):
                 active = [(i, c[body][axis]) for i, c in enumerate(columns) if not _zero(c[body][axis])]
@@ -223,7 +225,7 @@ class Dynamics:
         """
         number, rest = self.kinematics.number, {}
         for body in self.scene.bodies:
-            inertia = [number(f"{body.name}.mass")] * 2 + [number(f"{body.name}.inertia")]
+            inertia = [number(f"{body.key}.mass")] * 2 + [number(f"{body.key}.inertia")]
             wrench = applied.wrench.get(body, ZERO)
             rest[body] = tuple(w - m * a for w, m, a in zip(wrench, inertia, acceleration[body], strict=True))
         open_wrench = Applied(dict(rest))

@@ -83,7 +83,7 @@ def clearance_force(
     """
     trace, number = calls.trace, kinematics.number
     trace.section = f"joint {joint.name}"
-    clearance, radius = number(f"{joint.name}.clearance"), number(f"{joint.name}.radius")
+    clearance, radius = number(f"{joint.key}.clearance"), number(f"{joint.key}.radius")
     ex, ey = offset
     distance = trace.sqrt(ex * ex + ey * ey + 1e-300)
     far = distance - CENTRE * clearance
@@ -94,7 +94,7 @@ def clearance_force(
     result.penetration, result.penetration_rate = distance - clearance, outward
     result.channels = {"eccentricity_x": ex, "eccentricity_y": ey, "gap": clearance - distance}
     if joint.roughness is not None:
-        ratio = (clearance - distance) / number(f"{joint.name}.roughness")
+        ratio = (clearance - distance) / number(f"{joint.key}.roughness")
         result.channels["film_thickness_ratio"] = ratio
     polar = _Polar(nx, ny, distance, outward, sideways)
     if joint.film is not None:
@@ -126,13 +126,13 @@ def _film(calls: Calls, number, joint, polar: _Polar, spins, result: JointForce)
     """Film force at the journal's centre, its reaction at the bearing's, and both friction torques."""
     trace = calls.trace
     names = ("radius", "clearance", "length", "viscosity")
-    radius, clearance, length, viscosity = (number(f"{joint.name}.{n}") for n in names)
+    radius, clearance, length, viscosity = (number(f"{joint.key}.{n}") for n in names)
     eccentricity = trace.select(polar.distance - CENTRE * clearance, polar.distance / clearance, CENTRE)
     turning = polar.sideways / (eccentricity * clearance)
     entrainment = spins[0] + spins[1] - 2.0 * turning
     state = [eccentricity, polar.outward / clearance, entrainment]
     fixed = (radius, clearance, length, viscosity)
-    radial, tangential = calls(joint.film, f"{joint.name}.film", state, 3, "FilmJoint", fixed)
+    radial, tangential = calls(joint.film, f"{joint.key}.film", state, 3, "FilmJoint", fixed)
     torque_a = torque_b = 0.0
     if joint.film_torques:
         state = [eccentricity, tangential, spins[1], spins[0], radius, clearance, length, viscosity]
@@ -143,12 +143,12 @@ def _film(calls: Calls, number, joint, polar: _Polar, spins, result: JointForce)
 
 def _contact(calls: Calls, joint, polar: _Polar, radius, spins, impact_speed, result: JointForce) -> None:
     """Normal force and friction at the contact point, which both bodies share: the journal's surface."""
-    (normal,) = calls(joint.contact, f"{joint.name}.contact", [result.penetration, polar.outward, impact_speed], 2)
+    (normal,) = calls(joint.contact, f"{joint.key}.contact", [result.penetration, polar.outward, impact_speed], 2)
     tangential = 0.0
     if joint.friction is not None:
         bearing_arm = polar.distance + radius
         sliding = polar.sideways + spins[1] * radius - spins[0] * bearing_arm
-        (tangential,) = calls(joint.friction, f"{joint.name}.friction", [sliding, normal], 2)
+        (tangential,) = calls(joint.friction, f"{joint.key}.friction", [sliding, normal], 2)
         _add(result, (0.0, 0.0), -(bearing_arm * tangential), radius * tangential)
         result.channels["friction"] = tangential
     _add(result, polar.vector(-normal, tangential), 0.0, 0.0)
@@ -176,8 +176,8 @@ def spring(calls: Calls, kinematics, load, motion):
     va, vb = (moved(motion[p.body], kinematics.arm(load, s)) for s, p in (("a", load.a), ("b", load.b)))
     square = x * x + y * y + 1e-300
     length = trace.sqrt(square)
-    stiffness, damping = number(f"{load.name}.stiffness"), number(f"{load.name}.damping")
-    stretch = length - number(f"{load.name}.free_length")
+    stiffness, damping = number(f"{load.key}.stiffness"), number(f"{load.key}.damping")
+    stretch = length - number(f"{load.key}.free_length")
     rate = ((vb[0] - va[0]) * x + (vb[1] - va[1]) * y) / length
     tension = stiffness * stretch + damping * rate
     pull = -tension / length

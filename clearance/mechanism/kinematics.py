@@ -36,18 +36,19 @@ class Pose:
 class Kinematics:
     """Poses, and fields over them. `number(name)` reads a scene number, `coordinate[c]` the value of a coordinate."""
 
-    def __init__(self, trace: Trace, number, coordinate: dict, offset: dict, library=None, guesses=None):
+    def __init__(self, trace: Trace, number, coordinate: dict, offset: dict, library=None, memory=None):
         self.trace, self.number, self.coordinate, self.offset = trace, number, coordinate, offset
-        self.guesses = guesses
+        self.memory = memory  # work slot by number, for what is carried from step to step
         self.poses: dict[Body, Pose] = {ground: Pose(0.0, 0.0, 1.0, 0.0, 0.0)}
         self.library = library  # takes the helper functions that loops need
-        self.solved: list = []  # unknowns solved by Newton, in order of their guesses
+        self.remembered: list[tuple[str, str]] = []  # ("angle", body) or ("slide", joint) of each slot
+        self.values: list = []  # what an accepted step puts there
 
     # --- geometry
     def arm(self, joint, side: str) -> Vector:
         """From the centre of mass to a joint's point, in the fixed frame."""
         body = (joint.a if side == "a" else joint.b).body
-        local = (self.number(f"{joint.name}.{side}.x"), self.number(f"{joint.name}.{side}.y"))
+        local = (self.number(f"{joint.key}.{side}.x"), self.number(f"{joint.key}.{side}.y"))
         return self.poses[body].turned(*local)
 
     def joint_point(self, joint, side: str) -> Vector:
@@ -63,14 +64,14 @@ class Kinematics:
 
     def axis(self, joint: Prismatic, base: Body) -> Vector:
         """Direction of a slide in the fixed frame, from the orientation of one of its bodies."""
-        x, y = self.number(f"{joint.name}.axis.x"), self.number(f"{joint.name}.axis.y")
+        x, y = self.number(f"{joint.key}.axis.x"), self.number(f"{joint.key}.axis.y")
         if base is joint.b.body:
             c, s = self._relative(joint)
             x, y = c * x + s * y, c * y - s * x
         return self.poses[base].turned(x, y)
 
     def _relative(self, joint: Prismatic) -> Vector:
-        angle = self.number(f"{joint.name}.angle")
+        angle = self.number(f"{joint.key}.angle")
         return self.trace.cos(angle), self.trace.sin(angle)
 
     # --- positions
@@ -109,6 +110,25 @@ class Kinematics:
         pose = self.poses[body]
         return pose.angle if pose.angle is not None else self.trace.atan2(pose.sine, pose.cosine)
 
+    def remember(self, what: str, name: str) -> Value:
+        """The last accepted value of an angle or slide; its present value must follow in self.values."""
+        self.remembered.append((what, name))
+        return self.memory(len(self.remembered) - 1)
+
+    def whole_angle(self, body: Body) -> Value:
+        """Orientation without jumps: counted on from the last accepted step where only cosine and sine are known."""
+        pose = self.poses[body]
+        if pose.angle is not None:
+            return pose.angle
+        slot = ("angle", body.name)
+        if slot in self.remembered:
+            return self.values[self.remembered.index(slot)]
+        last = self.remember(*slot)
+        c, s = self.trace.cos(last), self.trace.sin(last)
+        turned = self.trace.atan2(pose.sine * c - pose.cosine * s, pose.cosine * c + pose.sine * s)
+        self.values.append(last + turned)
+        return self.values[-1]
+
     def place_hinge(self, attachment: Attachment, cosine, sine, angle=None) -> None:
         body, joint = attachment.body, attachment.joint
         side = "b" if body is joint.b.body else "a"
@@ -127,7 +147,7 @@ class Kinematics:
         """Cosine, sine and angle of a sliding body from its parent's."""
         joint, base = attachment.joint, self.poses[attachment.parent]
         c, s = self._relative(joint)
-        turn = self.number(f"{joint.name}.angle")
+        turn = self.number(f"{joint.key}.angle")
         if attachment.body is joint.a.body:
             s, turn = -s, -turn
         angle = None if base.angle is None else base.angle + turn
@@ -135,7 +155,7 @@ class Kinematics:
 
     def _place_at(self, body, point, joint, side, cosine, sine, angle) -> None:
         pose = Pose(0.0, 0.0, cosine, sine, angle)
-        x, y = pose.turned(self.number(f"{joint.name}.{side}.x"), self.number(f"{joint.name}.{side}.y"))
+        x, y = pose.turned(self.number(f"{joint.key}.{side}.x"), self.number(f"{joint.key}.{side}.y"))
         self.poses[body] = Pose(point[0] - x, point[1] - y, cosine, sine, angle)
 
     # --- fields

@@ -1,5 +1,8 @@
 """Positions of closed loops: dyads in closed form, every other group by Newton inside the kernel."""
 
+import math
+
+from clearance.joints import Prismatic
 from clearance.mechanism.trace import Scalar, Trace, is_number, text
 
 #: Newton stops when the last correction (rad, m) is below this; the error left is its square
@@ -113,8 +116,8 @@ def place_rpr(k, group) -> None:
     x, y = known[0] - p[0], known[1] - p[1]
     # seen from the hinged body: the pin moves on a line through `start` along `axis`
     side, own = _side(joint, hinge.body), _side(hinge.joint, hinge.body)
-    axis = (k.number(f"{joint.name}.axis.x"), k.number(f"{joint.name}.axis.y"))
-    turn, sign = k.number(f"{joint.name}.angle"), 1.0
+    axis = (k.number(f"{joint.key}.axis.x"), k.number(f"{joint.key}.axis.y"))
+    turn, sign = k.number(f"{joint.key}.angle"), 1.0
     if side == "b":
         sign, turn = -1.0, -turn
         c, s = k.trace.cos(turn), k.trace.sin(turn)
@@ -135,6 +138,21 @@ def place_rpr(k, group) -> None:
     travel = sign * (along - (axis[0] * start[0] + axis[1] * start[1]))
     k.coordinate[slide.coordinates[0]] = travel
     k.place_slide(slide, travel)
+
+
+def check_reach(group, size: float) -> None:
+    """A dyad's bodies need some length between their two pins (numbers of the scene, m)."""
+    (pin,) = group.closures
+    for attachment in group.attachments:
+        if isinstance(attachment.joint, Prismatic) or group.form == "RPR":
+            continue
+        body = attachment.body
+        near, far = (j.b if j.b.body is body else j.a for j in (attachment.joint, pin))
+        if math.hypot(far.x - near.x, far.y - near.y) < 1e-9 * size:
+            raise ValueError(
+                f"body {body.name}: its pins of {attachment.joint.label()} and {pin.label()} lie in one point, so "
+                "nothing determines its angle"
+            )
 
 
 def mode(k, group) -> float:
@@ -166,7 +184,7 @@ def _side(joint, body) -> str:
 
 
 def _local(k, joint, side: str):
-    return k.number(f"{joint.name}.{side}.x"), k.number(f"{joint.name}.{side}.y")
+    return k.number(f"{joint.key}.{side}.x"), k.number(f"{joint.key}.{side}.y")
 
 
 def _reach(k, attachment, pin):
@@ -221,9 +239,11 @@ def solve_by_newton(k, group) -> None:
                 results[i][column] = k.trace.sum(terms)
         return results
 
-    guesses = [k.guesses(len(k.solved) + i) for i in range(size)]
+    joints = {a.body: a.joint for a in group.attachments}
+    slots = [("slide", joints[c.body].name) if c.what == "slide" else ("angle", c.body.name) for c in group.unknowns]
+    guesses = [k.remember(*slot) for slot in slots]
     items = k.trace.call(name, [*guesses, *inside.outer], size, rule)
-    k.solved += items
+    k.values += items
     k.coordinate |= dict(zip(group.unknowns, items, strict=True))
 
 

@@ -1,7 +1,7 @@
 """Every number of a scene in one flat vector, so that a sweep changes numbers and never the compiled code.
 
-Structure is what the vector leaves out: kinds, laws, connectivity, and which geometric numbers are exactly 0 or +-1
-(those are folded into the code, because most mechanisms are full of them).
+Structure is what the vector leaves out: kinds, laws, connectivity, and which geometric numbers are exactly 0 (for a
+slide's direction also +-1): those are folded into the code, because most mechanisms are full of them.
 """
 
 import math
@@ -12,86 +12,92 @@ from clearance.laws.law import BoundLaw
 from clearance.loads import Drive, Force, SpringDamper, Torque, TorsionSpring
 from clearance.scene import Point, Scene
 
+#: values of a number that are folded into the code
+NEVER: tuple[float, ...] = ()
+ZERO = (0.0,)
+UNIT = (0.0, 1.0, -1.0)
+Row = tuple[str, float, tuple[float, ...]]
+
 
 class Numbers:
     """Names, values and foldability of all numbers of a scene. `signature` is equal for scenes that share kernels."""
 
     def __init__(self, scene: Scene):
         rows = list(_rows(scene))
-        folded = [(key, value) for key, value, fold in rows if fold and value in (0.0, 1.0, -1.0)]
-        kept = [(key, value) for key, value, fold in rows if not (fold and value in (0.0, 1.0, -1.0))]
+        folded = [(key, value) for key, value, fold in rows if value in fold]
+        kept = [(key, value) for key, value, fold in rows if value not in fold]
         self.constants = dict(folded)
         self.index = {key: i for i, (key, _) in enumerate(kept)}
         self.values = [float(value) for _, value in kept]
         self.signature = (tuple(folded), tuple(self.index), _structure(scene))
 
 
-def _rows(scene: Scene) -> Iterator[tuple[str, float, bool]]:
-    """(name, value, may be folded) of each number, in scene order."""
-    yield "gravity.x", scene.gravity[0], True
-    yield "gravity.y", scene.gravity[1], True
+def _rows(scene: Scene) -> Iterator[Row]:
+    """(name, value, values that are folded) of each number, in scene order."""
+    yield "scene.gravity.x", scene.gravity[0], ZERO
+    yield "scene.gravity.y", scene.gravity[1], ZERO
     for body in scene.bodies:
-        yield f"{body.name}.mass", body.mass, False
-        yield f"{body.name}.inertia", body.inertia, False
+        yield f"{body.key}.mass", body.mass, NEVER
+        yield f"{body.key}.inertia", body.inertia, NEVER
     for joint in scene.joints:
-        yield from _ends(joint.name, joint.a, joint.b)
+        yield from _ends(joint.key, joint.a, joint.b)
         if isinstance(joint, Prismatic):
-            yield f"{joint.name}.axis.x", joint.axis[0], True
-            yield f"{joint.name}.axis.y", joint.axis[1], True
-            yield f"{joint.name}.angle", joint.angle, True
+            yield f"{joint.key}.axis.x", joint.axis[0], UNIT
+            yield f"{joint.key}.axis.y", joint.axis[1], UNIT
+            yield f"{joint.key}.angle", joint.angle, UNIT
         if isinstance(joint, ClearanceRevolute):
             yield from _clearance(joint)
     for load in scene.loads:
         yield from _load(load)
 
 
-def _ends(name: str, a: Point, b: Point) -> Iterator[tuple[str, float, bool]]:
+def _ends(key: str, a: Point, b: Point) -> Iterator[Row]:
     """Points relative to the centres of mass of their bodies."""
     for side, point in (("a", a), ("b", b)):
-        yield f"{name}.{side}.x", point.x - point.body.com[0], True
-        yield f"{name}.{side}.y", point.y - point.body.com[1], True
+        yield f"{key}.{side}.x", point.x - point.body.com[0], ZERO
+        yield f"{key}.{side}.y", point.y - point.body.com[1], ZERO
 
 
-def _clearance(joint: ClearanceRevolute) -> Iterator[tuple[str, float, bool]]:
-    yield f"{joint.name}.clearance", joint.clearance, False
-    yield f"{joint.name}.radius", joint.radius, False
+def _clearance(joint: ClearanceRevolute) -> Iterator[Row]:
+    yield f"{joint.key}.clearance", joint.clearance, NEVER
+    yield f"{joint.key}.radius", joint.radius, NEVER
     if joint.film is not None:
-        yield f"{joint.name}.length", joint.length, False
-        yield f"{joint.name}.viscosity", joint.lubricant.viscosity, False
+        yield f"{joint.key}.length", joint.length, NEVER
+        yield f"{joint.key}.viscosity", joint.lubricant.viscosity, NEVER
     if joint.roughness is not None:
-        yield f"{joint.name}.roughness", joint.roughness, False
+        yield f"{joint.key}.roughness", joint.roughness, NEVER
     for slot in ("contact", "friction", "film"):
-        yield from _law(f"{joint.name}.{slot}", getattr(joint, slot))
+        yield from _law(f"{joint.key}.{slot}", getattr(joint, slot))
 
 
-def _law(name: str, value: float | BoundLaw | None) -> Iterator[tuple[str, float, bool]]:
+def _law(name: str, value: float | BoundLaw | None) -> Iterator[Row]:
     if isinstance(value, BoundLaw):
         for parameter, number in value.parameters.items():
-            yield f"{name}.{parameter}", number, False
+            yield f"{name}.{parameter}", number, NEVER
     elif value is not None:
-        yield name, value, False
+        yield name, value, NEVER
 
 
-def _load(load) -> Iterator[tuple[str, float, bool]]:
+def _load(load) -> Iterator[Row]:
     if isinstance(load, Drive):
         if load.speed is not None:
-            yield f"{load.name}.start", math.nan if load.start is None else load.start, False
+            yield f"{load.key}.start", math.nan if load.start is None else load.start, NEVER
         for slot in ("speed", "motion", "torque", "force"):
-            yield from _law(f"{load.name}.{slot}", getattr(load, slot))
+            yield from _law(f"{load.key}.{slot}", getattr(load, slot))
     elif isinstance(load, SpringDamper):
-        yield from _ends(load.name, load.a, load.b)
+        yield from _ends(load.key, load.a, load.b)
         for slot in ("stiffness", "damping", "free_length"):
-            yield f"{load.name}.{slot}", getattr(load, slot), True
+            yield f"{load.key}.{slot}", getattr(load, slot), ZERO
     elif isinstance(load, TorsionSpring):
         for slot in ("stiffness", "damping", "free_angle"):
-            yield f"{load.name}.{slot}", getattr(load, slot), True
+            yield f"{load.key}.{slot}", getattr(load, slot), ZERO
     elif isinstance(load, Force):
-        yield f"{load.name}.point.x", load.point.x - load.point.body.com[0], True
-        yield f"{load.name}.point.y", load.point.y - load.point.body.com[1], True
-        yield from _law(f"{load.name}.x", load.x)
-        yield from _law(f"{load.name}.y", load.y)
+        yield f"{load.key}.point.x", load.point.x - load.point.body.com[0], ZERO
+        yield f"{load.key}.point.y", load.point.y - load.point.body.com[1], ZERO
+        yield from _law(f"{load.key}.x", load.x)
+        yield from _law(f"{load.key}.y", load.y)
     elif isinstance(load, Torque):
-        yield from _law(f"{load.name}.torque", load.torque)
+        yield from _law(f"{load.key}.torque", load.torque)
 
 
 def _structure(scene: Scene) -> tuple:
@@ -102,7 +108,12 @@ def _structure(scene: Scene) -> tuple:
         for j in scene.joints
     )
     loads = tuple(
-        (type(load).__name__, load.name, *(b.name for b in load.bodies()), getattr(load, "target", None).__class__)
+        (
+            type(load).__name__,
+            load.name,
+            *(b.name for b in load.bodies()),
+            getattr(getattr(load, "target", None), "key", None),
+        )
         + tuple(getattr(v, "law", v is not None) for v in vars(load).values())
         for load in scene.loads
     )

@@ -9,7 +9,6 @@ import importlib.util
 import math
 import os
 import sys
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -80,7 +79,6 @@ def is_known(role: str, text: str) -> bool:
 def _write(path: Path, text: str) -> None:
     """Write under a temporary name and rename, so that no process ever sees half a kernel."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
-    with os.fdopen(handle, "w") as file:
-        file.write(text)
+    temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
+    temporary.write_text(text)
     os.replace(temporary, path)

@@ -2,10 +2,10 @@
 
 Kernels share one signature, (t, y, par, work, out):
   rhs       out = dy/dt                                    observe   out = one row of output channels
-  jacobian  out = d(dy/dt)/dy, row by row, no ledger       commit    work = start values for the next loop solutions
+  jacobian  out = d(dy/dt)/dy, row by row, no ledger       commit    work = what is carried to the next step
   events    out = penetration, its rate, contact force for each clearance joint
 State y = [free coordinates, eccentricities | their rates | energy input, energy dissipated].
-work = [impact speed of each clearance joint | start values of loop coordinates solved by Newton].
+work = [impact speed of each clearance joint | angles and slides of the last step (Newton starts there)].
 """
 
 from dataclasses import dataclass
@@ -25,11 +25,15 @@ from clearance.scene import Scene
 
 @dataclass(frozen=True)
 class Channel:
-    """One output: where it goes in the result file, its unit and what it is."""
+    """One output: where it goes in the result file, its unit and what it is.
+
+    wrapped: an angle known in (-pi, pi] only, to be made continuous by its reader.
+    """
 
     path: str
     units: str
     long_name: str
+    wrapped: bool = False
 
 
 class Structure:
@@ -100,10 +104,10 @@ class Structure:
     def _prescribed(self, drive: Drive, time):
         """Coordinate, rate and acceleration of a prescribed drive."""
         if drive.speed is not None:
-            speed = self.number(f"{drive.name}.speed")
-            return self.number(f"{drive.name}.start") + speed * time, speed, 0.0
+            speed = self.number(f"{drive.key}.speed")
+            return self.number(f"{drive.key}.start") + speed * time, speed, 0.0
         law: BoundLaw = drive.motion
-        numbers = [self.number(f"{drive.name}.motion.{p}") for p in law.law.parameters]
+        numbers = [self.number(f"{drive.key}.motion.{p}") for p in law.law.parameters]
         first = self.library.jacobian(self.library.add(law.law.function), (0,))
         found = self.trace.call(self.library.jacobian(first, (0,)), [time, *numbers], 4)
         return found[0], found[1], found[3]
@@ -126,7 +130,7 @@ class Structure:
             "rhs": dict(enumerate(self.state_rate)),
             "jacobian": jacobian,
             "events": dict(enumerate(self._events())),
-            "commit": dict(enumerate(self.kinematics.solved, len(self.scene.clearance_joints))),
+            "commit": dict(enumerate(self.kinematics.values, len(self.scene.clearance_joints))),
             "observe": dict(enumerate(observed)),
         }
         self.slots = Slots(len(self.index))
@@ -143,7 +147,8 @@ class Structure:
 
     def _channels(self) -> tuple[list[Channel], list]:
         rows = [*self._body_channels(), *self._joint_channels(), *self._drive_channels(), *self._energy_channels()]
-        return [Channel(*row[:3]) for row in rows], [row[3] for row in rows]
+        wrapped = {f"bodies/{b.name}/theta" for b in self.scene.bodies if self.kinematics.poses[b].angle is None}
+        return [Channel(*row[:3], row[0] in wrapped) for row in rows], [row[3] for row in rows]
 
     def _body_channels(self):
         k = self.kinematics

@@ -4,6 +4,7 @@ A group is a smallest set of bodies whose joints determine them: a single driven
 Where no such set exists, one joint coordinate becomes an independent coordinate of the mechanism.
 """
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import combinations
@@ -80,7 +81,6 @@ class _Planner:
         drives = [load for load in scene.loads if isinstance(load, Drive)]
         self.angle_of = {d.target: d for d in drives if d.prescribes and isinstance(d.target, Body)}
         self.driven = {d.target: d for d in drives if d.prescribes and not isinstance(d.target, Body)}
-        self.pushed = [d.target for d in drives if not d.prescribes]
         self.known: set[Body] = {ground}
 
     def run(self) -> Plan:
@@ -89,6 +89,12 @@ class _Planner:
             group = self._determined_group() or self._free_group()
             plan.groups.append(group)
             self.known |= {a.body for a in group.attachments}
+        used = {c.drive for g in plan.groups for a in g.attachments for c in a.coordinates}
+        for drive in (*self.angle_of.values(), *self.driven.values()):
+            if drive not in used:
+                raise ValueError(
+                    f"{drive.label()}: other drives and slides already fix what it prescribes; drive a joint"
+                )
         return plan
 
     def _unknown(self) -> list[Body]:
@@ -129,9 +135,7 @@ class _Planner:
     def _group(self, bodies: frozenset) -> Group:
         inside = bodies | self.known
         joints = [j for j in self.joints if set(j.bodies()) <= inside and set(j.bodies()) & bodies]
-        rank = {
-            j: (j not in self.driven, not isinstance(j, Prismatic), not set(j.bodies()) & self.known) for j in joints
-        }
+        rank = {j: self._rank(j) for j in joints}
         tree, root = [], {b: ground if b in self.known else b for b in inside}
 
         def find(body):
@@ -145,6 +149,11 @@ class _Planner:
         closures = tuple(j for j in joints if j not in tree)
         attachments = self._ordered(tree, bodies)
         return Group(attachments, closures, self._form(attachments, closures))
+
+    def _rank(self, joint) -> tuple:
+        """Which joints make the tree of a group first: driven ones, hinges of bodies with a driven angle, slides."""
+        angled = _hinge(joint) and any(b in self.angle_of for b in joint.bodies())
+        return joint not in self.driven, not angled, _hinge(joint), not set(joint.bodies()) & self.known
 
     def _ordered(self, tree: list, bodies: frozenset) -> tuple[Attachment, ...]:
         placed, attachments, left = set(self.known), [], list(tree)
@@ -187,18 +196,32 @@ class _Planner:
         return "RPR" if chained and kinds == "RP" else "newton"
 
     # --- independent coordinates
+    def _length(self, joint) -> float:
+        """Shortest way on the free body from a joint to any other of its joints; endless for the end of a chain."""
+        body = next(b for b in joint.bodies() if b not in self.known)
+        here = _own_point(joint, body)
+        others = [_own_point(j, body) for j in self.joints if body in j.bodies() and j is not joint]
+        return min((math.hypot(p.x - here.x, p.y - here.y) for p in others), default=math.inf)
+
     def _free_group(self) -> Group:
-        """Attach one body by a free joint coordinate; drives by torque or force choose first."""
+        """Attach one body by a free joint coordinate: a hinge before a slide, the shortest body first.
+
+        The shortest link of a loop is the one that can turn all the way; a slide or a long rocker as the coordinate
+        would be singular at its dead centres.
+        """
         reachable = [j for j in self.joints if len(set(j.bodies()) & self.known) == 1]
-        pushed = [j for j in reachable if j in self.pushed]
-        pushed += [j for b in self.pushed if isinstance(b, Body) for j in reachable if b in j.bodies() and _hinge(j)]
-        for joint in [*pushed, *reachable]:
+        if reachable:
+            joint = min(reachable, key=lambda j: (not _hinge(j), self._length(j)))
             body, parent = joint.bodies() if joint.bodies()[0] not in self.known else joint.bodies()[::-1]
             return Group((Attachment(body, parent, joint, (self._coordinate(body, joint, "free"),)),))
         body = self._unknown()[0]
         angle = Coordinate("drive", body, "angle", self.angle_of[body]) if body in self.angle_of else None
         coordinates = (Coordinate("free", body, "x"), Coordinate("free", body, "y"))
         return Group((Attachment(body, ground, None, (*coordinates, angle or Coordinate("free", body, "angle"))),))
+
+
+def _own_point(joint, body: Body):
+    return joint.b if joint.b.body is body else joint.a
 
 
 def _hinge(joint) -> bool:

@@ -206,21 +206,6 @@ def aligned(call, s, t, h, event, theta):
 
 
 @inline
-def track_peaks(call, s, t, h):
-    """Largest penetration and force of the contacts going on, refined around the best probe."""
-    for p in range(PROBES + 1):
-        theta = p / PROBES
-        for j in range(s.contacts.shape[0]):
-            if s.contacts[j, TOUCHING] == 0.0:
-                continue
-            for quantity, column in ((0, PENETRATION), (2, PEAK_FORCE)):
-                probe(call, s, t, h, theta)
-                if s.found[3 * j + quantity] > s.contacts[j, column]:
-                    value = golden(call, s, t, h, 3 * j + quantity, theta)
-                    s.contacts[j, column] = max(value, s.found[3 * j + quantity])
-
-
-@inline
 def golden(call, s, t, h, entry, theta):
     """Largest value of one entry of s.found around theta, by golden-section search."""
     low, high, best = max(theta - 1.0 / PROBES, 0.0), min(theta + 1.0 / PROBES, 1.0), 0.0
@@ -236,6 +221,29 @@ def golden(call, s, t, h, entry, theta):
             low = a
         best = max(best, left, right)
     return best
+
+
+@inline
+def track_peaks(call, s, t, h):
+    """Largest penetration and force of the contacts going on; a probe above both neighbours is refined."""
+    for p in range(PROBES + 1):
+        probe(call, s, t, h, p / PROBES)
+        for j in range(s.contacts.shape[0]):
+            if s.contacts[j, TOUCHING] == 0.0:
+                continue
+            for quantity, column in ((0, PENETRATION), (2, PEAK_FORCE)):
+                entry = 3 * j + quantity
+                value, last, middle = s.found[entry], s.before[entry], s.probed[entry]
+                # at the start of a step only its right side is seen: a fall from the largest value so far is a peak too
+                falls = middle > value and (middle >= last if p > 1 else middle >= s.contacts[j, column])
+                bends = p == PROBES and value > middle and 3.0 * value - 4.0 * middle + last < 0.0
+                best = value
+                if p > 0 and (falls and middle >= s.contacts[j, column] or bends):
+                    best = max(value, golden(call, s, t, h, entry, (p if bends else p - 1) / PROBES))
+                    probe(call, s, t, h, p / PROBES)
+                s.contacts[j, column] = max(s.contacts[j, column], best)
+        s.before[:] = s.probed
+        s.probed[:] = s.found
 
 
 @inline
