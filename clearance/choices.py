@@ -19,20 +19,21 @@ def one_of(field: str, value: str, known: Collection[str]) -> str:
     return value
 
 
-def joint_names(text: str, known: Collection[str]) -> tuple[str, ...]:
-    """Names from a comma list such as "B,C,E"."""
-    names = tuple(n.strip() for n in text.split(",") if n.strip())
+def joint_names(joints: str | Collection[str], known: Collection[str]) -> tuple[str, ...]:
+    """Names from a comma list such as "B,C,E" or from a collection of names."""
+    given = joints.split(",") if isinstance(joints, str) else joints
+    names = tuple(n.strip() for n in given if n.strip())
     for name in names:
-        one_of("joints", name, known)
+        one_of("joints", name, tuple(known))
     if len(set(names)) != len(names):
-        raise ValueError(f"joints: a name stands twice in {text!r}")
+        raise ValueError(f"joints: a name stands twice in {joints!r}")
     if not names:
         raise ValueError(f"joints: name at least one of {', '.join(known)}, or choose model=ideal")
     return names
 
 
 def joint_factory(
-    joints: str,
+    joints: str | Collection[str],
     known: Collection[str],
     *,
     model: str,

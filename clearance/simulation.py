@@ -60,6 +60,7 @@ def simulate(
     samples: int | None = None,
     path: str | Path | None = None,
     energy: bool = True,
+    max_step: float | None = None,
     max_steps: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Result:
@@ -69,18 +70,25 @@ def simulate(
     natural size of each state (clearance for eccentricities) plus its value. method: "auto" (radau where a film makes
     the scene stiff, else dop853), "dop853" or "radau". samples_per_turn or samples (in all): output rows.
     path: write the HDF5 file there while running (default: a temporary file, see Result.save). energy: integrate the
-    energy ledger. progress: called with the done share of the span.
+    energy ledger. max_step: longest step [s] (default a 24th of a turn, or of the span); give one where loads act
+    more briefly than that. max_steps: give up after so many. progress: called with the done share of the span.
     Raises ValueError for bad arguments and impossible scenes before anything runs, SimulationError for a run that fails
     part-way, with time, joint and state in the message and the partial result attached.
     """
+    if not isinstance(scene, Scene):
+        raise TypeError(f"simulate needs a Scene, got {scene!r}; cl.load_case makes one from a case name")
     rtol = checks.positive("rtol", rtol)
+    if max_steps is not None and (not isinstance(max_steps, int) or max_steps < 1):
+        raise ValueError(f"max_steps must be a positive whole number, got {max_steps!r}")
+    if max_step is not None:
+        max_step = checks.positive("max_step", max_step)
     if not 1e-14 <= rtol <= 0.1:
         raise ValueError(f"rtol must lie in [1e-14, 0.1], got {rtol!r}")
     if method not in ("auto", *METHODS):
         raise ValueError(f"method must be auto, {' or '.join(METHODS)}, got {method!r}")
     mechanism = build(scene, ledger=energy)
     span = _span(mechanism, turns, until, samples_per_turn, samples)
-    run = Run(mechanism, span, rtol, _method(scene, mechanism, method), max_steps)
+    run = Run(mechanism, span, rtol, _method(scene, mechanism, method), max_step, max_steps)
     return run.to_file(path, progress)
 
 
@@ -97,7 +105,7 @@ def _span(mechanism: Mechanism, turns, until, samples_per_turn, samples) -> Span
     if samples is None:
         every = checks.positive("samples_per_turn", samples_per_turn)
         samples = max(round(every * until / turn), 1) + 1 if turn else SAMPLES_PER_TURN + 1
-    if int(samples) < 2:
+    if checks.finite("samples", samples) < 2:
         raise ValueError(f"samples must be at least 2, got {samples!r}")
     return Span(until, int(samples))
 
@@ -117,7 +125,9 @@ def _method(scene: Scene, mechanism: Mechanism, method: str) -> tuple[str, str]:
 class Run:
     """The arrays of one integration and the calls that advance it."""
 
-    def __init__(self, mechanism: Mechanism, span: Span, rtol: float, method: tuple[str, str], max_steps: int | None):
+    def __init__(
+        self, mechanism: Mechanism, span: Span, rtol: float, method: tuple[str, str], max_step=None, max_steps=None
+    ):
         from clearance.stepping import loop
         from clearance.stepping import types as t
 
@@ -136,7 +146,7 @@ class Run:
         self.counts[t.STATES] = states
         self.clock, self.place = np.zeros(loop.CLOCK_SIZE), np.zeros(loop.PLACE_SIZE, np.int64)
         self.clock[loop.END] = span.until
-        self.clock[loop.LARGEST] = min((mechanism.turn or span.until) * LARGEST_SHARE, span.until)
+        self.clock[loop.LARGEST] = max_step or min(mechanism.turn or span.until, span.until) * LARGEST_SHARE
         self.clock[loop.SAMPLE_EVERY] = span.until / (span.samples - 1)
         self.place[loop.SAMPLES] = span.samples
         self.place[loop.STEP_LIMIT] = max_steps or STEP_LIMIT

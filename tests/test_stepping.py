@@ -24,7 +24,7 @@ def fixed_step_error(method, steps, reference):
     from clearance.mechanism.build import build
     from clearance.simulation import Run, Span
 
-    run = Run(build(pendulum()), Span(1.0, 2), 0.05, (method, "test"), None)
+    run = Run(build(pendulum()), Span(1.0, 2), 0.05, (method, "test"))
     run.clock[run.loop.LARGEST] = 1.0 / steps
     run.control[run.types.RTOL] = 1e-3
     run.scale *= 1e3

@@ -40,6 +40,10 @@ class Law:
             raise TypeError(
                 f"{family.name} law {function.__name__} must start with arguments {family.state}, got {leading}"
             )
+        if any(a.kind is not a.POSITIONAL_OR_KEYWORD for a in arguments):
+            raise TypeError(
+                f"{family.name} law {function.__name__} must have plain arguments, no *, ** or keyword-only ones"
+            )
         parameters = {a.name: a.default for a in arguments[len(family.state) :]}
         if unknown := set(checks) - set(parameters):
             raise TypeError(f"{function.__name__} has no parameter {sorted(unknown)} to check")

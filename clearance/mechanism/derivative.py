@@ -37,6 +37,8 @@ class _Differentiator:
         self.library, self.active, self.name, self.tree = library, active, entry.name, entry.tree
         self.arguments = [a.arg for a in self.tree.args.args]
         self.reach: dict[str, set[int]] = {self.arguments[p]: {i} for i, p in enumerate(active)}
+        names = {n.id for n in ast.walk(self.tree) if isinstance(n, ast.Name)} | set(self.arguments)
+        self.mark = next(k for k in itertools.count() if not any(n.startswith((f"d{k}_", f"w{k}_")) for n in names))
 
     def text(self, name: str) -> str:
         """Repeat until the set of variables that depend on each seed stops growing, then write the function."""
@@ -47,7 +49,7 @@ class _Differentiator:
             for i, p in enumerate(self.active):
                 argument = self.arguments[p]
                 for j in sorted(self.reach[argument]):
-                    self._emit(f"{_d(j, argument)} = {'1.0' if i == j else '0.0'}")
+                    self._emit(f"{self._d(j, argument)} = {'1.0' if i == j else '0.0'}")
             self._block(self.tree.body)
             if before == self.reach:
                 return "\n".join([f"def {name}({ast.unparse(self.tree.args)}):", *self.lines])
@@ -126,14 +128,14 @@ class _Differentiator:
     def _hold(self, value: str, tangents: Tangents) -> tuple[str, Tangents]:
         name = self._temporary(value)
         for i, d in tangents.items():
-            self._emit(f"{_d(i, name)} = {d}")
-        return name, {i: _d(i, name) for i in tangents}
+            self._emit(f"{self._d(i, name)} = {d}")
+        return name, {i: self._d(i, name) for i in tangents}
 
     def _bind(self, target, value: str, tangents: Tangents) -> None:
         reach = self.reach.setdefault(target.id, set())
         reach |= set(tangents)
         for i in sorted(reach):
-            self._emit(f"{_d(i, target.id)} = {tangents.get(i, '0.0')}")
+            self._emit(f"{self._d(i, target.id)} = {tangents.get(i, '0.0')}")
         self._emit(f"{target.id} = {value}")
 
     def _return(self, node):
@@ -145,8 +147,16 @@ class _Differentiator:
         self._emit("return " + ", ".join([v for v, _ in values] + derivatives))
 
     # --- expressions: text of the value and of its tangents, both free of side effects
+    def _fresh(self) -> str:
+        """A name that neither the author nor an earlier differentiation uses."""
+        return f"w{self.mark}_{next(self.count)}"
+
+    def _d(self, seed: int, name: str) -> str:
+        """Name of a variable's derivative."""
+        return f"d{self.mark}_{seed}_{name}"
+
     def _temporary(self, value: str) -> str:
-        name = f"_{next(self.count)}"
+        name = self._fresh()
         self._emit(f"{name} = {value}")
         return name
 
@@ -157,7 +167,7 @@ class _Differentiator:
             simple = isinstance(node, ast.Name | ast.Constant | ast.Attribute | ast.Call | ast.Subscript)
             return ast.unparse(node) if simple else f"({ast.unparse(node)})", {}
         if isinstance(node, ast.Name):
-            return node.id, {i: _d(i, node.id) for i in sorted(self.reach.get(node.id, ()))}
+            return node.id, {i: self._d(i, node.id) for i in sorted(self.reach.get(node.id, ()))}
         if isinstance(node, ast.UnaryOp):
             return self._unary(node)
         if isinstance(node, ast.BinOp):
@@ -189,8 +199,8 @@ class _Differentiator:
         partials = [p if not t or _simple(p) else self._temporary(p.format(y=name)) for p, t in terms]
         for i in columns:
             products = [_product(p, t[i]) for p, (_, t) in zip(partials, terms, strict=True) if i in t]
-            self._emit(f"{_d(i, name)} = {' + '.join(products)}")
-        return name, {i: _d(i, name) for i in columns}
+            self._emit(f"{self._d(i, name)} = {' + '.join(products)}")
+        return name, {i: self._d(i, name) for i in columns}
 
     def _binary(self, node):
         (a, da), (b, db) = self._value(node.left), self._value(node.right)
@@ -204,6 +214,8 @@ class _Differentiator:
             return self._chain(f"{a} * {b}", [(b, da), (a, db)])
         if isinstance(node.op, ast.Div):
             return self._chain(f"{a} / {b}", [(f"1.0 / {b}", da), (f"-{{y}} / {b}", db)])
+        if isinstance(node.op, ast.Mod) and not db:
+            return self._chain(f"{a} % {b}", [("1.0", da)])
         if isinstance(node.op, ast.Pow):
             return self._power(node, a, da, b, db)
         raise self._unreadable(node)
@@ -213,14 +225,16 @@ class _Differentiator:
         if isinstance(node.right, ast.Constant) and node.right.value == 2:
             terms.append((f"2.0 * {a}", da))
         else:
-            terms.append((f"{b} * {a} ** ({b} - 1)", da))
+            plain = isinstance(node.right, ast.Constant) and node.right.value not in (0, 1)
+            slope = f"{b} * {a} ** ({b} - 1)"
+            terms.append((slope if plain else f"({slope} if {b} != 0.0 else 0.0)", da))
         if db:
             terms.append((f"({{y}} * math.log({a}) if {a} > 0.0 else 0.0)", db))
         return self._chain(f"{a} ** {b}", terms)
 
     def _either(self, test: str, first, second):
         """One of two expressions, evaluated lazily like Python's own."""
-        name, branches, whole = f"_{next(self.count)}", [], self.lines
+        name, branches, whole = self._fresh(), [], self.lines
         for branch in (first, second):
             self.lines = []
             self.indent += 1
@@ -235,9 +249,9 @@ class _Differentiator:
             self.lines += lines
             self.indent += 1
             for i in columns:
-                self._emit(f"{_d(i, name)} = {tangents.get(i, '0.0')}")
+                self._emit(f"{self._d(i, name)} = {tangents.get(i, '0.0')}")
             self.indent -= 1
-        return name, {i: _d(i, name) for i in columns}
+        return name, {i: self._d(i, name) for i in columns}
 
     def _extreme(self, node, sign: str):
         value, tangents = self._value(node.args[0])
@@ -246,8 +260,8 @@ class _Differentiator:
             name = self._temporary(f"{a} if {a} {sign} {b} else {b}")
             tangents = {}
             for i in sorted(set(da) | set(db)):
-                self._emit(f"{_d(i, name)} = {da.get(i, '0.0')} if {a} {sign} {b} else {db.get(i, '0.0')}")
-                tangents[i] = _d(i, name)
+                self._emit(f"{self._d(i, name)} = {da.get(i, '0.0')} if {a} {sign} {b} else {db.get(i, '0.0')}")
+                tangents[i] = self._d(i, name)
             value = name
         return value, tangents
 
@@ -276,6 +290,8 @@ class _Differentiator:
         if name in _UNARY and len(arguments) == 1:
             x, dx = self._hold(x, dx)
             return self._chain(f"{ast.unparse(node.func)}({x})", [(_UNARY[name].replace("{x}", x), dx)])
+        if name == "fmod" and not arguments[1][1]:
+            return self._chain(call, [("1.0", dx)])
         if name == "atan2":
             (y, dy), (x, dx) = arguments
             return self._chain(call, [(f"{x} / ({x} * {x} + {y} * {y})", dy), (f"-{y} / ({x} * {x} + {y} * {y})", dx)])
@@ -300,16 +316,17 @@ class _Differentiator:
         arguments = [self._value(a) for a in node.args]
         active = tuple(p for p, (_, d) in enumerate(arguments) if d)
         texts = ", ".join(v for v, _ in arguments)
-        name = f"_{next(self.count)}"
         if not active:
-            self._emit(f"{name} = {helper.name}({texts})")
-            return [(f"{name}[{k}]" if helper.outputs > 1 else name, {}) for k in range(helper.outputs)]
-        self._emit(f"{name} = {self.library.jacobian(helper.name, active)}({texts})")
+            values = [self._fresh() for _ in range(helper.outputs)]
+            self._emit(f"{', '.join(values)} = {helper.name}({texts})")
+            return [(v, {}) for v in values]
+        found = [self._fresh() for _ in range(helper.outputs * (1 + len(active)))]
+        self._emit(f"{', '.join(found)} = {self.library.jacobian(helper.name, active)}({texts})")
         results = []
         for k in range(helper.outputs):
-            partial = [f"{name}[{helper.outputs + k * len(active) + j}]" for j in range(len(active))]
-            terms = [(p, arguments[a][1]) for p, a in zip(partial, active, strict=True)]
-            results.append(self._chain(f"{name}[{k}]", terms))
+            partials = found[helper.outputs + k * len(active) :]
+            terms = [(p, arguments[a][1]) for p, a in zip(partials, active, strict=False)]
+            results.append(self._chain(found[k], terms))
         return results
 
 
@@ -324,10 +341,6 @@ def _simple(partial: str) -> bool:
 
 def _product(partial: str, tangent: str) -> str:
     return {"1.0": tangent, "-1.0": f"(-{tangent})"}.get(partial, f"{partial} * {tangent}")
-
-
-def _d(seed: int, name: str) -> str:
-    return f"d{seed}_{name}"
 
 
 assert all(hasattr(math, name) for name in _UNARY)

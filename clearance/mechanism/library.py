@@ -15,10 +15,10 @@ from dataclasses import dataclass
 
 from clearance.mechanism.derivative import jacobian_text
 
-ALLOWED_BUILTINS = {"abs", "max", "min", "range", "float", "int"}
+ALLOWED_BUILTINS = {"abs", "max", "min", "range", "float", "int", "pow"}
 _RESERVED = re.compile(
-    r"(v\d+|par|work|out|t|y|math|plain|kernel|rhs|jacobian|events|commit|observe|FilmJoint|_.*|d\d+_.*|"
-    r"abs|max|min|range|float|int|(solve|close)_\w+)$"
+    r"(v\d+|par|work|out|t|y|math|plain|kernel|rhs|jacobian|events|commit|observe|FilmJoint|_.*|[dw]\d+_.*|"
+    r"abs|max|min|range|float|int|pow|(solve|close)_\w+)$"
 )
 
 
@@ -154,7 +154,10 @@ class _Resolved(ast.NodeTransformer):
         if value is math:
             return ast.Name("math", node.ctx)
         if inspect.isfunction(value):
-            return ast.Name(self.library.add(value), node.ctx)
+            name = self.library.add(value)
+            if name not in self.library.entries:
+                raise ValueError(f"law {self.function.__name__} calls itself (through {node.id}); write a loop")
+            return ast.Name(name, node.ctx)
         if node.id in ALLOWED_BUILTINS and value is getattr(builtins, node.id):
             return node
         if callable(value) and getattr(math, getattr(value, "__name__", ""), None) is value:

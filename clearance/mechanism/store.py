@@ -66,7 +66,11 @@ def load(role: str, text: str) -> Callable:
         spec = importlib.util.spec_from_file_location(name, path)
         module = importlib.util.module_from_spec(spec)
         sys.modules[name] = module  # numba looks the module up when it loads the cached code
-        spec.loader.exec_module(module)
+        try:
+            spec.loader.exec_module(module)
+        except numba.core.errors.NumbaError as error:
+            reason = " ".join(str(error).split())[:300]
+            raise ValueError(f"the {role} kernel cannot be compiled, most likely because of a law: {reason}") from error
         _loaded[name] = getattr(module, role)
     return _loaded[name]
 
