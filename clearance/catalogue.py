@@ -4,6 +4,8 @@ import importlib.util
 import inspect
 import re
 import sys
+import traceback
+import typing
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,11 +32,16 @@ class Parameter:
         try:
             if self.kind is bool:
                 return _SWITCH[given.strip().lower()]
-            return given if self.kind is str else self.kind(quantity(given))
+            return given if self.kind is str else self._number(quantity(given, self.units))
         except KeyError:
             raise ValueError(f"{self.name}: {given!r} is neither true nor false") from None
         except ValueError as error:
             raise ValueError(f"{self.name}: {error}") from None
+
+    def _number(self, number: float) -> float | int:
+        if self.kind is int and number != int(number):
+            raise ValueError(f"{number:g} is not a whole number")
+        return self.kind(number)
 
 
 @dataclass(frozen=True)
@@ -55,7 +62,7 @@ class Case:
                 said[match[1]] = match[2], match[3]
         found = {}
         for p in inspect.signature(self.function).parameters.values():
-            kind = p.annotation if p.annotation in (float, int, str, bool) else type(p.default)
+            kind = _kind(p)
             text, units = said.get(p.name, ("", "?"))
             found[p.name] = Parameter(p.name, kind, p.default, units, text)
         return found
@@ -65,7 +72,12 @@ class Case:
         known = self.parameters
         if unknown := [n for n in values if n not in known]:
             raise ValueError(f"case {self.name} has no parameter {unknown[0]!r}; it has {', '.join(known)}")
-        scene = self.function(**values)
+        try:
+            scene = self.function(**values)
+        except Exception as error:
+            if self.path.parent == library() and isinstance(error, ValueError | TypeError):
+                raise
+            raise _explained(f"case {self.name}", error) from error
         if not isinstance(scene, Scene):
             raise TypeError(f"case {self.name}: scene() must return a Scene, got {type(scene).__name__}")
         return scene
@@ -115,8 +127,28 @@ def _module(path: Path):
         spec.loader.exec_module(module)
     except Exception as error:
         del sys.modules[name]
-        raise ValueError(f"case file {path} cannot be loaded: {type(error).__name__}: {error}") from error
+        raise _explained(f"case file {path} cannot be loaded", error) from error
     return module
+
+
+def _kind(parameter: inspect.Parameter) -> type:
+    """What a parameter is: its annotation (the first plain type of a union), else a number or the default's type."""
+    for kind in (parameter.annotation, *typing.get_args(parameter.annotation)):
+        if kind in (float, int, str, bool):
+            return kind
+    return float if type(parameter.default) in (int, type(None)) else type(parameter.default)
+
+
+def _explained(where: str, error: Exception) -> ValueError:
+    """A user's error as one line: what, and at which line of which file."""
+    if isinstance(error, SyntaxError):
+        return ValueError(f"{where}: SyntaxError: {error.msg} (line {error.lineno})")
+    own = str(Path(__file__).parent)
+    frames = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(own)]
+    place = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""
+    text = str(error.args[0]) if isinstance(error, KeyError) and error.args else str(error)
+    kind = "" if isinstance(error, ValueError | TypeError | KeyError) else f"{type(error).__name__}: "
+    return ValueError(f"{where}: {kind}{text}{place}")
 
 
 def load_case(name: str | Path, **values) -> Scene:

@@ -4,7 +4,9 @@ Exit status: 0 done, 1 the run failed part-way (what it had is kept), 2 the inpu
 """
 
 import argparse
+import contextlib
 import json
+import os
 import sys
 import time
 from pathlib import Path
@@ -13,9 +15,11 @@ DONE, FAILED, WRONG = 0, 1, 2
 
 
 class Parser(argparse.ArgumentParser):
-    """Wrong arguments are one clear line and exit status 2."""
+    """Wrong arguments are one clear line (and a JSON document where one is asked for) and exit status 2."""
 
     def error(self, message: str):
+        if "--json" in sys.argv:
+            print(json.dumps({"status": "wrong input", "message": message}))
         self.exit(WRONG, f"clearance: {message}\n")
 
 
@@ -34,10 +38,11 @@ def parser() -> Parser:
             help="a case parameter, such as speed=300rpm or clearance=0.1mm; may be repeated",
         )  # fmt: skip
     length = run.add_mutually_exclusive_group()
-    length.add_argument("--turns", type=_number, help="length in turns of the drive (default 2)")
+    length.add_argument("--turns", type=_number, help="length in turns of the drive (default 2, or 2 s)")
     length.add_argument("--until", type=_quantity, metavar="S", help="length in seconds")
     run.add_argument("--rtol", type=_number, default=1e-6, metavar="R", help="local error tolerance (default 1e-6)")
     run.add_argument("--method", default="auto", help="auto, dop853 or radau (default auto)")
+    run.add_argument("--max-step", type=_quantity, metavar="S", help="longest step, where loads act briefly")
     run.add_argument(
         "--samples-per-turn", type=_number, default=400, metavar="N", help="output rows a turn (default 400)"
     )
@@ -59,7 +64,7 @@ def _quantity(text: str) -> float:
     from clearance.units import quantity
 
     try:
-        return quantity(text)
+        return quantity(text, "s")
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
 
@@ -70,10 +75,13 @@ def main(arguments: list[str] | None = None) -> int:
     action = {"cases": list_cases, "run": run_case, "explain": explain_case}[options.command]
     try:
         return action(options)
+    except BrokenPipeError:  # the reader of our output has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
     except (ValueError, TypeError, OSError) as error:
         return _complain(options, str(error), WRONG)
     except KeyboardInterrupt:
-        return _complain(options, "interrupted", FAILED)
+        return _complain(options, "interrupted; the result file holds what was computed", FAILED)
 
 
 def _complain(options, message: str, status: int, **more) -> int:
@@ -87,7 +95,8 @@ def _complain(options, message: str, status: int, **more) -> int:
 def _scene(options):
     from clearance.catalogue import find_case
 
-    case = find_case(options.case)
+    with _quiet(options):
+        case = find_case(options.case)
     values, known = {}, case.parameters
     for item in options.parameters:
         name, equals, text = item.partition("=")
@@ -96,7 +105,13 @@ def _scene(options):
         if name not in known:
             raise ValueError(f"case {case.name} has no parameter {name!r}; it has {', '.join(known)}")
         values[name] = known[name].value(text)
-    return case, values, case.scene(**values)
+    with _quiet(options):
+        return case, values, case.scene(**values)
+
+
+def _quiet(options):
+    """Under --json, what a case file prints goes to stderr."""
+    return contextlib.redirect_stdout(sys.stderr) if options.json else contextlib.nullcontext()
 
 
 def list_cases(options) -> int:
@@ -129,14 +144,16 @@ def run_case(options) -> int:
 
     case, values, scene = _scene(options)
     output = Path(options.output or f"{case.name}.h5")
-    turns = 2.0 if options.turns is None and options.until is None else options.turns
+    if options.plot and output.suffix == ".png":
+        raise ValueError(f"-o {output}: the result would be overwritten by the picture; name the result file .h5")
+    turns, until = _length(options, scene)
     bar = _progress_bar(options)
     began = time.perf_counter(), time.process_time()
     failure = None
     try:
         result = simulate(
-            scene, turns=turns, until=options.until, rtol=options.rtol, method=options.method,
-            samples_per_turn=options.samples_per_turn, path=output, progress=bar,
+            scene, turns=turns, until=until, rtol=options.rtol, method=options.method,
+            max_step=options.max_step, samples_per_turn=options.samples_per_turn, path=output, progress=bar,
         )  # fmt: skip
     except SimulationError as error:
         failure, result = str(error), error.result
@@ -151,6 +168,14 @@ def run_case(options) -> int:
         return _complain(options, failure, FAILED, **summary)
     print(json.dumps(summary) if options.json else _readable(summary))
     return DONE
+
+
+def _length(options, scene) -> tuple[float | None, float | None]:
+    """Turns or seconds: as asked for, else two turns, else two seconds where nothing turns at constant speed."""
+    if options.turns is not None or options.until is not None:
+        return options.turns, options.until
+    turning = any(getattr(load, "speed", None) and not hasattr(load.target, "axis") for load in scene.loads)
+    return (2.0, None) if turning else (None, 2.0)
 
 
 class _progress_bar:  # noqa: N801
@@ -188,7 +213,7 @@ def _summary(case, values: dict, result, began: tuple[float, float]) -> dict:
         "case": case.name,
         "parameters": values,
         "file": str(result.path),
-        "simulated_s": float(result.file["time"][-1]),
+        "simulated_s": float(result.file["time"][-1]) if result.file["time"].size else 0.0,
         "samples": int(result.file["time"].size),
         "method": solver["method"],
         "method_reason": solver["method_reason"],
@@ -200,8 +225,8 @@ def _summary(case, values: dict, result, began: tuple[float, float]) -> dict:
         "integration_s": float(solver["wall_s"]),
         "wall_s": time.perf_counter() - began[0],
         "cpu_s": time.process_time() - began[1],
-        "energy_residual": max(map(abs, result.range("energy/residual"))),
-        "energy_turned_over": float(result.file["energy"].attrs["turned_over"]),
+        "energy_residual": max(map(abs, result.file["energy/residual"].attrs.get("actual_range", [0.0]))),
+        "energy_turned_over": float(result.file["energy"].attrs.get("turned_over", 0.0)),
         "contacts": contacts,
         "joints": _joint_extremes(result),
         "warnings": result.warnings,
@@ -209,13 +234,12 @@ def _summary(case, values: dict, result, began: tuple[float, float]) -> dict:
 
 
 def _joint_extremes(result) -> dict:
+    """Peak forces and smallest gaps, of samples and contacts; nothing for a run that ended before its first sample."""
     found = {}
-    for name in result.file["joints"]:
-        joint = result.file["joints"][name]
-        found[name] = {"peak_force": float(joint.attrs["peak_force"])}
-        for channel in ("gap", "film_thickness_ratio"):
-            if channel in joint:
-                found[name][f"smallest_{channel}"] = result.range(f"joints/{name}/{channel}")[0]
+    for name, joint in result.file["joints"].items():
+        found[name] = {n: float(joint.attrs[n]) for n in ("peak_force", "smallest_gap") if n in joint.attrs}
+        if "actual_range" in getattr(joint.get("film_thickness_ratio"), "attrs", ()) and "film_radial" in joint:
+            found[name]["smallest_film_thickness_ratio"] = result.range(f"joints/{name}/film_thickness_ratio")[0]
     return found
 
 
@@ -230,7 +254,7 @@ def _readable(summary: dict) -> str:
         f"  energy       residual {s['energy_residual']:.3g} J of {s['energy_turned_over']:.3g} J turned over",
     ]
     for name, joint in s["joints"].items():
-        line = f"  joint {name:<6} peak force {joint['peak_force']:.6g} N"
+        line = f"  joint {name:<6} peak force {joint.get('peak_force', 0.0):.6g} N"
         if "smallest_gap" in joint:
             line += f", smallest gap {joint['smallest_gap'] * 1e6:.4g} um"
         if "smallest_film_thickness_ratio" in joint:

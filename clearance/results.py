@@ -56,7 +56,8 @@ class ResultWriter:
         self.last: tuple[float, np.ndarray] | None = None
         self.zero = 0.0
         self.low, self.high = np.full(len(channels), np.inf), np.full(len(channels), -np.inf)
-        self.peaks: dict[str, float] = {}
+        self.peaks: dict[str, float] = {}  # largest force by joint, of samples and contacts
+        self.depths: dict[str, float] = {}  # largest penetration by joint, of its contacts
         self.turned_over = 0.0
         self._create()
 
@@ -123,6 +124,10 @@ class ResultWriter:
             return
         for column, name in enumerate(EVENT_COLUMNS, 1):
             _append(self.file[f"events/{name}"], rows[:, column])
+        for j, force, depth in rows[:, (0, 3, 4)]:
+            group = f"joints/{names[int(j)]}"
+            self.peaks[group] = max(self.peaks.get(group, 0.0), force)
+            self.depths[group] = max(self.depths.get(group, 0.0), depth)
         _append(self.file["events/joint"], [names[int(j)] for j in rows[:, 0]])
         _append(self.file["events/kind"], [kind] * len(rows))
 
@@ -139,9 +144,14 @@ class ResultWriter:
 
     def residual_share(self) -> float:
         """Largest energy residual over the energy turned over; 0 without a ledger or anything turned over."""
-        if self.balance is None or self.last is None or not self.turned_over:
+        if self.balance is None or self.last is None or not self.energy_scale():
             return 0.0
-        return max(-self.low[self.balance], self.high[self.balance]) / self.turned_over
+        return max(-self.low[self.balance], self.high[self.balance]) / self.energy_scale()
+
+    def energy_scale(self) -> float:
+        """The energy turned over so far: total variation of the kinetic energy, or what went in or was taken out."""
+        work = [i for i, c in enumerate(self.channels) if c.path in ("energy/input", "energy/dissipated")]
+        return max([self.turned_over, *(self.high[i] - self.low[i] for i in work)])
 
     def close(self, status: str, solver: dict, warnings: list[str]) -> None:
         """Finish: state the status and the warnings, give the file its name."""
@@ -152,7 +162,10 @@ class ResultWriter:
                 self.file[c.path].attrs["actual_range"] = (low, high)
             for group, peak in self.peaks.items():
                 self.file[group].attrs["peak_force"] = peak
-            self.file["energy"].attrs["turned_over"] = self.turned_over
+                if f"{group}/gap" in self.file:
+                    depth = self.depths.get(group, -np.inf)
+                    self.file[group].attrs["smallest_gap"] = min(self.lowest(f"{group}/gap"), -depth)
+            self.file["energy"].attrs["turned_over"] = self.energy_scale()
         self.file.attrs["status"] = status
         self.file.close()
         os.replace(self.partial, self.path)

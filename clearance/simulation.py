@@ -29,6 +29,7 @@ IMPACT_ROWS = 512
 BUDGET = 2000  # steps between two looks at the progress
 STEP_LIMIT = 2**62
 LOST_ENERGY = 1e-3  # share of the energy turned over whose loss makes a run doubtful
+BROKEN_ENERGY = 0.05  # share whose loss ends a run: what follows would be wrong
 FULL_FILM = 3.0  # film thickness ratio above which surfaces count as separated
 LARGEST_SHARE = 1.0 / 24.0  # largest step as a share of a turn
 
@@ -197,6 +198,8 @@ class Run:
             while code == codes.RUNNING:
                 code = self.advance()
                 self._drain(writer)
+                if writer.residual_share() > max(BROKEN_ENERGY, 1e3 * self.rtol):
+                    code = codes.LEDGER_BROKEN
                 if progress is not None:
                     progress(self.clock[self.loop.TIME] / self.span.until)
             if code != codes.DONE:

@@ -3,25 +3,26 @@
 import math
 import re
 
-#: factor to SI of every unit a quantity on the command line may carry
-FACTORS = {
-    "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "nm": 1e-9,
-    "rad": 1.0, "deg": math.pi / 180.0,
-    "rad/s": 1.0, "rpm": math.pi / 30.0, "Hz": 2.0 * math.pi,
-    "s": 1.0, "ms": 1e-3, "us": 1e-6,
-    "m/s": 1.0, "mm/s": 1e-3, "m/s2": 1.0,
-    "Pas": 1.0, "Pa.s": 1.0, "mPas": 1e-3, "cP": 1e-3,
-    "kg": 1.0, "g": 1e-3, "kgm2": 1.0,
-    "N": 1.0, "kN": 1e3, "Nm": 1.0, "N/m": 1.0,
-    "Pa": 1.0, "MPa": 1e6, "GPa": 1e9,
+#: unit -> (SI unit it measures in, factor)
+UNITS = {
+    "m": ("m", 1.0), "cm": ("m", 1e-2), "mm": ("m", 1e-3), "um": ("m", 1e-6), "µm": ("m", 1e-6), "nm": ("m", 1e-9),
+    "rad": ("rad", 1.0), "deg": ("rad", math.pi / 180.0),
+    "rad/s": ("rad/s", 1.0), "rpm": ("rad/s", math.pi / 30.0), "Hz": ("rad/s", 2.0 * math.pi),
+    "s": ("s", 1.0), "ms": ("s", 1e-3), "us": ("s", 1e-6),
+    "m/s": ("m/s", 1.0), "mm/s": ("m/s", 1e-3), "m/s2": ("m/s2", 1.0),
+    "Pas": ("Pa s", 1.0), "Pa.s": ("Pa s", 1.0), "mPas": ("Pa s", 1e-3), "cP": ("Pa s", 1e-3),
+    "kg": ("kg", 1.0), "g": ("kg", 1e-3), "kgm2": ("kg m2", 1.0),
+    "N": ("N", 1.0), "kN": ("N", 1e3), "Nm": ("N m", 1.0), "N/m": ("N/m", 1.0),
+    "Pa": ("Pa", 1.0), "MPa": ("Pa", 1e6), "GPa": ("Pa", 1e9),
 }  # fmt: skip
+_KINDS = {kind for kind, _ in UNITS.values()}
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµ][\w/.µ]*)?\s*$")
 
 
 def rpm(value: float) -> float:
     """Revolutions per minute to rad/s."""
-    return value * FACTORS["rpm"]
+    return value * UNITS["rpm"][1]
 
 
 def mm(value: float) -> float:
@@ -41,17 +42,23 @@ def cP(value: float) -> float:
 
 def degree(value: float) -> float:
     """Degrees to rad."""
-    return value * FACTORS["deg"]
+    return value * UNITS["deg"][1]
 
 
-def quantity(text: str) -> float:
-    """A number with an optional unit ("300rpm", "0.1 mm", "40cP", "5e-5") in SI."""
+def quantity(text: str, units: str | None = None) -> float:
+    """A number with an optional unit ("300rpm", "0.1 mm", "40cP", "5e-5") in SI.
+
+    units: the SI unit it should be in; a unit of another kind raises ValueError (kinds this table does not know pass).
+    """
     match = _QUANTITY.match(text)
     if match is None:
         raise ValueError(f"{text!r} is not a number with an optional unit, such as 300rpm or 0.1mm")
     number, unit = match.groups()
     if unit is None:
         return float(number)
-    if unit not in FACTORS:
-        raise ValueError(f"unknown unit {unit!r} in {text!r}; known: {', '.join(FACTORS)}")
-    return float(number) * FACTORS[unit]
+    if unit not in UNITS:
+        raise ValueError(f"unknown unit {unit!r} in {text!r}; known: {', '.join(UNITS)}")
+    kind, factor = UNITS[unit]
+    if units is not None and units != kind and (units in _KINDS or units in ("-", "1")):
+        raise ValueError(f"{text!r} is in {kind}, expected {units if units in _KINDS else 'a plain number'}")
+    return float(number) * factor

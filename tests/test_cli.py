@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import clearance as cl
 from clearance import cli
 
 OWN = Path(__file__).parent / "own_mechanisms"
@@ -63,7 +64,10 @@ def test_units_and_readable_summary(tmp_path, capsys):
         (["-p", "model=wet"], "model must be one of ideal, dry, lubricated; got 'wet'"),
         (["-p", "viscosity=0"], "viscosity must be positive, got 0.0"),
         (["-p", "model=dry", "-p", "restitution=2"], r"restitution must lie in [0, 1], got 2.0"),
-        (["-p", "speed=0"], "turns needs a constant-speed rotating drive"),
+        (["-p", "speed=0", "--turns", "1"], "turns needs a constant-speed rotating drive"),
+        (["-p", "speed=300mm"], "speed: '300mm' is in m, expected rad/s"),
+        (["--until", "1mm"], "'1mm' is in m, expected s"),
+        (["-p", "joints=BC"], "joints must be one of A, B, C, D, E, F; got 'BC'"),
         (["--turns", "-1"], "turns must be positive"),
         (["--turns", "many"], "'many' is not a number"),
         (["--rtol", "0"], "rtol must be positive"),
@@ -97,6 +101,8 @@ def test_unknown_case(case, capsys):
         ("x = 1", "must define a function scene"),
         ("def scene(*, speed): return 1", "parameter 'speed' of scene() needs a default value"),
         ("def scene(): return 1", "scene() must return a Scene, got int"),
+        ("import clearance as cl\ndef scene():\n    return cl.Body('b', 1, 1)['zz']", "body b has no point 'zz'"),
+        ("def scene():\n    return 1 / 0", "case own: ZeroDivisionError: division by zero (own.py, line 2)"),
         ("import clearance as cl\nb = cl.Body('b', -1.0, 1.0)", "body b: mass must be positive, got -1.0"),
     ],
 )
@@ -140,6 +146,44 @@ def test_a_mechanism_of_ones_own(name, tmp_path, capsys):
     status, text, _ = run("explain", case, "--json", capsys=capsys)
     ways = [group["solved"] for group in json.loads(text)["plan"]]
     assert any("Newton" in w for w in ways) == (name == "stephenson")
+
+
+def test_what_a_case_prints_stays_out_of_the_json(tmp_path, capsys):
+    path = tmp_path / "talking.py"
+    path.write_text(
+        "import clearance as cl\nprint('loading')\n"
+        "def scene(*, mass: float | None = None, teeth=3):\n"
+        "    'A pendulum.'\n    print('building')\n"
+        "    body = cl.Body('bob', mass or 1.0, 1e-2 * teeth, points={'top': (0, 0.2)})\n"
+        "    return cl.Scene(cl.Revolute(cl.ground, body['top'], name='A'))\n"
+    )
+    out = tmp_path / "r.h5"
+    status, text, _ = run("run", path, "-p", "mass=2kg", "-p", "teeth=3.5", "-o", out, "--json", capsys=capsys)
+    assert status == 0
+    found = json.loads(text)
+    assert found["simulated_s"] == 2.0
+    assert found["parameters"] == {"mass": 2.0, "teeth": 3.5}
+
+
+def test_outputs_that_cannot_be_written(tmp_path, capsys):
+    for out, options, line in (
+        (tmp_path, [], "is a directory"),
+        (tmp_path / "r.png", ["--plot"], "would be overwritten by the picture"),
+    ):
+        status, _, err = run("run", "four_bar", "-o", out, *options, capsys=capsys)
+        assert status == 2
+        assert line in err
+    assert not list(tmp_path.iterdir())
+
+
+def test_peaks_are_those_of_the_contacts(tmp_path, capsys):
+    """A contact is shorter than the sampling: the summary's peaks come from the events."""
+    out = tmp_path / "r.h5"
+    _, text, _ = run("run", "four_bar", "-p", "model=dry", "-o", out, "--json", capsys=capsys)
+    joint = json.loads(text)["joints"]["C"]
+    events = cl.open_result(out).events
+    assert joint["peak_force"] >= events["peak_force"].max()
+    assert joint["smallest_gap"] <= -events["peak_penetration"].max()
 
 
 def test_cases(capsys):

@@ -6,13 +6,20 @@ STEP_TOO_SMALL = 2
 NOT_FINITE = 3
 FILM_LEFT = 4
 TOO_MANY_STEPS = 5
+LEDGER_BROKEN = 6
 
 MESSAGES = {
     STEP_TOO_SMALL: (
         "the step size fell below what the clock resolves: a loop at its dead centre, or equations too stiff or "
         "discontinuous here"
     ),
-    NOT_FINITE: "the equations gave no finite number at any trial step: a loop cannot close here or a force overflows",
+    NOT_FINITE: (
+        "no trial step gives finite numbers: a loop cannot close beyond this position, or a law is not finite here"
+    ),
     FILM_LEFT: "the journal reached the bearing wall and the joint has no contact law to carry it",
+    LEDGER_BROKEN: (
+        "the energy ledger no longer closes: a loop passed a dead centre and changed its branch there, or rtol is far "
+        "too loose; what follows would be wrong"
+    ),
     TOO_MANY_STEPS: "the step limit is reached",
 }
