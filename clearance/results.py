@@ -66,6 +66,9 @@ class ResultWriter:
         scale.make_scale("time")
         for c in self.channels:
             _dataset(self.file, c.path, c.units, c.long_name).dims[0].attach_scale(scale)
+            group = self.file[c.path].parent
+            if "time" not in group:
+                group["time"] = scale  # the same dataset under a second name: each group opens with its times
         for group, columns in (("events", EVENT_COLUMNS), ("solver", SOLVER_COLUMNS)):
             for name, (units, what) in columns.items():
                 _dataset(self.file, f"{group}/{name}", units, what)

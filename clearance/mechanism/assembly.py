@@ -59,8 +59,18 @@ def assemble(scene: Scene) -> Start:
     )
 
 
+@dataclass(frozen=True)
+class _Row:
+    """One constraint equation: what it belongs to, its residual, its gradient, and the rate it prescribes."""
+
+    label: str
+    residual: float
+    slopes: dict[int, float]
+    rate: float = 0.0
+
+
 class _System:
-    """Constraint equations of a scene: joints first, then drives; each item is (label, rows, jacobian, rates)."""
+    """Constraint equations of a scene: joints first, then drives."""
 
     def __init__(self, scene: Scene):
         self.scene = scene
@@ -141,17 +151,19 @@ class _System:
     # --- equations
     def equations(self, q, starting: bool = True):
         """Labels, residuals and Jacobian of all constraints; `starting` includes start values of effort drives."""
-        rows: list[tuple[str, float, dict[int, float]]] = []
-        for joint in self.joints:
-            rows += self._joint_rows(q, joint)
-        for drive in self.drives:
-            if drive in self.start and (starting or drive.prescribes):
-                rows.append(self._drive_row(q, drive))
+        drives = [d for d in self.drives if d in self.start and (starting or d.prescribes)]
+        rows = [*self._all_joint_rows(q), *(self._drive_row(q, d) for d in drives)]
+        return [r.label for r in rows], np.array([r.residual for r in rows]), self._matrix(q, rows)
+
+    def _matrix(self, q, rows: "list[_Row]") -> np.ndarray:
         matrix = np.zeros((len(rows), q.size))
-        for i, (_, _, slopes) in enumerate(rows):
-            for j, slope in slopes.items():
+        for i, row in enumerate(rows):
+            for j, slope in row.slopes.items():
                 matrix[i, j] += slope
-        return [r[0] for r in rows], np.array([r[1] for r in rows]), matrix
+        return matrix
+
+    def _all_joint_rows(self, q) -> "list[_Row]":
+        return [row for joint in self.joints for row in self._joint_rows(q, joint)]
 
     def _joint_rows(self, q, joint: Joint):
         pa, pb = self._point(q, joint.a), self._point(q, joint.b)
@@ -159,8 +171,9 @@ class _System:
         arms = self._arms(q, joint)
         if not isinstance(joint, Prismatic):
             ex, ey = getattr(joint, "eccentricity", (0.0, 0.0))
+            u, v = getattr(joint, "eccentricity_rate", (0.0, 0.0))
             across = self._gradient(joint, arms, (1.0, 0.0)), self._gradient(joint, arms, (0.0, 1.0))
-            return [(joint.label(), x - ex, across[0]), (joint.label(), y - ey, across[1])]
+            return [_Row(joint.label(), x - ex, across[0], u), _Row(joint.label(), y - ey, across[1], v)]
         ta, tb = self._pose(q, joint.a.body)[2], self._pose(q, joint.b.body)[2]
         dx, dy = _turned(ta, *joint.axis)
         slopes = self._gradient(joint, arms, (-dy, dx))
@@ -169,7 +182,7 @@ class _System:
         self._put(turn, joint.a.body, 2, -1.0)
         self._put(turn, joint.b.body, 2, 1.0)
         wrong = math.remainder(tb - ta - joint.angle, 2.0 * math.pi)
-        return [(joint.label(), dx * y - dy * x, slopes), (joint.label(), wrong, turn)]
+        return [_Row(joint.label(), dx * y - dy * x, slopes), _Row(joint.label(), wrong, turn)]
 
     def _arms(self, q, joint):
         return tuple(
@@ -193,7 +206,7 @@ class _System:
     def _drive_row(self, q, drive: Drive):
         target, slopes = drive.target, {}
         pose = {b: self._pose(q, b) for b in self._all()}
-        error = self._coordinate(target, pose) - self.start[drive]
+        error = self._coordinate(target, pose) - self.start.get(drive, 0.0)
         if isinstance(target, Prismatic):
             dx, dy = _turned(pose[target.a.body][2], *target.axis)
             slopes = self._gradient(target, self._arms(q, target), (dx, dy))
@@ -204,7 +217,14 @@ class _System:
         else:
             self._put(slopes, target.a.body, 2, -1.0)
             self._put(slopes, target.b.body, 2, 1.0)
-        return drive.label(), error, slopes
+        return _Row(drive.label(), error, slopes, self._drive_rate(drive))
+
+    @staticmethod
+    def _drive_rate(drive: Drive) -> float:
+        """Rate of a driven coordinate at the start."""
+        if drive.motion is not None:
+            return _rate_at_start(drive.motion)
+        return (drive.speed if drive.prescribes else drive.speed_start) or 0.0
 
     # --- closing
     def closed(self, q: np.ndarray) -> np.ndarray:
@@ -312,31 +332,11 @@ class _System:
             rough[i : i + 3] = (*body.velocity, body.angular_velocity)
             free[i : i + 3] = (1.0, 1.0, 1.0 / self.size)
         free[rough != 0.0] *= 1e-6
-        _, _, matrix = self.equations(q, starting=False)
-        right = [r for j in self.joints for r in getattr(j, "eccentricity_rate", (0.0, 0.0))]
-        extra = []
-        for drive in self.drives:
-            if drive.prescribes:
-                right.append(drive.speed if drive.speed is not None else _rate_at_start(drive.motion))
-            elif drive.speed_start is not None:
-                row = np.zeros(q.size)
-                self.start.setdefault(drive, 0.0)
-                for j, slope in self._drive_row(q, drive)[2].items():
-                    row[j] = slope
-                extra.append(row)
-                right.append(drive.speed_start)
-        order = [*range(2 * len(self.joints))]
-        matrix = np.vstack([matrix, *extra]) if extra else matrix
-        right = self._in_row_order(right, order, extra)
-        missing = np.array(right) - matrix @ rough
+        drives = [d for d in self.drives if d.prescribes or d.speed_start is not None]
+        rows = [*self._all_joint_rows(q), *(self._drive_row(q, d) for d in drives)]
+        matrix = self._matrix(q, rows)
+        missing = np.array([r.rate for r in rows]) - matrix @ rough
         return rough + free * np.linalg.lstsq(matrix * free, missing, rcond=1e-12)[0]
-
-    def _in_row_order(self, right, order, extra):
-        """Joint rows, prescribing drives, then start speeds of effort drives."""
-        joints, rest = right[: len(order)], right[len(order) :]
-        kinds = [d.prescribes for d in self.drives if d.prescribes or d.speed_start is not None]
-        given = [r for r, k in zip(rest, kinds, strict=True) if k]
-        return [*joints, *given, *(r for r, k in zip(rest, kinds, strict=True) if not k)]
 
 
 def _turned(angle: float, x: float, y: float) -> tuple[float, float]:

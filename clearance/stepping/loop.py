@@ -34,11 +34,11 @@ from clearance.stepping.types import (
 )  # fmt: skip
 
 # entries of `clock`
-TIME, STEP_SIZE, END, LARGEST, SAMPLE_EVERY, BEGIN, CONTACT_STEP, FREE_STEP, LAST_ERROR = range(9)
-CLOCK_SIZE = 10
+TIME, STEP_SIZE, END, LARGEST, SAMPLE_EVERY, BEGIN, CONTACT_STEP, FREE_STEP = range(8)
+CLOCK_SIZE = 8
 # entries of `place`
-SAMPLE, SAMPLES, ROWS, LOGGED, EVENTS, STEP_LIMIT, STARTED, COMMITS, BEFORE_REJECTED, FAILED_JOINT, FLIPS = range(11)
-PLACE_SIZE = 12
+SAMPLE, SAMPLES, ROWS, LOGGED, EVENTS, STEP_LIMIT, STARTED, COMMITS, LAST_REFUSAL, FAILED_JOINT, FLIPS = range(11)
+PLACE_SIZE = 11
 # columns of `contacts`, the running record of each joint, and of `impacts`, the finished ones
 TOUCHING, SINCE, IMPACT_SPEED, PENETRATION, PEAK_FORCE, IS_CONTACT = range(6)
 CONTACT_COLUMNS = 6
@@ -331,7 +331,7 @@ def proposed(s, t):
 def shrink(s, h, factor, code):
     """Reject a step; the reason is kept for the message, should steps become too small."""
     s.counts[REJECTED] += 1
-    s.place[BEFORE_REJECTED] = code
+    s.place[LAST_REFUSAL] = code
     s.clock[STEP_SIZE] = h * factor
 
 
@@ -341,9 +341,9 @@ def grow(s, h):
     factor = GROW
     if s.control[ERROR] > 0.0:
         factor = min(GROW, max(SHRINK, SAFETY * s.control[ERROR] ** (-1.0 / s.control[ORDER])))
-    if s.place[BEFORE_REJECTED] > 0:
+    if s.place[LAST_REFUSAL] > 0:
         factor = min(factor, 1.0)
-    s.place[BEFORE_REJECTED] = 0
+    s.place[LAST_REFUSAL] = 0
     s.clock[STEP_SIZE] = h if 1.0 <= factor <= 1.2 else h * factor
 
 
@@ -425,7 +425,7 @@ def advance(call, s):
     t = s.clock[TIME]
     h = proposed(s, t)
     if h <= 4e-16 * max(abs(t), abs(s.clock[END])) and s.clock[END] - t > h:
-        return status.NOT_FINITE if s.place[BEFORE_REJECTED] == 2 else status.STEP_TOO_SMALL
+        return status.NOT_FINITE if s.place[LAST_REFUSAL] == 2 else status.STEP_TOO_SMALL
     code = attempt(call, s, t, h)
     if code != 0:
         shrink(s, h, 0.25, code)

@@ -78,7 +78,7 @@ def _factorise(vector, m, complexes, counts, h, n):
 
 @inline
 def _newton(rhs, t, h, y, par, work, scale, control, counts, m, complexes, n):
-    """Simplified Newton on the transformed stages. 0 converged, 1 not, 2 not finite; control[THETA] is not kept."""
+    """Simplified Newton on the transformed stages. 0 converged, 1 not, 2 not finite; and the rate of convergence."""
     tolerance = max(2e-15 / control[RTOL], min(0.03, math.sqrt(control[RTOL])))
     right = complexes[n + 1]
     trial, correction = m[TRIAL], m[CORRECTION]

@@ -85,6 +85,8 @@ def right_hand_sides():
         mine, theirs = (statistics.median(p[i] for p in pairs) for i in range(2))
         ratio = statistics.median(b / m for m, b in pairs)
         yield f"| {joints} | {mine:.0f} ns | {theirs:.0f} ns | {ratio:.0f} | {difference:.0e} |"
+        require(ratio >= 20.0 or "," in joints, f"{joints}: only {ratio:.0f} times cheaper than dense multipliers")
+        require(difference <= 1e-12, f"{joints}: {difference:.0e} away from dense multipliers")
 
 
 def cpu(command, **environment):
@@ -113,6 +115,8 @@ def starts():
             known = [cpu(command, CLEARANCE_STORE=f"{folder}/{name}0".replace(" ", "")) for _ in range(3)]
             new, old = statistics.median(news), statistics.median(known)
             yield f"| {name} | {new:.1f} s | {old:.1f} s | {new - old:.1f} s |"
+            require(old < 2.0, f"{name}: a known structure needs {old:.1f} s of CPU")
+            require(new - old < 4.0 or "B, C, E" in name, f"{name}: a new structure compiles {new - old:.1f} s")
 
 
 def runs():
@@ -134,19 +138,49 @@ def runs():
                 residual = np.abs(result.energy.residual).max() / result.file["energy"].attrs["turned_over"]
                 steps = result.solver["steps"]
                 result.close()
+            require(rtol > 1e-9 or residual < 1e-8, f"{name}: energy residual {residual:.0e} at rtol {rtol:.0e}")
             yield f"| {name} | {rtol:.0e} | {statistics.median(found):.1f} ms | {steps} | {residual:.0e} |"
+
+
+def memory():
+    """Peak memory of a long run, all of the process."""
+    yield "| 10,000 turns, feeder, lubricated B, 40 samples a turn | wall | peak memory | file |"
+    yield "|---|---|---|---|"
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", "clearance.cli", "run", "six_bar_feeder", "--turns", "10000"]
+        command += ["--samples-per-turn", "40", "--json", "-o", f"{folder}/long.h5"]
+        code = f"import subprocess, resource; subprocess.run({command!r}, check=True, capture_output=True)"
+        code += "; print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)"
+        began = time.perf_counter()
+        peak = (
+            int(subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout) / 1024
+        )
+        wall, size = time.perf_counter() - began, Path(folder, "long.h5").stat().st_size / 2**20
+        yield f"| | {wall:.0f} s | {peak:.0f} MB | {size:.0f} MB |"
+        require(peak < 300.0, f"a long run takes {peak:.0f} MB")
+
+
+missed = []
+
+
+def require(met, what):
+    """Note a number that is not met; the script then ends with exit status 1."""
+    if not met:
+        missed.append(what)
 
 
 def main():
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--update", metavar="FILE", help=f"put the tables into FILE, at the mark {MARK}")
     path = options.parse_args().update
-    lines = [*right_hand_sides(), "", *starts(), "", *runs()]
+    lines = [*right_hand_sides(), "", *starts(), "", *runs(), "", *memory()]
     print("\n".join(lines))
     if path:
         head, _, rest = Path(path).read_text().partition(MARK)
         tail = rest[rest.index("\n## ") :]
-        Path(path).write_text(f"{head}{MARK}\n" + "\n".join(lines) + "\n" + tail)
+        Path(path).write_text(f"{head}{MARK}\n\n" + "\n".join(lines) + "\n" + tail)
+    print("\n".join(["", *(f"missed: {m}" for m in missed)]))
+    sys.exit(1 if missed else 0)
 
 
 if __name__ == "__main__":
