@@ -36,8 +36,9 @@ def pinkus_sternlicht(eccentricity_ratio, radial_rate, entrainment, joint):
     thick = 2.0 + eps * eps
     turning = root * math.sqrt(0.25 * entrainment * entrainment + (radial_rate / eps) ** 2 + REST * REST)
     share = 1.0 + 1.5 * radial_rate / (turning + 1.5 * abs(radial_rate))
-    radial = -6.0 * scale / (thick * gap * root) * (4.0 * turning * eps * eps + thick * math.pi * radial_rate * share)
-    tangential = 6.0 * math.pi * scale * eps * entrainment / (thick * root) * share
+    strength = 6.0 * scale / (thick * gap * root)
+    radial = -strength * (4.0 * turning * eps * eps + thick * math.pi * radial_rate * share)
+    tangential = strength * gap * math.pi * eps * entrainment * share
     return radial, tangential
 
 

@@ -87,8 +87,10 @@ def clearance_force(
     ex, ey = offset
     distance = trace.sqrt(ex * ex + ey * ey + 1e-300)
     far = distance - CENTRE * clearance
-    nx = trace.select(far, ex / distance, 1.0)
-    ny = trace.select(far, ey / distance, 0.0)
+    distance = trace.select(far, distance, CENTRE * clearance)
+    inverse = 1.0 / distance
+    nx = trace.select(far, ex * inverse, 1.0)
+    ny = trace.select(far, ey * inverse, 0.0)
     outward, sideways = rate[0] * nx + rate[1] * ny, rate[1] * nx - rate[0] * ny
     result = JointForce((0.0, 0.0), 0.0, 0.0, 0.0)
     result.penetration, result.penetration_rate = distance - clearance, outward
@@ -96,7 +98,7 @@ def clearance_force(
     if joint.roughness is not None:
         ratio = (clearance - distance) / number(f"{joint.key}.roughness")
         result.channels["film_thickness_ratio"] = ratio
-    polar = _Polar(nx, ny, distance, outward, sideways)
+    polar = _Polar(nx, ny, distance, inverse, outward, sideways)
     if joint.film is not None:
         _film(calls, number, joint, polar, spins, result)
     if joint.contact is not None:
@@ -115,6 +117,7 @@ class _Polar:
     nx: Value
     ny: Value
     distance: Value
+    inverse: Value
     outward: Value
     sideways: Value
 
@@ -124,12 +127,10 @@ class _Polar:
 
 def _film(calls: Calls, number, joint, polar: _Polar, spins, result: JointForce) -> None:
     """Film force at the journal's centre, its reaction at the bearing's, and both friction torques."""
-    trace = calls.trace
     names = ("radius", "clearance", "length", "viscosity")
     radius, clearance, length, viscosity = (number(f"{joint.key}.{n}") for n in names)
-    eccentricity = trace.select(polar.distance - CENTRE * clearance, polar.distance / clearance, CENTRE)
-    turning = polar.sideways / (eccentricity * clearance)
-    entrainment = spins[0] + spins[1] - 2.0 * turning
+    eccentricity = polar.distance / clearance
+    entrainment = spins[0] + spins[1] - 2.0 * polar.sideways * polar.inverse
     state = [eccentricity, polar.outward / clearance, entrainment]
     fixed = (radius, clearance, length, viscosity)
     radial, tangential = calls(joint.film, f"{joint.key}.film", state, 3, "FilmJoint", fixed)

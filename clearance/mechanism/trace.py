@@ -147,6 +147,8 @@ class Trace:
             return 0.0 if a == 0.0 else self._node("div", float(a), b)
         if a is b:
             return 1.0
+        if b.fixed and not a.fixed:
+            return self.mul(a, self.div(1.0, b))  # the reciprocal is a derived parameter
         return self._node("div", a, b)
 
     def function(self, name: str, a):
