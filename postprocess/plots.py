@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from clearance.results import Result
 
-#: most points drawn per line; longer records are thinned, keeping extremes would need more than a first picture
+#: most points drawn per line; of longer records each bin's smallest and largest value is drawn, so no peak is lost
 POINTS = 20000
 
 
@@ -44,16 +44,24 @@ def title(result: Result) -> str:
     return ", ".join([*parts, *([] if result.complete else [result.status])])
 
 
-def _thin(values: np.ndarray) -> np.ndarray:
-    return values[:: max(len(values) // POINTS, 1)]
+def _line(axes, time: np.ndarray, values: np.ndarray, **style) -> None:
+    """A curve whose peaks survive thinning."""
+    width = 2 * len(values) // POINTS
+    if width > 1:
+        bins = values[: len(values) // width * width].reshape(-1, width)
+        start = np.arange(len(bins)) * width
+        kept = np.sort(np.concatenate([start + bins.argmin(axis=1), start + bins.argmax(axis=1)]))
+        time, values = time[kept], values[kept]
+    axes.plot(time, values, lw=0.8, **style)
 
 
 def _finish(axes, ylabel: str) -> None:
     axes.set_xlabel("time [s]")
     axes.set_ylabel(ylabel)
     axes.grid(alpha=0.3)
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(fontsize="small", loc="upper right")
+    names = axes.get_legend_handles_labels()[1]
+    if names:
+        axes.legend(fontsize="small", loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(names), frameon=False)
 
 
 def motion(result: Result, axes) -> None:
@@ -61,7 +69,7 @@ def motion(result: Result, axes) -> None:
     name = list(json.loads(result.attributes["scene"])["bodies"])[-1]["name"]
     channels = result[name]
     component = max(("ax", "ay"), key=lambda c: np.ptp(getattr(channels, c)))
-    axes.plot(_thin(result.time), _thin(getattr(channels, component)), lw=0.8, label=name)
+    _line(axes, result.time, getattr(channels, component), label=name)
     _finish(axes, f"acceleration {component[1]} [m/s²]")
 
 
@@ -70,14 +78,14 @@ def drive(result: Result, axes) -> None:
     found = result.file.get("drives")
     if found is None:
         for name in result.file["bodies"]:
-            axes.plot(_thin(result.time), _thin(result[name].theta), lw=0.8, label=name)
+            _line(axes, result.time, result[name].theta, label=name)
         _finish(axes, "angle [rad]")
         return
     units = []
     for name, group in found.items():
         channel = "torque" if "torque" in group else "force"
         units.append(f"{channel} [{group[channel].attrs['units']}]")
-        axes.plot(_thin(result.time), _thin(group[channel][()]), lw=0.8, label=name)
+        _line(axes, result.time, group[channel][()], label=name)
     _finish(axes, "driving " + " and ".join(dict.fromkeys(units)))
 
 
@@ -85,16 +93,16 @@ def joint_forces(result: Result, axes) -> None:
     """Magnitude of every joint force."""
     for name in result.file["joints"]:
         force = np.hypot(*result.joint(name).force.T)
-        axes.plot(_thin(result.time), _thin(force), lw=0.8, label=name)
+        _line(axes, result.time, force, label=name)
     _finish(axes, "joint force [N]")
 
 
 def energy(result: Result, axes) -> None:
     """Kinetic energy and, on an axis of its own, the residual of the energy ledger."""
-    axes.plot(_thin(result.time), _thin(result.energy.kinetic), lw=0.8, color="tab:gray", label="kinetic energy")
+    _line(axes, result.time, result.energy.kinetic, color="tab:gray", label="kinetic energy")
     _finish(axes, "kinetic energy [J]")
     right = axes.twinx()
-    right.plot(_thin(result.time), _thin(result.energy.residual), lw=0.8, color="tab:red")
+    _line(right, result.time, result.energy.residual, color="tab:red")
     right.set_ylabel("energy residual [J]", color="tab:red")
 
 
@@ -105,7 +113,8 @@ def orbit(result: Result, joint: str, axes) -> None:
     e = result.joint(joint).eccentricity / clearance
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
     axes.plot(np.cos(angle), np.sin(angle), color="black", lw=0.8)
-    axes.plot(_thin(e[:, 0]), _thin(e[:, 1]), lw=0.6)
+    every = max(len(e) // POINTS, 1)
+    axes.plot(e[::every, 0], e[::every, 1], lw=0.6)
     axes.plot(*e[-1], "o", ms=4, color="tab:red")
     axes.set_aspect("equal")
     axes.set_xlabel("eccentricity x / c [-]")

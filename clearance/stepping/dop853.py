@@ -3,7 +3,7 @@
 import math
 
 from clearance.stepping import tableaus
-from clearance.stepping.types import ERROR, EVALUATIONS, RTOL, STATES, STEP_SIGNATURE, compiled
+from clearance.stepping.types import ERROR, EVALUATIONS, RTOL, STATES, STEP_SIGNATURE, compiled, inline
 
 A, B, C, D, E3, E5 = tableaus.A, tableaus.B, tableaus.C, tableaus.D, tableaus.E3, tableaus.E5
 ORDER = 8
@@ -12,20 +12,26 @@ STAGES = 12
 ROWS = 17
 
 
-@compiled(STEP_SIGNATURE)
-def step(rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, k, complexes):
-    """One step from y with f = y' to y_new with f_new; the error over tolerance goes to control[ERROR]. 0 if finite."""
-    size, states = y.size, counts[STATES]
+@inline
+def stages(rhs, t, h, y, par, work, k, first, last):
+    """Slopes k[first] to k[last - 1] from those before them."""
     trial = k[16]
-    for i in range(size):
-        k[0, i] = f[i]
-    for s in range(1, STAGES):
-        for i in range(size):
+    for s in range(first, last):
+        for i in range(y.size):
             total = 0.0
             for j in range(s):
                 total += A[s, j] * k[j, i]
             trial[i] = y[i] + h * total
         rhs(t + C[s] * h, trial, par, work, k[s])
+
+
+@compiled(STEP_SIGNATURE)
+def step(rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, k, complexes):
+    """One step from y with f = y' to y_new with f_new; the error over tolerance goes to control[ERROR]. 0 if finite."""
+    size, states = y.size, counts[STATES]
+    for i in range(size):
+        k[0, i] = f[i]
+    stages(rhs, t, h, y, par, work, k, 1, STAGES)
     for i in range(size):
         total = 0.0
         for j in range(STAGES):
@@ -57,16 +63,9 @@ def interpolant(
 ):
     """Dense output of the step just made: three more evaluations."""
     size = y.size
-    trial = k[16]
     for i in range(size):
         k[STAGES, i] = f_new[i]
-    for s in range(STAGES + 1, 16):
-        for i in range(size):
-            total = 0.0
-            for j in range(s):
-                total += A[s, j] * k[j, i]
-            trial[i] = y[i] + h * total
-        rhs(t + C[s] * h, trial, par, work, k[s])
+    stages(rhs, t, h, y, par, work, k, STAGES + 1, 16)
     counts[EVALUATIONS] += 3
     for i in range(size):
         change = y_new[i] - y[i]
