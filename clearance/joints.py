@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from clearance import checks
-from clearance.laws.law import BoundLaw, FilmJoint, bound, contact, film, friction
+from clearance.laws.law import BoundLaw, bound, contact, film, friction
 from clearance.materials import Lubricant
 from clearance.scene import Body, Point, as_point, ground
 
@@ -136,9 +136,9 @@ class ClearanceRevolute(Joint):
         return [f"{self.label()}: {s}" for s in said if s]
 
     @property
-    def film_joint(self) -> FilmJoint:
-        """What the film law reads of this joint."""
-        return FilmJoint(self.radius, self.clearance, self.length, self.lubricant.viscosity)
+    def viscosity(self) -> float | None:
+        """Dynamic viscosity of the oil [Pa s]: with it a joint can stand as the `joint` argument of a film law."""
+        return None if self.lubricant is None else self.lubricant.viscosity
 
 
 __all__ = ["ClearanceRevolute", "Joint", "Prismatic", "Revolute", "ground"]

@@ -44,7 +44,7 @@ def test_film_in_any_direction(direction):
     scene = pair(spin_a=20.0, spin_b=-70.0, rate=tuple(turn @ rate))
     object.__setattr__(scene.joints[0], "eccentricity", tuple(turn @ [0.6 * C, 0.0]))
     row = observed(build(scene))
-    expected = pinkus_sternlicht()(0.6, rate[0] / C, -50.0 - 2 * rate[1] / (0.6 * C), scene.joints[0].film_joint)
+    expected = pinkus_sternlicht()(0.6, rate[0] / C, -50.0 - 2 * rate[1] / (0.6 * C), scene.joints[0])
     found = turn.T @ [row["joints/J/force_x"], row["joints/J/force_y"]]
     assert found == pytest.approx(expected, rel=1e-12)
 

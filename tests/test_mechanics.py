@@ -163,3 +163,14 @@ def test_jacobian_is_exact(name):
         difference = (4.0 * slope(h) - slope(2.0 * h)) / 3.0
         rounding = 1e-14 * np.abs(rate(y)).max() / h
         np.testing.assert_allclose(exact[:, j], difference, atol=2e-6 * np.abs(exact[:, j]).max() + rounding, rtol=1e-6)
+
+
+def test_any_printable_name_will_do():
+    """Names go into comments and paths of the generated code, never into identifiers."""
+    scene = m.stephenson()
+    for i, body in enumerate(scene.bodies):
+        object.__setattr__(body, "name", f"{i}-bar'é\"#")
+    renamed = cl.Scene(*scene.joints, *scene.loads)
+    row = observed(build(renamed))
+    original = observed(build(m.stephenson()))
+    assert list(row.values()) == list(original.values())

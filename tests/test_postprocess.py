@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from clearance.postprocess import plots
 from matplotlib.figure import Figure
 
 import clearance as cl
-from clearance.postprocess import plots
 
 
 @pytest.mark.parametrize(

@@ -216,7 +216,7 @@ def solve_by_newton(k, group) -> None:
     inside = _Inside(k)
     residuals, unknowns = inside.residuals(group)
     size = len(unknowns)
-    name = f"close_{group.label().replace('+', '_')}"
+    name = f"close_{sum(n.startswith('close_') for n in k.library.entries) // 2}"
     gradient = f"{name}_d"
     seeds = {z: {i: 1.0} for i, z in enumerate(unknowns)}
     active = [i for i, a in enumerate(inside.outer) if not a.fixed]
