@@ -6,6 +6,7 @@ Exit status: 0 done, 1 the run failed part-way (what it had is kept), 2 the inpu
 import argparse
 import contextlib
 import json
+import logging
 import os
 import sys
 import time
@@ -148,6 +149,8 @@ def run_case(options) -> int:
         raise ValueError(f"-o {output}: the result would be overwritten by the picture; name the result file .h5")
     turns, until = _length(options, scene)
     bar = _progress_bar(options)
+    if bar is not None:
+        logging.basicConfig(level=logging.INFO, format="%(message)s")
     began = time.perf_counter(), time.process_time()
     failure = None
     try:

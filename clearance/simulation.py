@@ -3,6 +3,7 @@
 Not called simulate.py: a module of that name would hide the function cl.simulate.
 """
 
+import logging
 import math
 import shutil
 import tempfile
@@ -16,11 +17,13 @@ from pathlib import Path
 import numpy as np
 
 from clearance import checks
+from clearance.mechanism import store
 from clearance.mechanism.build import Mechanism, build
 from clearance.results import Result, ResultWriter
 from clearance.scene import Scene
 from clearance.stepping import status as codes
 
+LOG = logging.getLogger("clearance")
 METHODS = ("dop853", "radau")
 SAMPLES_PER_TURN = 400
 ROWS = 1024  # output rows, steps and contacts held in memory between two writes
@@ -88,6 +91,8 @@ def simulate(
     if method not in ("auto", *METHODS):
         raise ValueError(f"method must be auto, {' or '.join(METHODS)}, got {method!r}")
     mechanism = build(scene, ledger=energy)
+    if not store.is_known("rhs", mechanism.structure.texts["rhs"]):
+        LOG.info("compiling: a structure this machine has not seen (the very first run also compiles the time loop)")
     span = _span(mechanism, turns, until, samples_per_turn, samples)
     run = Run(mechanism, span, rtol, _method(scene, mechanism, method), max_step, max_steps)
     return run.to_file(path, progress)
