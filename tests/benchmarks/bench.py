@@ -153,8 +153,6 @@ def runs():
             shown = f"{error:.0e}" if film else "-"
             cost = f"{statistics.median(found):.1f} ms"
             yield f"| {name} | {rtol:.0e} | {cost} | {steps} | {shown} | {residual:.0e} |"
-                "0e+00", "-"
-            )
 
 
 def memory():
