@@ -74,7 +74,7 @@ class Case:
             raise ValueError(f"case {self.name} has no parameter {unknown[0]!r}; it has {', '.join(known)}")
         try:
             scene = self.function(**values)
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             if self.path.parent == library() and isinstance(error, ValueError | TypeError):
                 raise
             raise _explained(f"case {self.name}", error) from error
@@ -125,7 +125,7 @@ def _module(path: Path):
     sys.modules[name] = module
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         del sys.modules[name]
         raise _explained(f"case file {path} cannot be loaded", error) from error
     return module
@@ -139,7 +139,7 @@ def _kind(parameter: inspect.Parameter) -> type:
     return float if type(parameter.default) in (int, type(None)) else type(parameter.default)
 
 
-def _explained(where: str, error: Exception) -> ValueError:
+def _explained(where: str, error: BaseException) -> ValueError:
     """A user's error as one line: what, and at which line of which file."""
     if isinstance(error, SyntaxError):
         return ValueError(f"{where}: SyntaxError: {error.msg} (line {error.lineno})")

@@ -59,6 +59,8 @@ class ResultWriter:
         self.peaks: dict[str, float] = {}  # largest force by joint, of samples and contacts
         self.depths: dict[str, float] = {}  # largest penetration by joint, of its contacts
         self.turned_over = 0.0
+        work = [i for i, c in enumerate(channels) if c.path in ("energy/kinetic", "energy/input", "energy/dissipated")]
+        self.ledger = None if self.balance is None else LedgerWatch(work, self.balance)
         self._create()
 
     def _create(self) -> None:
@@ -91,6 +93,8 @@ class ResultWriter:
                 self.zero = rows[0, self.balance]
             rows[:, self.balance] -= self.zero
         self._summarise(rows)
+        if self.ledger:
+            self.ledger.add(times, rows)
         self.last = (times[-1], rows[-1].copy())
         _append(self.file["time"], times)
         for i, c in enumerate(self.channels):
@@ -146,10 +150,8 @@ class ResultWriter:
         return float(self.low[next(i for i, c in enumerate(self.channels) if c.path == path)])
 
     def residual_share(self) -> float:
-        """Largest energy residual over the energy turned over; 0 without a ledger or anything turned over."""
-        if self.balance is None or self.last is None or not self.energy_scale():
-            return 0.0
-        return max(-self.low[self.balance], self.high[self.balance]) / self.energy_scale()
+        """Largest share of the energy turned over in some stretch of the run that its residual moved by."""
+        return max(self.ledger.worst, self.ledger.share()) if self.ledger else 0.0
 
     def energy_scale(self) -> float:
         """The energy turned over so far: total variation of the kinetic energy, or what went in or was taken out."""
@@ -200,6 +202,49 @@ def _provenance() -> dict:
         "version_python": platform.python_version(),
         **versions,
     }
+
+
+class LedgerWatch:
+    """Watches the energy residual stretch by stretch, so that a jump shows however long the run is.
+
+    A stretch is long enough for the energy to be turned over once; `worst` is the largest share of it that the residual
+    moved by, `since` the first sample where a share above `limit` was passed.
+    """
+
+    limit = 0.05
+
+    def __init__(self, work: list[int], balance: int):
+        self.work, self.balance = work, balance
+        self.worst, self.since, self.most = 0.0, None, 0.0
+        self.kinetic = (np.inf, -np.inf)
+        self.rows: list[np.ndarray] = []
+
+    def add(self, times: np.ndarray, rows: np.ndarray) -> None:
+        """Append samples; close the stretch when enough energy has been turned over."""
+        self.rows.append(np.column_stack([times, rows[:, self.balance], rows[:, self.work]]))
+        kinetic = rows[:, self.work[0]]
+        self.kinetic = min(self.kinetic[0], kinetic.min()), max(self.kinetic[1], kinetic.max())
+        self.most = self.kinetic[1] - self.kinetic[0]
+        if self._turned_over() >= self.most > 0.0:
+            self.worst = max(self.worst, self.share())
+            self.rows = [self.rows[-1][-1:]]
+
+    def _turned_over(self) -> float:
+        stretch = np.concatenate(self.rows)
+        return float(np.abs(np.diff(stretch[:, 2:], axis=0)).sum())
+
+    def share(self) -> float:
+        """Share of the stretch under way."""
+        if not self.rows:
+            return 0.0
+        stretch = np.concatenate(self.rows)
+        scale = max(self._turned_over(), self.most)
+        if scale <= 0.0:
+            return 0.0
+        moved = np.abs(stretch[:, 1] - stretch[0, 1])
+        if self.since is None and moved.max() > self.limit * scale:
+            self.since = float(stretch[np.argmax(moved > self.limit * scale), 0])
+        return float(moved.max() / scale)
 
 
 class Channels:

@@ -19,7 +19,7 @@ import numpy as np
 from clearance import checks
 from clearance.mechanism import store
 from clearance.mechanism.build import Mechanism, build
-from clearance.results import Result, ResultWriter
+from clearance.results import LedgerWatch, Result, ResultWriter
 from clearance.scene import Scene
 from clearance.stepping import status as codes
 
@@ -32,7 +32,6 @@ IMPACT_ROWS = 512
 BUDGET = 2000  # steps between two looks at the progress
 STEP_LIMIT = 2**62
 LOST_ENERGY = 1e-3  # share of the energy turned over whose loss makes a run doubtful
-BROKEN_ENERGY = 0.05  # share whose loss ends a run: what follows would be wrong
 FULL_FILM = 3.0  # film thickness ratio above which surfaces count as separated
 LARGEST_SHARE = 1.0 / 24.0  # largest step as a share of a turn
 
@@ -168,6 +167,7 @@ class Run:
         self.complexes = np.zeros((states + 2, max(states, 1)), np.complex128)
         self.scratch = np.zeros((7, max(size, 3 * joints, 1)))
         self.kernels = self._kernels(joints)
+        self.spoilt = ""  # why the outputs cannot be trusted any more
 
     def _energy_scale(self) -> float:
         mass = sum(b.mass for b in self.mechanism.scene.bodies)
@@ -203,12 +203,14 @@ class Run:
             while code == codes.RUNNING:
                 code = self.advance()
                 self._drain(writer)
-                if writer.residual_share() > max(BROKEN_ENERGY, 1e3 * self.rtol):
+                if writer.residual_share() > max(LedgerWatch.limit, 1e3 * self.rtol):
                     code = codes.LEDGER_BROKEN
+                elif self.spoilt:
+                    code = codes.NOT_FINITE
                 if progress is not None:
                     progress(self.clock[self.loop.TIME] / self.span.until)
             if code != codes.DONE:
-                failure = self._failure(code)
+                failure = self._failure(code, writer.ledger)
         except KeyboardInterrupt:
             failure = f"interrupted at t = {self.clock[self.loop.TIME]:.9g} s"
             raise
@@ -226,7 +228,13 @@ class Run:
 
     def _drain(self, writer: ResultWriter) -> None:
         loop, place = self.loop, self.place
-        writer.samples(self.times[: place[loop.ROWS]], self.rows[: place[loop.ROWS]])
+        rows = self.rows[: place[loop.ROWS]]
+        bad = ~np.isfinite(rows).all(axis=1)
+        good = int(np.argmax(bad)) if bad.any() else len(rows)
+        if good < len(rows):
+            channel = writer.channels[int(np.argmin(np.isfinite(rows[good])))].path
+            self.spoilt = f"at t = {self.times[good]:.9g} s: {channel} is not finite; a law or motion has no value here"
+        writer.samples(self.times[:good], rows[:good])
         writer.impacts(self._names(), self.impacts[: place[loop.EVENTS]])
         writer.steps(self.log[: place[loop.LOGGED]])
         place[loop.ROWS] = place[loop.EVENTS] = place[loop.LOGGED] = 0
@@ -245,8 +253,12 @@ class Run:
         ]
         writer.impacts(self._names(), np.array(rows), "open_contact")
 
-    def _failure(self, code: int) -> str:
+    def _failure(self, code: int, ledger: LedgerWatch | None) -> str:
         """Where and why a run failed: time, joint and state."""
+        if code == codes.LEDGER_BROKEN:
+            return f"from t = {ledger.since or 0.0:.9g} s on: {codes.MESSAGES[code]}"
+        if self.spoilt:
+            return self.spoilt
         joints, moving = self.mechanism.scene.clearance_joints, self.mechanism.eccentric
         count = len(self.mechanism.structure.plan.free)
         states = [

@@ -14,7 +14,7 @@ from clearance.mechanism.kinematics import Kinematics, Pose
 from clearance.mechanism.loops import check_reach, mode
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.structure import Structure
-from clearance.mechanism.topology import Plan, closed_plan
+from clearance.mechanism.topology import Plan, closed_plan, cut_plan
 from clearance.mechanism.trace import Trace
 from clearance.scene import Scene
 
@@ -77,23 +77,23 @@ def build(scene: Scene, ledger: bool = True) -> Mechanism:
     """Assemble a scene and find or make its structure. Raises ValueError with a clear reason for impossible scenes."""
     start = assemble(scene)
     numbers = Numbers(scene)
-    for group in closed_plan(scene, start.measured).groups:
+    plan, cut = closed_plan(scene, start.measured), cut_plan(scene)
+    for group in plan.groups:
         if group.form in ("RRR", "RRP"):
             check_reach(group, start.size)
-    signature = (numbers.signature, tuple(j.name for j in start.measured), ledger)
+    measured = tuple(j.name for j in start.measured)
+    signature = (numbers.signature, plan.signature, cut.signature, measured, ledger)
     if signature not in _structures:
-        _structures[signature] = Structure(scene, numbers, start.measured, ledger)
+        _structures[signature] = Structure(scene, numbers, plan, cut, start.measured, ledger)
     structure = _structures[signature]
-    values = _values(scene, structure, numbers, start)
+    values = _values(scene, structure, plan, numbers, start)
     par = np.zeros(len(values) + len(structure.slots.order))
     par[: len(values)] = values
     par[len(values) :] = structure.derive(list(par))[len(values) :]
-    return Mechanism(
-        scene, structure, start, par, _state(scene, structure, start, ledger), _work(scene, structure, start)
-    )
+    return Mechanism(scene, structure, start, par, _state(scene, plan, start, ledger), _work(scene, structure, start))
 
 
-def _values(scene: Scene, structure: Structure, numbers: Numbers, start: Start) -> list[float]:
+def _values(scene: Scene, structure: Structure, plan: Plan, numbers: Numbers, start: Start) -> list[float]:
     """The scene's numbers, start values of drives, and the assembly modes of its dyads."""
     values = list(numbers.values)
     for drive in (d for d in scene.loads if isinstance(d, Drive) and d.speed is not None):
@@ -104,13 +104,7 @@ def _values(scene: Scene, structure: Structure, numbers: Numbers, start: Start) 
     )
     for body, (x, y, angle) in start.pose.items():
         k.poses[body] = Pose(x, y, math.cos(angle), math.sin(angle), angle)
-    plan = _own_plan(scene, structure, start)
     return values + [mode(k, g) for g in plan.groups if f"mode.{g.label()}" in structure.modes]
-
-
-def _own_plan(scene: Scene, structure: Structure, start: Start) -> Plan:
-    """The structure's plan for the bodies of this scene (equal structures have equal plans)."""
-    return structure.plan if scene is structure.scene else closed_plan(scene, start.measured)
 
 
 def _driven(drive: Drive, start: Start) -> float:
@@ -121,8 +115,7 @@ def _driven(drive: Drive, start: Start) -> float:
     return start.pose[drive.target.b.body][2] - start.pose[drive.target.a.body][2]
 
 
-def _state(scene: Scene, structure: Structure, start: Start, ledger: bool) -> np.ndarray:
-    plan = _own_plan(scene, structure, start)
+def _state(scene: Scene, plan: Plan, start: Start, ledger: bool) -> np.ndarray:
     placed = {a.body: a.joint for g in plan.groups for a in g.attachments}
     q, u = [], []
     for c in plan.free:

@@ -92,7 +92,12 @@ class _Differentiator:
     def _for(self, node):
         if node.orelse or not isinstance(node.target, ast.Name):
             raise self._unreadable(node)
-        self._nested(f"for {node.target.id} in {ast.unparse(node.iter)}:", node.body)
+        self._emit(f"for {node.target.id} in {ast.unparse(node.iter)}:")
+        self.indent += 1
+        for i in sorted(self.reach.get(node.target.id, ())):
+            self._emit(f"{self._d(i, node.target.id)} = 0.0")
+        self._block(node.body)
+        self.indent -= 1
 
     def _break(self, node):
         self._emit("break")
@@ -108,8 +113,11 @@ class _Differentiator:
         self._bind(node.target, *self._value(node.value))
 
     def _assign(self, node):
-        if len(node.targets) != 1:
-            raise self._unreadable(node)
+        if len(node.targets) > 1 and all(isinstance(t, ast.Name) for t in node.targets):
+            value, tangents = self._hold(*self._value(node.value))
+            for target in node.targets:
+                self._bind(target, value, tangents)
+            return
         target = node.targets[0]
         if isinstance(target, ast.Name):
             self._bind(target, *self._value(node.value))
@@ -183,6 +191,8 @@ class _Differentiator:
         return any(isinstance(n, ast.Name) and self.reach.get(n.id) for n in ast.walk(node))
 
     def _unary(self, node):
+        if isinstance(node.op, ast.Not):
+            return f"({ast.unparse(node)})", {}
         value, tangents = self._value(node.operand)
         if isinstance(node.op, ast.USub):
             return f"(-{value})", {i: f"(-{d})" for i, d in tangents.items()}

@@ -134,6 +134,19 @@ def definition(function: Callable) -> ast.FunctionDef:
     return node
 
 
+def fingerprint(function: Callable) -> tuple:
+    """Equal for functions that do the same: their code and the numbers and functions they read from outside."""
+    outer = {**function.__globals__, **inspect.getclosurevars(function).nonlocals}
+    code, found = function.__code__, []
+    for name in (*code.co_names, *code.co_freevars):
+        value = getattr(outer.get(name), "function", outer.get(name))
+        if inspect.isfunction(value):
+            found.append((name, fingerprint(value) if value is not function else None))
+        elif isinstance(value, int | float) or hasattr(value, "__float__"):
+            found.append((name, float(value)))
+    return code, tuple(found)
+
+
 class _Resolved(ast.NodeTransformer):
     """A function's tree with outer names resolved: numbers as literals, functions under their emitted names."""
 

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from clearance.joints import ClearanceRevolute, Prismatic
 from clearance.laws.law import BoundLaw
 from clearance.loads import Drive, Force, SpringDamper, Torque, TorsionSpring
+from clearance.mechanism.library import fingerprint
 from clearance.scene import Point, Scene
 
 #: values of a number that are folded into the code
@@ -100,11 +101,16 @@ def _load(load) -> Iterator[Row]:
         yield from _law(f"{load.key}.torque", load.torque)
 
 
+def _print_of(value: object) -> object:
+    """What of a slot belongs to the structure: the law's own code, else whether there is anything."""
+    return fingerprint(value.law.function) if isinstance(value, BoundLaw) else value is not None
+
+
 def _structure(scene: Scene) -> tuple:
     """Connectivity and laws."""
     joints = tuple(
         (type(j).__name__, j.name, j.a.body.name, j.b.body.name, getattr(j, "film_torques", None))
-        + tuple(getattr(getattr(j, s, None), "law", None) for s in ("contact", "friction", "film"))
+        + tuple(_print_of(getattr(j, s, None)) for s in ("contact", "friction", "film"))
         for j in scene.joints
     )
     loads = tuple(
@@ -114,7 +120,7 @@ def _structure(scene: Scene) -> tuple:
             *(b.name for b in load.bodies()),
             getattr(getattr(load, "target", None), "key", None),
         )
-        + tuple(getattr(v, "law", v is not None) for v in vars(load).values())
+        + tuple(_print_of(v) for v in vars(load).values())
         for load in scene.loads
     )
     return tuple(b.name for b in scene.bodies), joints, loads

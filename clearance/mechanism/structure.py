@@ -18,7 +18,7 @@ from clearance.mechanism.joint_forces import Calls
 from clearance.mechanism.kinematics import Kinematics, Propagation
 from clearance.mechanism.library import Library
 from clearance.mechanism.numbers import Numbers
-from clearance.mechanism.topology import closed_plan, cut_plan
+from clearance.mechanism.topology import Plan
 from clearance.mechanism.trace import Slots, Trace
 from clearance.scene import Scene
 
@@ -39,9 +39,9 @@ class Channel:
 class Structure:
     """Traced once per structure. `texts[role]` is the source of each kernel, `derive` fills derived parameters."""
 
-    def __init__(self, scene: Scene, numbers: Numbers, measured: tuple, ledger: bool = True):
+    def __init__(self, scene: Scene, numbers: Numbers, plan: Plan, cut: Plan, measured: tuple, ledger: bool):
         self.scene, self.ledger, self.measured = scene, ledger, measured
-        self.plan, self.cut = closed_plan(scene, measured), cut_plan(scene)
+        self.plan, self.cut = plan, cut
         self.modes = [f"mode.{g.label()}" for g in self.plan.groups if g.form in ("RRR", "RRP", "RPR")]
         self.index = dict(numbers.index)
         for name in self.modes:

@@ -60,6 +60,19 @@ class Plan:
     groups: list[Group] = field(default_factory=list)
 
     @property
+    def signature(self) -> tuple:
+        """Equal for plans that solve scenes in the same way, whatever their numbers."""
+        return tuple(
+            (
+                group.form,
+                tuple((a.body.name, a.parent.name, getattr(a.joint, "name", None)) for a in group.attachments),
+                tuple((c.source, c.body.name, c.what) for a in group.attachments for c in a.coordinates),
+                tuple(j.name for j in group.closures),
+            )
+            for group in self.groups
+        )
+
+    @property
     def free(self) -> list[Coordinate]:
         return [c for g in self.groups for a in g.attachments for c in a.coordinates if c.source == "free"]
 
@@ -197,10 +210,13 @@ class _Planner:
 
     # --- independent coordinates
     def _length(self, joint) -> float:
-        """Shortest way on the free body from a joint to any other of its joints; endless for the end of a chain."""
+        """Shortest way on the free body from a joint to its other hinges; endless for a slide or the end of a chain."""
         body = next(b for b in joint.bodies() if b not in self.known)
         here = _own_point(joint, body)
-        others = [_own_point(j, body) for j in self.joints if body in j.bodies() and j is not joint]
+        joints = [j for j in self.joints if body in j.bodies() and j is not joint]
+        if not all(_hinge(j) for j in joints):
+            return math.inf  # the point of a slide says nothing about how far the body can turn
+        others = [_own_point(j, body) for j in joints]
         return min((math.hypot(p.x - here.x, p.y - here.y) for p in others), default=math.inf)
 
     def _free_group(self) -> Group:

@@ -18,8 +18,8 @@ MESSAGES = {
     ),
     FILM_LEFT: "the journal reached the bearing wall and the joint has no contact law to carry it",
     LEDGER_BROKEN: (
-        "the energy ledger no longer closes: a loop passed a dead centre and changed its branch there, a "
-        "prescribed motion jumped, or rtol is far too loose; what follows would be wrong"
+        "the energy ledger does not close and the rows are not to be trusted: a loop passed a dead centre and changed "
+        "its branch, a prescribed motion jumped, or rtol is far too loose"
     ),
     TOO_MANY_STEPS: "the step limit is reached",
 }
