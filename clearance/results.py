@@ -215,36 +215,42 @@ class LedgerWatch:
 
     def __init__(self, work: list[int], balance: int):
         self.work, self.balance = work, balance
-        self.worst, self.since, self.most = 0.0, None, 0.0
+        self.worst, self.since = 0.0, None
         self.kinetic = (np.inf, -np.inf)
-        self.rows: list[np.ndarray] = []
+        self.rows: np.ndarray | None = None  # time, residual, then the energies, of the stretch under way
 
     def add(self, times: np.ndarray, rows: np.ndarray) -> None:
-        """Append samples; close the stretch when enough energy has been turned over."""
-        self.rows.append(np.column_stack([times, rows[:, self.balance], rows[:, self.work]]))
+        """Append samples; every stretch in which enough energy has been turned over is judged."""
         kinetic = rows[:, self.work[0]]
         self.kinetic = min(self.kinetic[0], kinetic.min()), max(self.kinetic[1], kinetic.max())
-        self.most = self.kinetic[1] - self.kinetic[0]
-        if self._turned_over() >= self.most > 0.0:
-            self.worst = max(self.worst, self.share())
-            self.rows = [self.rows[-1][-1:]]
+        most = self.kinetic[1] - self.kinetic[0]
+        new = np.column_stack([times, rows[:, self.balance], rows[:, self.work]])
+        self.rows = new if self.rows is None else np.concatenate([self.rows, new])
+        while most > 0.0:
+            turned_over = self._turned_over()
+            if turned_over[-1] < most:
+                break
+            end = int(np.argmax(turned_over >= most))
+            self.worst = max(self.worst, self._share(end + 1, turned_over[end]))
+            self.rows = self.rows[end:]
 
-    def _turned_over(self) -> float:
-        stretch = np.concatenate(self.rows)
-        return float(np.abs(np.diff(stretch[:, 2:], axis=0)).sum())
+    def _turned_over(self) -> np.ndarray:
+        steps = np.abs(np.diff(self.rows[:, 2:], axis=0, prepend=self.rows[:1, 2:])).sum(axis=1)
+        return np.cumsum(steps)
+
+    def _share(self, end: int, scale: float) -> float:
+        """Share of the first `end` rows' energy that the residual moved by."""
+        moved = np.abs(self.rows[:end, 1] - self.rows[0, 1])
+        if self.since is None and moved.max() > self.limit * scale:
+            self.since = float(self.rows[np.argmax(moved > self.limit * scale), 0])
+        return float(moved.max() / scale)
 
     def share(self) -> float:
-        """Share of the stretch under way."""
-        if not self.rows:
+        """Share of the stretch under way, against at least the whole range of the kinetic energy."""
+        if self.rows is None:
             return 0.0
-        stretch = np.concatenate(self.rows)
-        scale = max(self._turned_over(), self.most)
-        if scale <= 0.0:
-            return 0.0
-        moved = np.abs(stretch[:, 1] - stretch[0, 1])
-        if self.since is None and moved.max() > self.limit * scale:
-            self.since = float(stretch[np.argmax(moved > self.limit * scale), 0])
-        return float(moved.max() / scale)
+        scale = max(self._turned_over()[-1], self.kinetic[1] - self.kinetic[0])
+        return self._share(len(self.rows), scale) if scale > 0.0 else 0.0
 
 
 class Channels:

@@ -203,7 +203,7 @@ class Run:
             while code == codes.RUNNING:
                 code = self.advance()
                 self._drain(writer)
-                if writer.residual_share() > max(LedgerWatch.limit, 1e3 * self.rtol):
+                if writer.residual_share() > max(LedgerWatch.limit, 1e4 * self.rtol):
                     code = codes.LEDGER_BROKEN
                 elif self.spoilt:
                     code = codes.NOT_FINITE

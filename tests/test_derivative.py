@@ -116,8 +116,16 @@ def delegating(x, y, gain):
     return x, y
 
 
+def reusing(x, y, gain):
+    a = b = x * y
+    total = a + gain * b
+    for x in range(1, 3):
+        total += x * y
+    return total + x if not y > 5.0 else total
+
+
 @pytest.mark.parametrize("state", [(0.7, 0.2), (0.1, 0.8), (1.4, -0.6)])
-@pytest.mark.parametrize("function", [indexing, masking, delegating])
+@pytest.mark.parametrize("function", [indexing, masking, delegating, reusing])
 def test_less_usual_constructs(function, state):
     check(function, state, (1.3,), (0, 1))
 

@@ -257,3 +257,75 @@ def test_impossible_parts_are_named():
     loose = cl.Revolute(one["p"], two["a"], name="elsewhere")
     with pytest.raises(ValueError, match="its target, joint elsewhere, is not in the scene"):
         cl.Scene(*hinges, cl.Drive(loose, speed=1.0))
+
+
+def free_four_bar(lengths):
+    """Undriven four-bar released from rest; which link is the shortest decides the coordinate."""
+    names = ("crank", "coupler", "rocker")
+    angles = (1.0, 0.4, 1.7)
+    a, b, c = (
+        m.body(n, {"a": (0, 0), "b": (x, 0)}, angle=q, com=(0.5 * x, 0.0))
+        for n, x, q in zip(names, lengths, angles, strict=True)
+    )
+    return cl.Scene(
+        cl.Revolute(cl.ground, a["a"], name="A"),
+        cl.Revolute(a["b"], b["a"], name="B"),
+        cl.Revolute(b["b"], c["b"], name="C"),
+        cl.Revolute(cl.ground.at(0.16, 0), c["a"], name="D"),
+    )
+
+
+def test_other_lengths_may_need_another_plan():
+    """The coordinate depends on lengths: scenes of one connectivity but different plans must not share kernels."""
+    results = [cl.simulate(free_four_bar(x), until=0.2, rtol=1e-9) for x in ((0.05, 0.15, 0.12), (0.12, 0.15, 0.05))]
+    assert [r.attributes["kernel"] for r in results][0] != results[1].attributes["kernel"]
+    for result in results:
+        assert np.abs(result.energy.residual).max() < 1e-7 * result.file["energy"].attrs["turned_over"]
+
+
+@pytest.mark.parametrize("point", [0.0, 0.02, 0.2])
+def test_a_quick_return_driven_by_torque(point):
+    """The crank turns all the way whatever point of the guide the slot is described from."""
+    crank = m.body("crank", {"A": (0, 0), "B": (0.05, 0)}, angle=0.5)
+    block = m.body("block", {"B": (0, 0)}, mass=0.2)
+    guide = m.body("guide", {"O": (0, 0), "P": (point, 0)}, angle=1.3, com=(0.1, 0.0))
+    scene = cl.Scene(
+        cl.Revolute(cl.ground, guide["O"], name="O"),
+        cl.Prismatic(guide["P"], block["B"], name="slot"),
+        cl.Revolute(crank["B"], block["B"], name="B"),
+        cl.Revolute(cl.ground.at(0, 0.15), crank["A"], name="A"),
+        cl.Drive(crank, torque=0.2, start=0.5, speed_start=10.0),
+    )
+    result = cl.simulate(scene, until=0.5, rtol=1e-9)
+    assert result["crank"].theta[-1] > 6.0
+    assert np.abs(result.energy.residual).max() < 1e-6 * result.file["energy"].attrs["turned_over"]
+
+
+PUSH = 5.0
+
+
+@cl.signal
+def constant_push(time):
+    return PUSH + 0.0 * time
+
+
+def test_a_changed_number_behind_a_law_takes_effect(monkeypatch):
+    slider = cl.Body("slider", 2.0, 1e-3)
+    scene = cl.Scene(cl.Prismatic(cl.ground, slider, name="g"), cl.Force(slider, x=constant_push))
+    assert cl.simulate(scene, until=0.1, samples=3)["slider"].ax[-1] == pytest.approx(2.5)
+    monkeypatch.setitem(globals(), "PUSH", 7.0)
+    assert cl.simulate(scene, until=0.1, samples=3)["slider"].ax[-1] == pytest.approx(3.5)
+
+
+@cl.signal
+def infinite_bend(time):
+    return abs(time - 0.05) ** 1.5
+
+
+def test_an_output_without_a_value_ends_the_run():
+    """Acceleration infinite at a sample: nothing that is not a number enters the file."""
+    rotor = cl.Body("rotor", 1.0, 0.02)
+    scene = cl.Scene(cl.Revolute(cl.ground, rotor, name="A"), cl.Drive(rotor, motion=infinite_bend))
+    with pytest.raises(cl.SimulationError, match=r"at t = 0.05 s: bodies/rotor/alpha is not finite") as caught:
+        cl.simulate(scene, until=0.1, samples=11)
+    assert np.isfinite(caught.value.result["rotor"].alpha).all()

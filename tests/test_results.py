@@ -248,3 +248,21 @@ def test_a_run_that_lost_energy_says_so():
     with pytest.raises(cl.SimulationError, match=r"from t = 0\.\d+ s on: .*changed its branch") as caught:
         cl.simulate(scene, turns=8)
     assert any("energy ledger does not close" in w for w in caught.value.result.warnings)
+
+
+def test_a_late_jump_of_energy_is_seen_in_a_long_run():
+    """The watch judges stretches of the run: 8 J lost after 2000 J have been turned over are not forgiven."""
+    from clearance.results import LedgerWatch
+
+    t = np.linspace(0.0, 100.0, 20001)
+    kinetic = 5.0 + 5.0 * np.sin(2 * np.pi * t)
+    residual = np.where(t > 90.0, 8.0, 0.0) + 1e-9 * t
+    rows = np.column_stack([kinetic, residual])
+    watch = LedgerWatch([0], 1)
+    for part in np.array_split(np.arange(t.size), 13):
+        watch.add(t[part], rows[part])
+    assert max(watch.worst, watch.share()) > 0.5
+    assert watch.since == pytest.approx(90.0, abs=0.02)
+    calm = LedgerWatch([0], 1)
+    calm.add(t, np.column_stack([kinetic, 1e-9 * t]))
+    assert max(calm.worst, calm.share()) < 1e-9
