@@ -171,3 +171,13 @@ def test_reference_counting_stays_out_of_the_kernels():
 
 def test_edited_laws_make_new_files():
     assert store.key("def rhs(): pass") != store.key("def rhs(): pass ")
+
+
+def test_edited_stepper_sources_make_new_caches():
+    """numba's cache of the loop is named after all stepping sources, not only loop.py."""
+    from clearance.stepping import dop853, loop, types
+
+    for function in (loop.run, dop853.step, dop853.interpolant):
+        assert function.py_func.__qualname__.endswith(types.DIGEST)
+    caches = Path(loop.__file__).parent / "__pycache__"
+    assert list(caches.glob(f"loop.run_{types.DIGEST}-*.nbi")) or not os.access(caches, os.W_OK)

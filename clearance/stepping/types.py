@@ -1,5 +1,8 @@
 """Types the steppers share: one signature a role, so every stepper takes every kernel and the loop every stepper."""
 
+import hashlib
+from pathlib import Path
+
 from clearance.mechanism.store import COMPILED, KERNEL, njit, types
 
 float64, int64, complex128 = types.float64, types.int64, types.complex128
@@ -25,11 +28,23 @@ STEPS, REJECTED, EVALUATIONS, JACOBIANS, FACTORISATIONS, STATES, JACOBIAN_STATE,
 COUNTS_SIZE = 9
 
 
-def compiled(signature, **options):
-    """Compile for the whole package, once (plain Python when numba is switched off)."""
-    if not COMPILED:
-        return lambda function: function
-    return njit(signature, cache=True, error_model="numpy", **options)
+#: of all sources that steppers are compiled from: numba's cache looks at a function's own file only
+DIGEST = hashlib.sha256(b"".join(p.read_bytes() for p in sorted(Path(__file__).parent.glob("*.py")))).hexdigest()[:12]
+
+
+def compiled(signature):
+    """Compile for the whole package, once (plain Python when numba is switched off).
+
+    The digest in the qualified name gives an edited helper, tableau or constant a cache of its own.
+    """
+
+    def decorate(function):
+        if not COMPILED:
+            return function
+        function.__qualname__ = f"{function.__name__}_{DIGEST}"
+        return njit(signature, cache=True, error_model="numpy")(function)
+
+    return decorate
 
 
 def inline(function):
