@@ -27,7 +27,7 @@ def overview(result: Result, path: str | Path) -> Path:
     width = 6 // max(len(shown), 1)
     for i, name in enumerate(shown):
         orbit(result, name, figure.add_subplot(grid[2, i * width : (i + 1) * width]))
-    figure.suptitle(f"{result.attributes['case']}: {title(result)}")
+    figure.suptitle(": ".join(filter(None, (result.attributes["case"], title(result)))))
     path = Path(path)
     figure.savefig(path, dpi=130)
     return path
