@@ -148,8 +148,9 @@ def run_case(options) -> int:
     if options.plot and output.suffix == ".png":
         raise ValueError(f"-o {output}: the result would be overwritten by the picture; name the result file .h5")
     turns, until = _length(options, scene)
-    bar = _progress_bar(options)
-    if bar is not None:
+    watched = not options.json and sys.stderr.isatty()
+    bar = ProgressBar() if watched else None
+    if watched:
         logging.basicConfig(level=logging.INFO, format="%(message)s")
     began = time.perf_counter(), time.process_time()
     failure = None
@@ -177,17 +178,13 @@ def _length(options, scene) -> tuple[float | None, float | None]:
     """Turns or seconds: as asked for, else two turns, else two seconds where nothing turns at constant speed."""
     if options.turns is not None or options.until is not None:
         return options.turns, options.until
-    turning = any(getattr(load, "speed", None) and not hasattr(load.target, "axis") for load in scene.loads)
-    return (2.0, None) if turning else (None, 2.0)
+    return (None, 2.0) if scene.turn is None else (2.0, None)
 
 
-class _progress_bar:  # noqa: N801
-    """A progress bar on stderr, where a person looks on."""
+class ProgressBar:
+    """A progress bar on stderr."""
 
-    def __new__(cls, options):
-        return super().__new__(cls) if not options.json and sys.stderr.isatty() else None
-
-    def __init__(self, options):
+    def __init__(self):
         from tqdm import tqdm
 
         self.bar = tqdm(total=100, unit="%", bar_format="{l_bar}{bar}| {elapsed} passed, {remaining} left")

@@ -1,5 +1,6 @@
 """What moves a mechanism: drives, springs and dampers, forces and torques."""
 
+import math
 from dataclasses import dataclass
 
 from clearance import checks
@@ -85,6 +86,13 @@ class Drive(Load):
             self._set("speed_start", checks.finite(f"{self.label()}: speed_start", self.speed_start))
             if self.prescribes:
                 raise ValueError(f"{self.label()}: speed_start belongs to a torque or force drive")
+
+    @property
+    def turn(self) -> float | None:
+        """Duration of one turn [s], where the drive turns at constant speed."""
+        if not self.speed or isinstance(self.target, Prismatic):
+            return None
+        return 2.0 * math.pi / abs(self.speed)
 
     @property
     def prescribes(self) -> bool:

@@ -59,8 +59,11 @@ class ResultWriter:
         self.peaks: dict[str, float] = {}  # largest force by joint, of samples and contacts
         self.depths: dict[str, float] = {}  # largest penetration by joint, of its contacts
         self.turned_over = 0.0
-        work = [i for i, c in enumerate(channels) if c.path in ("energy/kinetic", "energy/input", "energy/dissipated")]
-        self.ledger = None if self.balance is None else LedgerWatch(work, self.balance)
+        self.ledger: LedgerWatch | None = None
+        places = {c.path: i for i, c in enumerate(channels)}
+        self.work = [places[p] for p in ("energy/input", "energy/dissipated") if p in places]
+        if self.balance is not None:
+            self.ledger = LedgerWatch([places["energy/kinetic"], *self.work], self.balance)
         self._create()
 
     def _create(self) -> None:
@@ -155,8 +158,7 @@ class ResultWriter:
 
     def energy_scale(self) -> float:
         """The energy turned over so far: total variation of the kinetic energy, or what went in or was taken out."""
-        work = [i for i, c in enumerate(self.channels) if c.path in ("energy/input", "energy/dissipated")]
-        return max([self.turned_over, *(self.high[i] - self.low[i] for i in work)])
+        return max([self.turned_over, *(self.high[i] - self.low[i] for i in self.work)])
 
     def close(self, status: str, solver: dict, warnings: list[str]) -> None:
         """Finish: state the status and the warnings, give the file its name."""

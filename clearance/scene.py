@@ -171,6 +171,12 @@ class Scene:
 
         return tuple(j for j in self.joints if isinstance(j, ClearanceRevolute))
 
+    @property
+    def turn(self) -> float | None:
+        """Duration of one turn of the first constant-speed rotating drive [s], if there is one."""
+        turns = (getattr(load, "turn", None) for load in self.loads)
+        return next((t for t in turns if t is not None), None)
+
     def to_json(self) -> str:
         """The scene as a JSON document (bodies, joints, loads with every number), for provenance."""
         document = {

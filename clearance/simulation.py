@@ -93,14 +93,14 @@ def simulate(
     if not store.is_known("rhs", mechanism.structure.texts["rhs"]):
         LOG.info("compiling: a structure this machine has not seen (the very first run also compiles the time loop)")
     span = _span(mechanism, turns, until, samples_per_turn, samples)
-    run = Run(mechanism, span, rtol, _method(scene, mechanism, method), max_step, max_steps)
+    run = Run(mechanism, span, rtol, choose_method(mechanism, method), max_step, max_steps)
     return run.to_file(path, progress)
 
 
 def _span(mechanism: Mechanism, turns, until, samples_per_turn, samples) -> Span:
     if (turns is None) == (until is None):
         raise ValueError("give the length of the run: either turns=N or until=SECONDS")
-    turn = mechanism.turn
+    turn = mechanism.scene.turn
     if until is None:
         turns = checks.positive("turns", turns)
         if turn is None:
@@ -115,9 +115,9 @@ def _span(mechanism: Mechanism, turns, until, samples_per_turn, samples) -> Span
     return Span(until, int(samples))
 
 
-def _method(scene: Scene, mechanism: Mechanism, method: str) -> tuple[str, str]:
+def choose_method(mechanism: Mechanism, method: str = "auto") -> tuple[str, str]:
     """Name of the stepper and why."""
-    films = [j.name for j in scene.clearance_joints if j.film is not None]
+    films = [j.name for j in mechanism.scene.clearance_joints if j.film is not None]
     if method == "radau" and mechanism.size == 0:
         raise ValueError("method radau: this scene has no degree of freedom to be stiff; use auto or dop853")
     if method != "auto":
@@ -125,6 +125,18 @@ def _method(scene: Scene, mechanism: Mechanism, method: str) -> tuple[str, str]:
     if films:
         return "radau", f"the film of joint {', '.join(films)} makes the scene stiff"
     return "dop853", "no film: the scene is not stiff between contacts"
+
+
+def kernel_roles(mechanism: Mechanism, method: str) -> list[str]:
+    """The kernels a run needs; roles the scene has no use for are never called and not compiled."""
+    needed = {
+        "rhs": True,
+        "jacobian": method == "radau",
+        "events": bool(mechanism.scene.clearance_joints),
+        "commit": bool(mechanism.structure.kinematics.remembered),
+        "observe": True,
+    }
+    return [role for role, used in needed.items() if used]
 
 
 class Run:
@@ -151,7 +163,7 @@ class Run:
         self.counts[t.STATES] = states
         self.clock, self.place = np.zeros(loop.CLOCK_SIZE), np.zeros(loop.PLACE_SIZE, np.int64)
         self.clock[loop.END] = span.until
-        self.clock[loop.LARGEST] = max_step or min(mechanism.turn or span.until, span.until) * LARGEST_SHARE
+        self.clock[loop.LARGEST] = max_step or min(scene.turn or span.until, span.until) * LARGEST_SHARE
         self.clock[loop.SAMPLE_EVERY] = span.until / (span.samples - 1)
         self.place[loop.SAMPLES] = span.samples
         self.place[loop.STEP_LIMIT] = max_steps or STEP_LIMIT
@@ -166,21 +178,15 @@ class Run:
         self.matrix = np.zeros((17 + states, max(size, 1)))
         self.complexes = np.zeros((states + 2, max(states, 1)), np.complex128)
         self.scratch = np.zeros((7, max(size, 3 * joints, 1)))
-        self.kernels = self._kernels(joints)
+        self.roles = kernel_roles(mechanism, self.method)
+        # the loop takes a kernel for every role; one that is not needed is never called, so any will do
+        order = ("rhs", "jacobian", "events", "commit", "observe")
+        self.kernels = tuple(mechanism.kernel(role if role in self.roles else "rhs") for role in order)
         self.spoilt = ""  # why the outputs cannot be trusted any more
 
     def _energy_scale(self) -> float:
         mass = sum(b.mass for b in self.mechanism.scene.bodies)
         return mass * (self.mechanism.start.size * self.mechanism.frequency) ** 2
-
-    def _kernels(self, joints: int) -> tuple:
-        """The kernels the loop needs; roles the scene has no use for are never called and not compiled."""
-        kernel = self.mechanism.kernel
-        rhs = kernel("rhs")
-        jacobian = kernel("jacobian") if self.method == "radau" else rhs
-        events = kernel("events") if joints else rhs
-        commit = kernel("commit") if self.place[self.loop.COMMITS] else rhs
-        return rhs, jacobian, events, commit, kernel("observe")
 
     def advance(self) -> int:
         """One call of the compiled loop."""
@@ -296,8 +302,7 @@ class Run:
 
     def _attributes(self) -> dict:
         scene, texts = self.mechanism.scene, self.mechanism.structure.texts
-        used = ["rhs", "observe", *(["jacobian"] if self.method == "radau" else [])]
-        return {"case": scene.name, "scene": scene.to_json(), "kernel": "\n\n".join(texts[r] for r in used)}
+        return {"case": scene.name, "scene": scene.to_json(), "kernel": "\n\n".join(texts[r] for r in self.roles)}
 
     def _summary(self, wall: float) -> dict:
         t = self.types

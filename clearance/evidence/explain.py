@@ -9,6 +9,7 @@ from clearance.joints import ClearanceRevolute, Joint
 from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.store import folder, is_known, key
 from clearance.scene import Scene
+from clearance.simulation import choose_method, kernel_roles
 
 SLOTS = ("contact", "friction", "film", "lubricant", "roughness")
 #: heavy packages a reader may want to see absent
@@ -20,6 +21,8 @@ def explain(scene: Scene) -> dict:
     """States, joint laws, kernel operations, channels and modules of a scene, as plain data."""
     mechanism = build(scene)
     structure = mechanism.structure
+    method, reason = choose_method(mechanism)
+    roles = kernel_roles(mechanism, method)
     return {
         "scene": scene.name,
         "bodies": [b.name for b in scene.bodies],
@@ -27,13 +30,15 @@ def explain(scene: Scene) -> dict:
         "joints": {j.name: _joint(j) for j in scene.joints},
         "loads": {load.name: type(load).__name__ for load in scene.loads},
         "plan": [{"bodies": g.label(), "solved": _solved(g)} for g in structure.plan.groups],
-        "kernels": {r: _kernel(r, t) for r, t in structure.texts.items() if _used(mechanism, r)},
-        "left_out": _left_out(mechanism),
+        "kernels": {r: _kernel(r, t) for r, t in structure.texts.items() if r in roles},
+        "left_out": _left_out(mechanism, roles),
         "parameters": len(structure.index),
         "derived_parameters": len(structure.slots.order),
         "channels": [c.path for c in structure.channels],
         "store": str(folder()),
-        "modules": _modules(mechanism),
+        "method": method,
+        "method_reason": reason,
+        "modules": _modules(method),
     }
 
 
@@ -59,15 +64,6 @@ def _solved(group) -> str:
     }.get(group.form, f"in closed form (dyad {group.form})")
 
 
-def _used(mechanism: Mechanism, role: str) -> bool:
-    joints = mechanism.scene.clearance_joints
-    return {
-        "jacobian": any(j.film is not None for j in joints),
-        "events": bool(joints),
-        "commit": bool(mechanism.structure.kinematics.remembered),
-    }.get(role, True)
-
-
 def _kernel(role: str, text: str) -> dict:
     body = text.rpartition(f"def {role}(")[2]
     operations = Counter(m for found in _OPERATION.findall(body) for m in found if m)
@@ -81,7 +77,7 @@ def _kernel(role: str, text: str) -> dict:
     }
 
 
-def _left_out(mechanism: Mechanism) -> list[str]:
+def _left_out(mechanism: Mechanism, roles: list[str]) -> list[str]:
     """Physics and code the package has and this scene does not carry."""
     scene, joints = mechanism.scene, mechanism.scene.clearance_joints
     missing = []
@@ -90,7 +86,7 @@ def _left_out(mechanism: Mechanism) -> list[str]:
     for slot in SLOTS:
         if not any(getattr(j, slot) is not None for j in joints):
             missing.append(slot)
-    if not _used(mechanism, "jacobian"):
+    if "jacobian" not in roles:
         missing.append("jacobian kernel (explicit stepper)")
     if all(g.form != "newton" for g in mechanism.structure.plan.groups):
         missing.append("Newton loops")
@@ -104,10 +100,9 @@ def _has(scene: Scene, kind: str) -> bool:
     return any(type(load).__name__ == kind for load in scene.loads)
 
 
-def _modules(mechanism: Mechanism) -> list[str]:
+def _modules(method: str) -> list[str]:
     """What is imported once everything a run of this scene needs has been imported."""
-    import_module("clearance.simulation")
     import_module("clearance.stepping.loop")
-    import_module("clearance.stepping.radau" if _used(mechanism, "jacobian") else "clearance.stepping.dop853")
+    import_module(f"clearance.stepping.{method}")
     own = [m for m in sys.modules if m.startswith("clearance.") and "_case_" not in m]
     return sorted(own) + [m for m in WATCHED if m in sys.modules]

@@ -32,6 +32,10 @@ class Start:
     size: float
     measured: tuple[ClearanceRevolute, ...] = ()
 
+    def driven(self, drive: Drive) -> float:
+        """Start value of a driven coordinate."""
+        return _coordinate(drive.target, self.pose)
+
     def slide(self, joint: Prismatic) -> tuple[float, float]:
         """Displacement of a prismatic joint and its rate."""
         return _slide(joint, self.pose), _slide_rate(joint, self.pose, self.velocity)
@@ -61,7 +65,7 @@ def assemble(scene: Scene) -> Start:
 
 @dataclass(frozen=True)
 class _Row:
-    """One constraint equation: what it belongs to, its residual, its gradient, and the rate it prescribes."""
+    """One constraint equation: what it belongs to, residual, gradient, and the rate a joint's start asks for."""
 
     label: str
     residual: float
@@ -125,18 +129,10 @@ class _System:
             elif drive.start is not None:
                 self.start[drive] = drive.start
             elif drive.prescribes:
-                self.start[drive] = self._coordinate(drive.target, {b: self._pose(q, b) for b in self._all()})
+                self.start[drive] = _coordinate(drive.target, {b: self._pose(q, b) for b in self._all()})
 
     def _all(self):
         return (*self.scene.bodies, ground)
-
-    @staticmethod
-    def _coordinate(target, pose) -> float:
-        if isinstance(target, Prismatic):
-            return _slide(target, pose)
-        if isinstance(target, Body):
-            return pose[target][2]
-        return pose[target.b.body][2] - pose[target.a.body][2]
 
     # --- geometry
     def _pose(self, q, body: Body):
@@ -206,7 +202,7 @@ class _System:
     def _drive_row(self, q, drive: Drive):
         target, slopes = drive.target, {}
         pose = {b: self._pose(q, b) for b in self._all()}
-        error = self._coordinate(target, pose) - self.start.get(drive, 0.0)
+        error = _coordinate(target, pose) - self.start.get(drive, 0.0)
         if isinstance(target, Prismatic):
             dx, dy = _turned(pose[target.a.body][2], *target.axis)
             slopes = self._gradient(target, self._arms(q, target), (dx, dy))
@@ -217,14 +213,7 @@ class _System:
         else:
             self._put(slopes, target.a.body, 2, -1.0)
             self._put(slopes, target.b.body, 2, 1.0)
-        return _Row(drive.label(), error, slopes, self._drive_rate(drive))
-
-    @staticmethod
-    def _drive_rate(drive: Drive) -> float:
-        """Rate of a driven coordinate at the start."""
-        if drive.motion is not None:
-            return _rate_at_start(drive.motion)
-        return (drive.speed if drive.prescribes else drive.speed_start) or 0.0
+        return _Row(drive.label(), error, slopes)
 
     # --- closing
     def closed(self, q: np.ndarray) -> np.ndarray:
@@ -244,13 +233,10 @@ class _System:
                 break
         labels, residual, _ = self.equations(best)
         if np.abs(residual).max(initial=0.0) > CLOSURE * self.size:
-            self._check_count(best)
+            # too many equations for any position? (a stretched loop is singular too, so look beside it)
+            self.check_rank(self.beside(best))
             self._report_open(labels, residual)
         return best
-
-    def _check_count(self, q: np.ndarray) -> None:
-        """Too many equations for any position (a stretched loop alone is singular too, so look beside it)."""
-        self.check_rank(self.beside(q))
 
     def beside(self, q: np.ndarray) -> np.ndarray:
         """Some position with nothing special about it."""
@@ -334,14 +320,24 @@ class _System:
         free[rough != 0.0] *= 1e-6
         drives = [d for d in self.drives if d.prescribes or d.speed_start is not None]
         rows = [*self._all_joint_rows(q), *(self._drive_row(q, d) for d in drives)]
+        rates = [r.rate for r in rows[: len(rows) - len(drives)]] + [_rate_at_start(d) for d in drives]
         matrix = self._matrix(q, rows)
-        missing = np.array([r.rate for r in rows]) - matrix @ rough
+        missing = np.array(rates) - matrix @ rough
         return rough + free * np.linalg.lstsq(matrix * free, missing, rcond=1e-12)[0]
 
 
 def _turned(angle: float, x: float, y: float) -> tuple[float, float]:
     c, s = math.cos(angle), math.sin(angle)
     return c * x - s * y, s * x + c * y
+
+
+def _coordinate(target: Body | Joint, pose) -> float:
+    """What a drive of this target drives: a body's angle, a relative angle, or a displacement."""
+    if isinstance(target, Prismatic):
+        return _slide(target, pose)
+    if isinstance(target, Body):
+        return pose[target][2]
+    return pose[target.b.body][2] - pose[target.a.body][2]
 
 
 def _joint_points(joint, pose):
@@ -369,11 +365,13 @@ def _slide_rate(joint: Prismatic, pose, velocity) -> float:
     return dx * x + dy * y
 
 
-def _rate_at_start(motion) -> float:
-    """First derivative of a prescribed motion at t = 0."""
+def _rate_at_start(drive: Drive) -> float:
+    """Rate of a driven coordinate at t = 0: the speed given, or the motion's first derivative."""
+    if drive.motion is None:
+        return drive.speed if drive.prescribes else drive.speed_start
     library = Library()
-    slope = library.run(library.jacobian(library.add(motion.law.function), (0,)))
-    return float(slope(0.0, *motion.numbers)[1])
+    slope = library.run(library.jacobian(library.add(drive.motion.law.function), (0,)))
+    return float(slope(0.0, *drive.motion.numbers)[1])
 
 
 def _size(scene: Scene) -> float:

@@ -58,14 +58,6 @@ class Mechanism:
         return max([*start, *speeds, gravity]) or 1.0
 
     @cached_property
-    def turn(self) -> float | None:
-        """Duration of one turn of the constant-speed drive [s], if there is one."""
-        turning = [
-            d.speed for d in self.scene.loads if isinstance(d, Drive) and d.speed and not hasattr(d.target, "axis")
-        ]
-        return 2.0 * math.pi / abs(turning[0]) if turning else None
-
-    @cached_property
     def scale(self) -> np.ndarray:
         """Natural size of each state: clearance for eccentricities, 1 rad for angles, the size for lengths."""
         lengths = [1.0 if c.what == "angle" else self.start.size for c in self.structure.plan.free]
@@ -79,8 +71,7 @@ def build(scene: Scene, ledger: bool = True) -> Mechanism:
     numbers = Numbers(scene)
     plan, cut = closed_plan(scene, start.measured), cut_plan(scene)
     for group in plan.groups:
-        if group.form in ("RRR", "RRP"):
-            check_reach(group, start.size)
+        check_reach(group, start.size)
     measured = tuple(j.name for j in start.measured)
     signature = (numbers.signature, plan.signature, cut.signature, measured, ledger)
     if signature not in _structures:
@@ -97,7 +88,7 @@ def _values(scene: Scene, structure: Structure, plan: Plan, numbers: Numbers, st
     """The scene's numbers, start values of drives, and the assembly modes of its dyads."""
     values = list(numbers.values)
     for drive in (d for d in scene.loads if isinstance(d, Drive) and d.speed is not None):
-        values[numbers.index[f"{drive.key}.start"]] = _driven(drive, start)
+        values[numbers.index[f"{drive.key}.start"]] = start.driven(drive)
     known = {**numbers.constants, **dict(zip(numbers.index, values, strict=True))}
     k = Kinematics(
         Trace(), known.__getitem__, {}, {j: j.eccentricity for j in scene.clearance_joints if j not in start.measured}
@@ -105,14 +96,6 @@ def _values(scene: Scene, structure: Structure, plan: Plan, numbers: Numbers, st
     for body, (x, y, angle) in start.pose.items():
         k.poses[body] = Pose(x, y, math.cos(angle), math.sin(angle), angle)
     return values + [mode(k, g) for g in plan.groups if f"mode.{g.label()}" in structure.modes]
-
-
-def _driven(drive: Drive, start: Start) -> float:
-    if hasattr(drive.target, "axis"):
-        return start.slide(drive.target)[0]
-    if drive.target in start.pose:
-        return start.pose[drive.target][2]
-    return start.pose[drive.target.b.body][2] - start.pose[drive.target.a.body][2]
 
 
 def _state(scene: Scene, plan: Plan, start: Start, ledger: bool) -> np.ndarray:

@@ -111,9 +111,8 @@ class Dynamics:
         arm = k.poses[body].turned(*local)
         x, y = (amount(self.calls, f"{load.key}.{n}", getattr(load, n), [self.time]) for n in ("x", "y"))
         result.add_at(body, arm, x, y)
-        vx, vy, w = self.motion[body]
-        power = x * (vx - w * arm[1]) + y * (vy + w * arm[0])
-        result.ledger.input_power = result.ledger.input_power + power
+        vx, vy = moved(self.motion[body], arm)
+        result.ledger.input_power = result.ledger.input_power + x * vx + y * vy
 
     def _torque(self, load, result: Applied) -> None:
         moment = amount(self.calls, f"{load.key}.torque", load.torque, [self.time])
@@ -165,7 +164,7 @@ class Dynamics:
 
         driven: accelerations of prescribed coordinates.
         """
-        number, bodies = self.kinematics.number, self.scene.bodies
+        bodies = self.scene.bodies
         self.trace.section = "bias accelerations"
         bias = self.propagation.field(driven, {}, self.motion)
         self.trace.section = "columns and projection"
@@ -173,9 +172,9 @@ class Dynamics:
         columns = [self.propagation.field({c: 1.0}, {}) for c in free]
         load = [0.0] * len(free)
         mass_matrix: dict[tuple[int, int], object] = {}
+        rest = self._unbalanced(applied, bias)
         for body in bodies:
-            inertia = [number(f"{body.key}.mass")] * 2 + [number(f"{body.key}.inertia")]
-            net = [w - m * b for w, m, b in zip(applied.wrench.get(body, ZERO), inertia, bias[body], strict=True)]
+            inertia, net = self._inertia(body), rest[body]
             for axis in range(3):
                 active = [(i, c[body][axis]) for i, c in enumerate(columns) if not _zero(c[body][axis])]
                 for i, slope in active:
@@ -193,6 +192,21 @@ class Dynamics:
                 for axis in range(3)
             )
         return result
+
+    def _inertia(self, body) -> list:
+        """Mass, mass, moment of inertia: what resists the three components of a body's acceleration."""
+        number = self.kinematics.number
+        return [number(f"{body.key}.mass")] * 2 + [number(f"{body.key}.inertia")]
+
+    def _unbalanced(self, applied: Applied, acceleration: dict) -> dict:
+        """What an acceleration leaves of each body's applied wrench."""
+        return {
+            body: tuple(
+                w - m * a
+                for w, m, a in zip(applied.wrench.get(body, ZERO), self._inertia(body), acceleration[body], strict=True)
+            )
+            for body in self.scene.bodies
+        }
 
     def coordinate_acceleration(self, coordinate, joint, acceleration: dict):
         """Second derivative of an independent coordinate from body accelerations."""
@@ -223,12 +237,7 @@ class Dynamics:
         Groups are walked backwards: closing forces from virtual work, then each body's balance gives the joint to its
         parent.
         """
-        number, rest = self.kinematics.number, {}
-        for body in self.scene.bodies:
-            inertia = [number(f"{body.key}.mass")] * 2 + [number(f"{body.key}.inertia")]
-            wrench = applied.wrench.get(body, ZERO)
-            rest[body] = tuple(w - m * a for w, m, a in zip(wrench, inertia, acceleration[body], strict=True))
-        open_wrench = Applied(dict(rest))
+        open_wrench = Applied(self._unbalanced(applied, acceleration))
         forces, efforts = {}, {}
         for index in reversed(range(len(self.plan.groups))):
             group = self.plan.groups[index]

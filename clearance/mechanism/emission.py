@@ -17,7 +17,7 @@ def kernel_text(structure, role: str, outputs: dict) -> str:
     target = "work" if role == "commit" else "out"
     body = trace.statements(outputs.values(), slots)
     body += [f"{target}[{i}] = {text(v)}" for i, v in sorted(outputs.items())]
-    called = [n.args[0] for n in slots.cut(trace, outputs.values()) if n.op == "call"]
+    called = [n.args[0] for n in slots.cut(outputs.values()) if n.op == "call"]
     functions = structure.library.sources(dict.fromkeys(called))
     header = HEADER.format(role=role)
     if not any("FilmJoint" in line for line in body):

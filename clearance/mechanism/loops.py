@@ -141,11 +141,11 @@ def place_rpr(k, group) -> None:
 
 
 def check_reach(group, size: float) -> None:
-    """A dyad's bodies need some length between their two pins (numbers of the scene, m)."""
+    """The hinged bodies of RRR and RRP need some length between their two pins (numbers of the scene, m)."""
+    if group.form not in ("RRR", "RRP"):
+        return
     (pin,) = group.closures
-    for attachment in group.attachments:
-        if isinstance(attachment.joint, Prismatic) or group.form == "RPR":
-            continue
+    for attachment in (a for a in group.attachments if not isinstance(a.joint, Prismatic)):
         body = attachment.body
         near, far = (j.b if j.b.body is body else j.a for j in (attachment.joint, pin))
         if math.hypot(far.x - near.x, far.y - near.y) < 1e-9 * size:

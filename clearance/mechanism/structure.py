@@ -134,8 +134,6 @@ class Structure:
             "observe": dict(enumerate(observed)),
         }
         self.slots = Slots(len(self.index))
-        for outputs in roles.values():
-            self.slots.claim(trace, outputs.values())
         self.texts = {r: emission.kernel_text(self, r, outputs) for r, outputs in roles.items()}
         scope: dict = {}
         exec(compile("import math\n" + self.slots.source(trace), "<derive>", "exec"), scope)  # noqa: S102

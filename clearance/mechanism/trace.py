@@ -263,13 +263,9 @@ class Trace:
 
     def statements(self, outputs: Iterable, slots: "Slots | None" = None) -> list[str]:
         """Code lines that compute the outputs. With `slots`, fixed values are read from derived parameters."""
-        outputs = list(outputs)
-        roots = outputs
-        if slots is not None:
-            slots.claim(self, outputs)
-            roots = slots.cut(self, outputs)
+        nodes = self.live(outputs) if slots is None else slots.claim(outputs)
         lines, section = [], None
-        for node in roots if slots is not None else self.live(outputs):
+        for node in nodes:
             if node.section != section and node.section:
                 lines.append(f"# {node.section}")
                 section = node.section
@@ -318,14 +314,16 @@ class Slots:
         self.order: list[Scalar] = []
         self._slot: dict[Scalar, int] = {}
 
-    def claim(self, trace: Trace, outputs: Iterable) -> None:
-        """Give a slot to each fixed value that unfixed code (or an output) reads."""
-        for node in self.cut(trace, outputs):
+    def claim(self, outputs: Iterable) -> list[Scalar]:
+        """Operations the outputs need; a fixed value among them gets a slot, and what it is made of stays out."""
+        nodes = self.cut(outputs)
+        for node in nodes:
             if node.fixed and node.op != "load" and node not in self._slot:
                 self._slot[node] = len(self.order)
                 self.order.append(node)
+        return nodes
 
-    def cut(self, trace: Trace, outputs: Iterable) -> list[Scalar]:
+    def cut(self, outputs: Iterable) -> list[Scalar]:
         """Live operations when the walk stops at fixed values."""
         needed, stack = set(), [o for o in outputs if isinstance(o, Scalar)]
         while stack:
