@@ -42,7 +42,7 @@ def parser() -> Parser:
     length.add_argument("--turns", type=_number, help="length in turns of the drive (default 2, or 2 s)")
     length.add_argument("--until", type=_quantity, metavar="S", help="length in seconds")
     run.add_argument("--rtol", type=_number, default=1e-6, metavar="R", help="local error tolerance (default 1e-6)")
-    run.add_argument("--method", default="auto", help="auto, dop853 or radau (default auto)")
+    run.add_argument("--method", default="auto", help="auto, dop853, rodas5p, radau5, radau9 or radau (default auto)")
     run.add_argument("--max-step", type=_quantity, metavar="S", help="longest step, where loads act briefly")
     run.add_argument(
         "--samples-per-turn", type=_number, default=400, metavar="N", help="output rows a turn (default 400)"

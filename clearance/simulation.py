@@ -24,7 +24,9 @@ from clearance.scene import Scene
 from clearance.stepping import status as codes
 
 LOG = logging.getLogger("clearance")
-METHODS = ("dop853", "radau")
+METHODS = ("dop853", "rodas5p", "radau5", "radau9")
+NEWTON_TOLERANCE = 0.05  # error left by Newton's method, of the error tolerance
+LOOSE, TIGHT = 1e-3, 3e-7  # tolerances between which radau5 is the fastest implicit method (clearance work-precision)
 SAMPLES_PER_TURN = 400
 ROWS = 1024  # output rows, steps and contacts held in memory between two writes
 LOG_ROWS = 4096
@@ -70,8 +72,10 @@ def simulate(
     """Integrate a scene and return its result.
 
     turns: length in turns of the constant-speed drive, or until: seconds. rtol: local error tolerance, relative to the
-    natural size of each state (clearance for eccentricities) plus its value. method: "auto" (radau where a film makes
-    the scene stiff, else dop853), "dop853" or "radau". samples_per_turn or samples (in all): output rows.
+    natural size of each state (clearance for eccentricities) plus its value. method: "auto" (dop853 where no film
+    makes the scene stiff, else the implicit method that is fastest at this rtol), "dop853" (explicit, order 8),
+    "rodas5p" (linearly implicit, order 5), "radau5", "radau9" (implicit, order 5 and 9) or "radau" (one of these two,
+    by rtol). samples_per_turn or samples (in all): output rows.
     path: write the HDF5 file there while running (default: a temporary file, see Result.save). energy: integrate the
     energy ledger. max_step: longest step [s] (default a 24th of a turn, or of the span); give one where loads act
     more briefly than that. max_steps: give up after so many. progress: called with the done share of the span.
@@ -87,13 +91,13 @@ def simulate(
         max_step = checks.positive("max_step", max_step)
     if not 1e-14 <= rtol <= 0.1:
         raise ValueError(f"rtol must lie in [1e-14, 0.1], got {rtol!r}")
-    if method not in ("auto", *METHODS):
-        raise ValueError(f"method must be auto, {' or '.join(METHODS)}, got {method!r}")
+    if method not in ("auto", "radau", *METHODS):
+        raise ValueError(f"method must be one of auto, radau, {', '.join(METHODS)}; got {method!r}")
     mechanism = build(scene, ledger=energy)
     if not store.is_known("rhs", mechanism.structure.texts["rhs"]):
         LOG.info("compiling: a structure this machine has not seen (the very first run also compiles the time loop)")
     span = _span(mechanism, turns, until, samples_per_turn, samples)
-    run = Run(mechanism, span, rtol, choose_method(mechanism, method), max_step, max_steps)
+    run = Run(mechanism, span, rtol, choose_method(mechanism, method, rtol), max_step, max_steps)
     return run.to_file(path, progress)
 
 
@@ -115,23 +119,31 @@ def _span(mechanism: Mechanism, turns, until, samples_per_turn, samples) -> Span
     return Span(until, int(samples))
 
 
-def choose_method(mechanism: Mechanism, method: str = "auto") -> tuple[str, str]:
+def choose_method(mechanism: Mechanism, method: str = "auto", rtol: float = 1e-6) -> tuple[str, str]:
     """Name of the stepper and why."""
     films = [j.name for j in mechanism.scene.clearance_joints if j.film is not None]
-    if method == "radau" and mechanism.size == 0:
-        raise ValueError("method radau: this scene has no degree of freedom to be stiff; use auto or dop853")
+    if method not in ("auto", "dop853") and mechanism.size == 0:
+        raise ValueError(f"method {method}: this scene has no degree of freedom to be stiff; use auto or dop853")
+    if method == "radau":
+        return _implicit(rtol, stages_only=True), "asked for radau; the number of stages suits rtol"
     if method != "auto":
         return method, "asked for"
-    if films:
-        return "radau", f"the film of joint {', '.join(films)} makes the scene stiff"
-    return "dop853", "no film: the scene is not stiff between contacts"
+    if not films:
+        return "dop853", "no film: the scene is not stiff between contacts"
+    return _implicit(rtol), f"the film of joint {', '.join(films)} makes the scene stiff; the fastest for this rtol"
+
+
+def _implicit(rtol: float, stages_only: bool = False) -> str:
+    if rtol >= LOOSE and not stages_only:
+        return "rodas5p"
+    return "radau9" if rtol < TIGHT else "radau5"
 
 
 def kernel_roles(mechanism: Mechanism, method: str) -> list[str]:
     """The kernels a run needs; roles the scene has no use for are never called and not compiled."""
     needed = {
         "rhs": True,
-        "jacobian": method == "radau",
+        "jacobian": method != "dop853",
         "events": bool(mechanism.scene.clearance_joints),
         "commit": bool(mechanism.structure.kinematics.remembered),
         "observe": True,
@@ -160,7 +172,9 @@ class Run:
         self.control, self.counts = np.zeros(t.CONTROL_SIZE), np.zeros(t.COUNTS_SIZE, np.int64)
         self.control[t.RTOL], self.control[t.ORDER] = rtol, self.stepper.ORDER
         self.control[t.EVALUATE_LEDGER] = float(size > mechanism.size)
-        self.counts[t.STATES] = states
+        self.counts[t.STATES], self.counts[t.COORDINATES] = states, mechanism.size // 2
+        self.control[t.CONVERGENCE], self.control[t.EFFORT] = 1.0, 0.9
+        self.control[t.NEWTON_TOLERANCE] = NEWTON_TOLERANCE
         self.clock, self.place = np.zeros(loop.CLOCK_SIZE), np.zeros(loop.PLACE_SIZE, np.int64)
         self.clock[loop.END] = span.until
         self.clock[loop.LARGEST] = max_step or min(scene.turn or span.until, span.until) * LARGEST_SHARE
@@ -175,13 +189,15 @@ class Run:
         self.times, self.rows = np.zeros(ROWS), np.zeros((ROWS, len(mechanism.structure.channels)))
         self.dense = np.zeros((t.DENSE_ROWS, size))
         self.vector = np.zeros(max(states * states, 1))
-        self.matrix = np.zeros((17 + states, max(size, 1)))
-        self.complexes = np.zeros((states + 2, max(states, 1)), np.complex128)
+        self.matrix = np.zeros((self.stepper.ROWS + states, max(size, 1)))
+        self.complexes = np.zeros((2 * (states + 2), max(states, 1)), np.complex128)
         self.scratch = np.zeros((7, max(size, 3 * joints, 1)))
         self.roles = kernel_roles(mechanism, self.method)
         # the loop takes a kernel for every role; one that is not needed is never called, so any will do
         order = ("rhs", "jacobian", "events", "commit", "observe")
-        self.kernels = tuple(mechanism.kernel(role if role in self.roles else "rhs") for role in order)
+        kernels = [mechanism.kernel(role if role in self.roles else "rhs") for role in order]
+        self.functions = [store.address(f, t.STEP) for f in (self.stepper.step, self.stepper.interpolant)]
+        self.functions += [store.address(k, t.KERNEL) for k in kernels]
         self.spoilt = ""  # why the outputs cannot be trusted any more
 
     def _energy_scale(self) -> float:
@@ -191,9 +207,9 @@ class Run:
     def advance(self) -> int:
         """One call of the compiled loop."""
         return self.loop.run(
-            self.stepper.step, self.stepper.interpolant, *self.kernels, self.mechanism.par, self.work, self.y, self.f,
-            self.scale, self.band, self.control, self.counts, self.clock, self.place, self.contacts, self.impacts,
-            self.log, self.times, self.rows, self.dense, self.vector, self.matrix, self.complexes, self.scratch, BUDGET,
+            *self.functions, self.mechanism.par, self.work, self.y, self.f, self.scale, self.band, self.control,
+            self.counts, self.clock, self.place, self.contacts, self.impacts, self.log, self.times, self.rows,
+            self.dense, self.vector, self.matrix, self.complexes, self.scratch, BUDGET,
         )  # fmt: skip
 
     def to_file(self, path: str | Path | None, progress: Callable[[float], None] | None) -> Result:

@@ -72,7 +72,7 @@ def test_units_and_readable_summary(tmp_path, capsys):
         (["--turns", "many"], "'many' is not a number"),
         (["--rtol", "0"], "rtol must be positive"),
         (["--rtol", "1"], "rtol must lie in [1e-14, 0.1]"),
-        (["--method", "euler"], "method must be auto, dop853 or radau, got 'euler'"),
+        (["--method", "euler"], "method must be one of auto, radau, dop853, rodas5p, radau5, radau9; got 'euler'"),
         (["--method", "radau", "-p", "model=ideal"], "no degree of freedom"),
         (["--turns", "1", "--until", "1s"], "not allowed with"),
     ],

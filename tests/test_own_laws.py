@@ -109,7 +109,7 @@ def test_a_brief_load_needs_and_gets_a_short_step():
 
     slider = cl.Body("slider", 2.0, 1e-3)
     scene = cl.Scene(cl.Prismatic(cl.ground, slider, name="g"), cl.Force(slider, x=blow(force=400.0)))
-    result = cl.simulate(scene, until=1.0, max_step=2e-4)
+    result = cl.simulate(scene, until=1.0, max_step=2e-4, rtol=1e-8)
     assert result["slider"].vx[-1] == pytest.approx(0.2, rel=1e-5)
 
 
@@ -186,7 +186,7 @@ def test_the_coordinate_passes_dead_centres_whatever_the_order(order, force):
     """Free or pushed by its piston: the crank is the coordinate, so dead centres are nothing special."""
     result = cl.simulate(engine(order, force), until=1.0, rtol=1e-9)
     assert result["crank"].theta[-1] > 20.0
-    assert np.abs(result.energy.residual).max() < 1e-7 * result.file["energy"].attrs["turned_over"]
+    assert np.abs(result.energy.residual).max() < 3e-7 * result.file["energy"].attrs["turned_over"]
 
 
 def test_a_torsion_spring_counts_whole_turns():

@@ -144,10 +144,10 @@ def test_leaving_out_imports():
             "import sys, json, clearance as cl\n"
             f"cl.simulate(cl.load_case('four_bar', model='{model}'), turns=0.02).close()\n"
             "watched = ('skfem', 'matplotlib', 'xarray', 'tqdm', 'pandas', 'dask')\n"
-            "steppers = ('clearance.stepping.radau', 'clearance.stepping.dop853')\n"
+            "steppers = ('clearance.stepping.radau5', 'clearance.stepping.dop853')\n"
             "print(json.dumps([n for n in (*watched, *steppers) if n in sys.modules]))"
         )
-        assert heavy == ["clearance.stepping.radau" if model == "lubricated" else "clearance.stepping.dop853"]
+        assert heavy == ["clearance.stepping.radau5" if model == "lubricated" else "clearance.stepping.dop853"]
 
 
 def test_reference_counting_stays_out_of_the_kernels():

@@ -1,4 +1,7 @@
-"""Small dense LU with partial pivoting, real and complex; the pivot rows are kept as numbers beside the matrix."""
+"""Small dense LU with partial pivoting, real and complex.
+
+The diagonal holds the inverse pivots: a division costs as much as a whole row. The pivot rows are kept as numbers.
+"""
 
 from clearance.stepping.types import inline
 
@@ -7,17 +10,20 @@ from clearance.stepping.types import inline
 def factor(a, pivots, n):
     """Overwrite a[:n, :n] by its LU factors."""
     for k in range(n):
-        best = k
+        best, largest = k, abs(a[k, k].real) + abs(a[k, k].imag)
         for i in range(k + 1, n):
-            if abs(a[i, k]) > abs(a[best, k]):
-                best = i
+            size = abs(a[i, k].real) + abs(a[i, k].imag)
+            if size > largest:
+                best, largest = i, size
         pivots[k] = best
         if best != k:
             for j in range(n):
                 a[k, j], a[best, j] = a[best, j], a[k, j]
+        inverse = 1.0 / a[k, k]
+        a[k, k] = inverse
         for i in range(k + 1, n):
             if a[i, k] != 0.0:
-                a[i, k] /= a[k, k]
+                a[i, k] *= inverse
                 for j in range(k + 1, n):
                     a[i, j] -= a[i, k] * a[k, j]
 
@@ -38,4 +44,4 @@ def solve(a, pivots, b, n):
         total = b[i]
         for j in range(i + 1, n):
             total -= a[i, j] * b[j]
-        b[i] = total / a[i, i]
+        b[i] = total * a[i, i]

@@ -8,11 +8,9 @@ stepper keeps its order; the impact speed is frozen in `work` when a contact sta
 import math
 from collections import namedtuple
 
-import numpy as np
-
-from clearance.mechanism.store import KERNEL
 from clearance.stepping import status
 from clearance.stepping.types import (
+    EFFORT,
     ERROR,
     HAS_PREDICTOR,
     INTEGERS,
@@ -21,21 +19,23 @@ from clearance.stepping.types import (
     LU_STATE,
     MATRIX,
     ORDER,
+    RATE,
     REJECTED,
     RTOL,
     STATES,
-    STEP,
     STEPS,
     VECTOR,
     compiled,
     complex128,
     inline,
     int64,
+    kernel_at,
+    step_at,
 )  # fmt: skip
 
 # entries of `clock`
-TIME, STEP_SIZE, END, LARGEST, SAMPLE_EVERY, BEGIN, CONTACT_STEP, FREE_STEP = range(8)
-CLOCK_SIZE = 8
+TIME, STEP_SIZE, END, LARGEST, SAMPLE_EVERY, BEGIN, CONTACT_STEP, FREE_STEP, LAST_STEP, LAST_ERROR = range(10)
+CLOCK_SIZE = 10
 # entries of `place`
 SAMPLE, SAMPLES, ROWS, LOGGED, EVENTS, STEP_LIMIT, STARTED, COMMITS, LAST_REFUSAL, FAILED_JOINT, FLIPS = range(11)
 PLACE_SIZE = 11
@@ -48,7 +48,9 @@ LOG_COLUMNS = 3  # time at the end, step, error over tolerance
 PROBES = 8  # interior places where a step is searched for contact
 FLIP_LIMIT = 100  # contact changes without advance in time before the run counts as stuck
 BAND = 1e-13  # dead band of a touch, relative to the clearance
-SAFETY, SHRINK, GROW = 0.9, 0.2, 5.0
+SAFETY, SHRINK, GROW = 0.9, 0.2, 4.0
+NEWTON_FAILED = 0.5  # the step after one whose equations could not be solved
+GOOD_RATE = 0.2  # a rate of convergence that Newton's method should not exceed in the next step
 
 # what a run is made of: the compiled functions it calls, and its arrays
 Calls = namedtuple("Calls", "step interpolant rhs jacobian events commit observe")
@@ -57,6 +59,12 @@ State = namedtuple(
     "par work y f scale band control counts clock place contacts impacts log times rows dense vector matrix complexes "
     "y_new f_new trial before after probed found",
 )
+
+
+@inline
+def copy(source, target):
+    for i in range(source.size):
+        target[i] = source[i]
 
 
 # --- one step and its dense output
@@ -169,7 +177,7 @@ def first_event(call, s, t, h):
     """(joint, theta) of the first contact start or end inside the last step; joint -1 if there is none."""
     joints = s.contacts.shape[0]
     probe(call, s, t, h, 0.0)
-    s.probed[:] = s.found
+    copy(s.found, s.probed)
     for p in range(PROBES):
         best_joint, best = -1, 2.0
         for j in range(joints):
@@ -180,7 +188,7 @@ def first_event(call, s, t, h):
         if best_joint >= 0:
             return best_joint, best
         probe(call, s, t, h, (p + 1) / PROBES)
-        s.probed[:] = s.found
+        copy(s.found, s.probed)
     return -1, 2.0
 
 
@@ -242,8 +250,8 @@ def track_peaks(call, s, t, h):
                     best = max(value, golden(call, s, t, h, entry, (p if bends else p - 1) / PROBES))
                     probe(call, s, t, h, p / PROBES)
                 s.contacts[j, column] = max(s.contacts[j, column], best)
-        s.before[:] = s.probed
-        s.probed[:] = s.found
+        copy(s.probed, s.before)
+        copy(s.found, s.probed)
 
 
 @inline
@@ -283,9 +291,9 @@ def sample(call, s, t, h):
         if s.place[ROWS] == s.times.size:
             return False
         if h == 0.0:
-            s.trial[:] = s.y
+            copy(s.y, s.trial)
         elif at == t + h:
-            s.trial[:] = s.y_new
+            copy(s.y_new, s.trial)
         else:
             evaluate(s, (at - t) / h)
         call.observe(at, s.trial, s.par, s.work, s.rows[s.place[ROWS]])
@@ -308,7 +316,8 @@ def first_step(call, s, t):
     h = s.clock[LARGEST]
     if rate > 0.0:
         h = min(h, 0.01 * math.sqrt(size / rate))
-    s.trial[:] = s.y + h * s.f
+    for i in range(s.y.size):
+        s.trial[i] = s.y[i] + h * s.f[i]
     call.rhs(t + h, s.trial, s.par, s.work, s.f_new)
     for i in range(states):
         bend += ((s.f_new[i] - s.f[i]) / (rtol * (s.scale[i] + abs(s.y[i])))) ** 2
@@ -337,14 +346,24 @@ def shrink(s, h, factor, code):
 
 @inline
 def grow(s, h):
-    """The step after an accepted one; small changes are not worth a new factorisation."""
-    factor = GROW
-    if s.control[ERROR] > 0.0:
-        factor = min(GROW, max(SHRINK, SAFETY * s.control[ERROR] ** (-1.0 / s.control[ORDER])))
+    """The step after an accepted one, from its error and from how the error grew since the step before.
+
+    The second is Gustafsson's predictive control (ACM Trans. Math. Softw. 20, 1994): it sees a stiffer stretch coming.
+    Small changes are not worth a new factorisation.
+    """
+    error, power, factor = max(s.control[ERROR], 1e-10), 1.0 / s.control[ORDER], s.control[EFFORT]
+    wanted = factor * error**-power
+    if s.clock[LAST_STEP] > 0.0:
+        predicted = factor * h / s.clock[LAST_STEP] * (s.clock[LAST_ERROR] / (error * error)) ** power
+        wanted = min(wanted, predicted)
+    wanted = min(GROW, max(SHRINK, wanted))
+    if s.control[RATE] > 0.0:
+        wanted = min(wanted, max(0.5, GOOD_RATE / s.control[RATE]))
     if s.place[LAST_REFUSAL] > 0:
-        factor = min(factor, 1.0)
+        wanted = min(wanted, 1.0)
     s.place[LAST_REFUSAL] = 0
-    s.clock[STEP_SIZE] = h if 1.0 <= factor <= 1.2 else h * factor
+    s.clock[LAST_STEP], s.clock[LAST_ERROR] = h, max(error, 1e-2)
+    s.clock[STEP_SIZE] = h if 1.0 <= wanted <= 1.2 else h * wanted
 
 
 @inline
@@ -356,6 +375,7 @@ def change_phase(call, s, event, t):
     switch(s, event, t, s.after)
     call.rhs(t, s.y, s.par, s.work, s.f)
     s.clock[STEP_SIZE] = max(first_step(call, s, t), s.clock[kept])
+    s.clock[LAST_STEP] = 0.0
     invalidate(s)
 
 
@@ -370,12 +390,21 @@ def begin(call, s):
             if s.contacts[j, IS_CONTACT] > 0.0 and s.before[3 * j] > 0.0:
                 switch(s, j, t, s.before)
     call.rhs(t, s.y, s.par, s.work, s.f)
-    if not np.all(np.isfinite(s.f)):
-        return status.NOT_FINITE
+    for i in range(s.f.size):
+        if not math.isfinite(s.f[i]):
+            return status.NOT_FINITE
     sample(call, s, t, 0.0)
     s.clock[STEP_SIZE] = first_step(call, s, t)
     s.place[STARTED] = 1
     return status.RUNNING
+
+
+@inline
+def in_contact(s):
+    open_contacts = 0.0
+    for j in range(s.contacts.shape[0]):
+        open_contacts += s.contacts[j, TOUCHING]
+    return open_contacts > 0.0
 
 
 @inline
@@ -390,7 +419,7 @@ def buffers_full(s):
 @inline
 def accept(call, s, t, h):
     """Take the step just made: sample, advance, log. False if the output buffer is full (the step is made again)."""
-    touching = np.any(s.contacts[:, TOUCHING] > 0.0)
+    touching = in_contact(s)
     if touching or s.place[SAMPLE] < s.place[SAMPLES] and next_sample(s) <= t + h:
         interpolate(call, s, t, h)
     if touching:
@@ -398,8 +427,8 @@ def accept(call, s, t, h):
     if not sample(call, s, t, h):
         return False
     s.clock[TIME] = s.clock[END] if t + h >= s.clock[END] else t + h
-    s.y[:] = s.y_new
-    s.f[:] = s.f_new
+    copy(s.y_new, s.y)
+    copy(s.f_new, s.f)
     s.counts[STEPS] += 1
     s.place[FLIPS] = 0
     row = s.log[s.place[LOGGED]]
@@ -428,7 +457,7 @@ def advance(call, s):
         return status.NOT_FINITE if s.place[LAST_REFUSAL] == 2 else status.STEP_TOO_SMALL
     code = attempt(call, s, t, h)
     if code != 0:
-        shrink(s, h, 0.25, code)
+        shrink(s, h, NEWTON_FAILED, code)
         return status.RUNNING
     if s.control[ERROR] > 1.0:
         shrink(s, h, max(SHRINK, SAFETY * s.control[ERROR] ** (-1.0 / s.control[ORDER])), 1)
@@ -461,7 +490,7 @@ def advance(call, s):
 
 
 LOOP_SIGNATURE = int64(
-    STEP, STEP, KERNEL, KERNEL, KERNEL, KERNEL, KERNEL, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR,
+    int64, int64, int64, int64, int64, int64, int64, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR,
     INTEGERS, VECTOR, INTEGERS, MATRIX, MATRIX, MATRIX, VECTOR, MATRIX, MATRIX, VECTOR, MATRIX, complex128[:, ::1],
     MATRIX, int64,
 )  # fmt: skip
@@ -472,9 +501,15 @@ def run(
     step, interpolant, rhs, jacobian, events, commit, observe, par, work, y, f, scale, band, control, counts,
     clock, place, contacts, impacts, log, times, rows, dense, vector, matrix, complexes, scratch, budget,
 ):  # fmt: skip
-    """Advance until done, failed, a buffer is full or `budget` trial steps are spent. Returns a status code."""
+    """Advance until done, failed, a buffer is full or `budget` trial steps are spent. Returns a status code.
+
+    Functions come as their addresses, see store.address.
+    """
     size, events_size = y.size, 3 * contacts.shape[0]
-    call = Calls(step, interpolant, rhs, jacobian, events, commit, observe)
+    call = Calls(
+        step_at(step), step_at(interpolant), kernel_at(rhs), kernel_at(jacobian), kernel_at(events), kernel_at(commit),
+        kernel_at(observe),
+    )  # fmt: skip
     s = State(
         par, work, y, f, scale, band, control, counts, clock, place, contacts, impacts, log, times, rows, dense, vector,
         matrix, complexes, scratch[0, :size], scratch[1, :size], scratch[2, :size], scratch[3, :events_size],

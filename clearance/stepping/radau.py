@@ -1,15 +1,22 @@
-"""Radau IIA with three stages: implicit, order 5, L-stable; simplified Newton with the kernel's exact Jacobian.
+"""Radau IIA with three and five stages: implicit, of order 5 and 9, stiffly accurate; simplified Newton.
 
-Follows Hairer and Wanner, Solving Ordinary Differential Equations II (1996), section IV.8: one real and one complex
-system a step, starting values from the last step's collocation polynomial, the Jacobian kept while Newton converges
-fast. The ledger (energy input and dissipated) does not feed back: it is integrated by the same collocation, afterwards.
+Follows Hairer and Wanner, Solving Ordinary Differential Equations II (1996), section IV.8, with two changes that
+mechanics allows. The rates of the coordinates are themselves states, so the stages of the coordinates follow from those
+of the rates exactly, and Newton only works on the rates: half the unknowns. And the kernel's Jacobian is exact and as
+cheap as a few right-hand sides, so it is renewed nearly every step. Starting values come from the last step's
+collocation polynomial. The ledger (energy input and dissipated) does not feed back: it is integrated by the same
+collocation, afterwards.
+
+`radau5` and `radau9` are the steppers; a scheme's tables are compile-time constants of each.
 """
 
 import math
 
-from clearance.stepping import tableaus
 from clearance.stepping.linear import factor, solve
 from clearance.stepping.types import (
+    CONVERGENCE,
+    COORDINATES,
+    EFFORT,
     ERROR,
     EVALUATE_LEDGER,
     EVALUATIONS,
@@ -19,189 +26,281 @@ from clearance.stepping.types import (
     JACOBIANS,
     LAST_H,
     LU_STATE,
+    NEWTON_TOLERANCE,
+    RATE,
     RTOL,
     STATES,
-    STEP_SIGNATURE,
-    compiled,
     inline,
 )  # fmt: skip
 
-A, C, E = tableaus.RADAU_A, tableaus.RADAU_C, tableaus.RADAU_E
-T, TI = tableaus.RADAU_T, tableaus.RADAU_TI
-REAL, COMPLEX = tableaus.RADAU_REAL, tableaus.RADAU_COMPLEX
-ORDER = 4
 ITERATIONS = 10
+SAFETY = 0.9  # of the error tolerance
+UNPREDICTED, FRESH = 0, 1
 
-# rows of `matrix`: stages z, their derivatives, transformed w, trial, error, predictor polynomial (3), then the real LU
-Z, F, W, TRIAL, CORRECTION, POLYNOMIAL, PIVOTS, LU = 0, 3, 6, 9, 10, 11, 14, 15
-
-
-@inline
-def _predicted(m, h, control, counts, size):
-    """Stages from the last collocation polynomial, or zero."""
-    ratio = h / control[LAST_H] if control[LAST_H] > 0.0 else 0.0
-    for s in range(3):
-        x = 1.0 + ratio * C[s]
-        for i in range(size):
-            if counts[HAS_PREDICTOR] == 1:
-                a, b, c = m[POLYNOMIAL, i], m[POLYNOMIAL + 1, i], m[POLYNOMIAL + 2, i]
-                m[Z + s, i] = x * (a + (1.0 - x) * (b + x * c)) - a
-            else:
-                m[Z + s, i] = 0.0
+# rows of `matrix` after the stages, their derivatives, the transformed stages and the predictor polynomial
+TRIAL, CORRECTION, WEIGHT, PIVOTS, LU = range(5)
 
 
 @inline
-def _collocation(m, size):
-    """Coefficients of y(theta) - y0 = theta (a + (1 - theta) (b + theta c)) through the stages."""
-    c1, c2 = C[0], C[1]
+def predict(k, m, h, control, counts, y, n):
+    """Stages of the rates from the last collocation polynomial, or zero; those of the coordinates follow."""
+    stages, p = k.c.size, counts[COORDINATES]
+    polynomial = 3 * stages
+    ratio = h / control[LAST_H] if counts[HAS_PREDICTOR] == 1 else 0.0
+    for s in range(stages):
+        x = 1.0 + ratio * k.c[s]
+        for i in range(p, n):
+            value = 0.0
+            if ratio > 0.0:
+                for r in range(stages - 1, -1, -1):
+                    value = (value + m[polynomial + r, i]) * (x if r % 2 == 0 else 1.0 - x)
+                value -= m[polynomial, i]
+            m[s, i] = value
+    follow(k, m, h, y, p)
+    for s in range(stages):
+        for i in range(p, n):
+            total = 0.0
+            for j in range(stages):
+                total += k.ti[s, j] * m[j, i]
+            m[2 * stages + s, i] = total
+
+
+@inline
+def follow(k, m, h, y, p):
+    """Stages of the coordinates from those of their rates."""
+    stages = k.c.size
+    for s in range(stages):
+        for i in range(p):
+            total = k.c[s] * y[p + i]
+            for j in range(stages):
+                total += k.a[s, j] * m[j, p + i]
+            m[s, i] = h * total
+
+
+@inline
+def factorise(k, vector, m, complexes, counts, h, n):
+    """LU of the Newton matrices of the rates, one real and one complex for each pair of eigenvalues.
+
+    With q' = u and J the Jacobian, (g - J) (dq, du) = (0, r) is (g - J_u - J_q / g) du = r, dq = du / g.
+    """
+    p, real = counts[COORDINATES], 4 * k.c.size + LU
+    size = n - p
+    g = k.real / h
     for i in range(size):
-        a = m[Z + 2, i]
-        g1 = (m[Z, i] / c1 - a) / (1.0 - c1)
-        g2 = (m[Z + 1, i] / c2 - a) / (1.0 - c2)
-        slope = (g2 - g1) / (c2 - c1)
-        m[POLYNOMIAL, i], m[POLYNOMIAL + 1, i], m[POLYNOMIAL + 2, i] = a, g1 - c1 * slope, slope
-
-
-@inline
-def _factorise(vector, m, complexes, counts, h, n):
-    for i in range(n):
-        for j in range(n):
-            m[LU + i, j] = -vector[i * n + j]
-            complexes[i, j] = -vector[i * n + j]
-        m[LU + i, i] += REAL / h
-        complexes[i, i] += COMPLEX / h
-    factor(m[LU : LU + n], m[PIVOTS], n)
-    factor(complexes, complexes[n], n)
+        row = (p + i) * n
+        for j in range(size):
+            m[real + i, j] = -vector[row + p + j]
+        for j in range(p):
+            m[real + i, j] -= vector[row + j] / g
+        m[real + i, i] += g
+    factor(m[real : real + size], m[real - 1], size)
+    for pair in range(k.pairs.size):
+        first = pair * (size + 2)
+        z = k.pairs[pair] / h
+        inverse = 1.0 / z
+        for i in range(size):
+            row = (p + i) * n
+            for j in range(size):
+                complexes[first + i, j] = -vector[row + p + j]
+            for j in range(p):
+                complexes[first + i, j] -= vector[row + j] * inverse
+            complexes[first + i, i] += z
+        factor(complexes[first : first + size], complexes[first + size], size)
     counts[FACTORISATIONS] += 1
     counts[LU_STATE] = 1
 
 
 @inline
-def _newton(rhs, t, h, y, par, work, scale, control, counts, m, complexes, n):
+def correct(k, m, complexes, h, p, n):
+    """One Newton correction of the transformed rates; returns its squared norm over tolerance."""
+    stages, size, real = k.c.size, n - p, 4 * k.c.size + LU
+    correction, weight = m[real - 3], m[real - 2]
+    w, f = 2 * stages, stages
+    g = k.real / h
+    for i in range(p, n):
+        total = -g * m[w, i]
+        for s in range(stages):
+            total += k.ti[0, s] * m[f + s, i]
+        correction[i - p] = total
+    solve(m[real : real + size], m[real - 1], correction, size)
+    norm = 0.0
+    for i in range(size):
+        m[w, p + i] += correction[i]
+        own = weight[p + i] ** 2 + ((weight[i] / g) ** 2 if i < p else 0.0)
+        norm += own * correction[i] ** 2
+    for pair in range(k.pairs.size):
+        first, row = pair * (size + 2), 1 + 2 * pair
+        right = complexes[first + size + 1]
+        z = k.pairs[pair] / h
+        for i in range(p, n):
+            a, b = 0.0, 0.0
+            for s in range(stages):
+                a += k.ti[row, s] * m[f + s, i]
+                b += k.ti[row + 1, s] * m[f + s, i]
+            right[i - p] = complex(a, b) - z * complex(m[w + row, i], m[w + row + 1, i])
+        solve(complexes[first : first + size], complexes[first + size], right, size)
+        length = z.real * z.real + z.imag * z.imag
+        for i in range(size):
+            a, b = right[i].real, right[i].imag
+            m[w + row, p + i] += a
+            m[w + row + 1, p + i] += b
+            own = weight[p + i] ** 2 + (weight[i] ** 2 / length if i < p else 0.0)
+            norm += own * (a * a + b * b)
+    return norm
+
+
+@inline
+def newton(k, rhs, t, h, y, par, work, control, counts, m, complexes, n):
     """Simplified Newton on the transformed stages. 0 converged, 1 not, 2 not finite; and the rate of convergence."""
-    tolerance = max(2e-15 / control[RTOL], min(0.03, math.sqrt(control[RTOL])))
-    right = complexes[n + 1]
-    trial, correction = m[TRIAL], m[CORRECTION]
-    for s in range(3):
-        for i in range(n):
-            m[W + s, i] = TI[s, 0] * m[Z, i] + TI[s, 1] * m[Z + 1, i] + TI[s, 2] * m[Z + 2, i]
+    stages, p = k.c.size, counts[COORDINATES]
+    trial = m[4 * stages + TRIAL]
+    tolerance = max(2e-15 / control[RTOL], control[NEWTON_TOLERANCE])
     for i in range(n, y.size):
         trial[i] = y[i]
-    old, rate = 0.0, 0.0
+    old, rate, factor_of_rate = 0.0, 0.0, max(control[CONVERGENCE], 1e-16) ** 0.8
     for iteration in range(ITERATIONS):
-        for s in range(3):
+        for s in range(stages):
             for i in range(n):
-                trial[i] = y[i] + m[Z + s, i]
-            rhs(t + C[s] * h, trial, par, work, m[F + s])
-        counts[EVALUATIONS] += 3
-        for i in range(n):
-            f0, f1, f2 = m[F, i], m[F + 1, i], m[F + 2, i]
-            correction[i] = TI[0, 0] * f0 + TI[0, 1] * f1 + TI[0, 2] * f2 - REAL / h * m[W, i]
-            real = TI[1, 0] * f0 + TI[1, 1] * f1 + TI[1, 2] * f2
-            imaginary = TI[2, 0] * f0 + TI[2, 1] * f1 + TI[2, 2] * f2
-            right[i] = complex(real, imaginary) - COMPLEX / h * complex(m[W + 1, i], m[W + 2, i])
-        solve(m[LU : LU + n], m[PIVOTS], correction, n)
-        solve(complexes, complexes[n], right, n)
-        norm = 0.0
-        for i in range(n):
-            weight = control[RTOL] * (scale[i] + abs(y[i]))
-            norm += (correction[i] ** 2 + right[i].real ** 2 + right[i].imag ** 2) / weight**2
-        norm = math.sqrt(norm / (3 * n))
+                trial[i] = y[i] + m[s, i]
+            rhs(t + k.c[s] * h, trial, par, work, m[stages + s])
+        counts[EVALUATIONS] += stages
+        norm = math.sqrt(correct(k, m, complexes, h, p, n) / (stages * n))
         if not math.isfinite(norm):
             return 2, 1.0
         if iteration > 0:
             rate = norm / old if old > 0.0 else 0.0
-            if rate >= 1.0 or rate ** (ITERATIONS - iteration) / (1.0 - rate) * norm > tolerance:
+            if rate >= 1.0 or rate ** (ITERATIONS - 1 - iteration) / (1.0 - rate) * norm > tolerance:
                 return 1, rate
-        for i in range(n):
-            m[W, i] += correction[i]
-            m[W + 1, i] += right[i].real
-            m[W + 2, i] += right[i].imag
-            for s in range(3):
-                m[Z + s, i] = T[s, 0] * m[W, i] + T[s, 1] * m[W + 1, i] + T[s, 2] * m[W + 2, i]
-        if norm == 0.0 or iteration > 0 and rate / (1.0 - rate) * norm < tolerance:
+            factor_of_rate = rate / (1.0 - rate)
+        for s in range(stages):
+            for i in range(p, n):
+                total = 0.0
+                for j in range(stages):
+                    total += k.t[s, j] * m[2 * stages + j, i]
+                m[s, i] = total
+        follow(k, m, h, y, p)
+        if norm == 0.0 or factor_of_rate * norm < tolerance:
+            control[CONVERGENCE] = factor_of_rate
+            control[RATE] = rate
+            control[EFFORT] = SAFETY * (2 * ITERATIONS + 1) / (2 * ITERATIONS + 1 + iteration)
             return 0, rate
         old = norm
     return 1, rate
 
 
 @inline
-def _error(rhs, t, h, y, f, par, work, scale, control, counts, m, n):
+def error_norm(k, rhs, t, h, y, f, par, work, counts, vector, m, n):
     """Error over tolerance; filtered a second time where the first answer would reject the step."""
-    estimate, trial = m[CORRECTION], m[TRIAL]
+    stages, p, real = k.c.size, counts[COORDINATES], 4 * k.c.size + LU
+    size = n - p
+    correction, trial, weight = m[real - 3], m[real - 4], m[real - 2]
+    g, norm = k.real / h, 0.0
     for attempt in range(2):
         for i in range(n):
-            base = f[i] if attempt == 0 else m[F, i]
-            estimate[i] = base + (E[0] * m[Z, i] + E[1] * m[Z + 1, i] + E[2] * m[Z + 2, i]) / h
-        solve(m[LU : LU + n], m[PIVOTS], estimate, n)
+            total = f[i] if attempt == 0 else m[stages, i]
+            for s in range(stages):
+                total += k.e[s] * m[s, i] / h
+            trial[i] = total
+        for i in range(size):
+            total, row = trial[p + i], (p + i) * n
+            for j in range(p):
+                total += vector[row + j] * trial[j] / g
+            correction[i] = total
+        solve(m[real : real + size], m[real - 1], correction, size)
         total = 0.0
         for i in range(n):
-            weight = control[RTOL] * (scale[i] + max(abs(y[i]), abs(y[i] + m[Z + 2, i])))
-            total += (estimate[i] / weight) ** 2
+            trial[i] = (trial[i] + correction[i]) / g if i < p else correction[i - p]
+            total += (trial[i] * weight[i]) ** 2
         norm = math.sqrt(total / n)
         if attempt == 1 or norm < 1.0 or not math.isfinite(norm):
             break
         for i in range(n):
-            trial[i] = y[i] + estimate[i]
+            trial[i] += y[i]
         for i in range(n, y.size):
             trial[i] = y[i]
-        rhs(t, trial, par, work, m[F])
+        rhs(t, trial, par, work, m[stages])
         counts[EVALUATIONS] += 1
     return norm
 
 
 @inline
-def _ledger(rhs, t, h, y, par, work, counts, m, n):
+def ledger(k, rhs, t, h, y, par, work, counts, m, n):
     """Stages of the energy integrals from the powers at the converged stages."""
-    trial = m[TRIAL]
-    for s in range(3):
+    stages = k.c.size
+    trial = m[4 * stages + TRIAL]
+    for s in range(stages):
         for i in range(n):
-            trial[i] = y[i] + m[Z + s, i]
+            trial[i] = y[i] + m[s, i]
         for i in range(n, y.size):
             trial[i] = y[i]
-        rhs(t + C[s] * h, trial, par, work, m[F + s])
-    counts[EVALUATIONS] += 3
+        rhs(t + k.c[s] * h, trial, par, work, m[stages + s])
+    counts[EVALUATIONS] += stages
     for i in range(n, y.size):
-        for s in range(3):
-            m[Z + s, i] = h * (A[s, 0] * m[F, i] + A[s, 1] * m[F + 1, i] + A[s, 2] * m[F + 2, i])
+        for s in range(stages):
+            total = 0.0
+            for j in range(stages):
+                total += k.a[s, j] * m[stages + j, i]
+            m[s, i] = h * total
 
 
-@compiled(STEP_SIGNATURE)
-def step(rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, m, complexes):
+@inline
+def collocate(k, m, size):
+    """Rows of the nested dense output through the stages: the predictor of the next step."""
+    stages = k.c.size
+    for i in range(size):
+        for r in range(stages):
+            total = 0.0
+            for s in range(stages):
+                total += k.basis[r, s] * m[s, i]
+            m[3 * stages + r, i] = total
+
+
+@inline
+def slopes(k, h, f_new, m, size):
+    """y' at the end of the step: that of the collocation polynomial, which is f(y_new) once Newton has converged."""
+    stages = k.c.size
+    for i in range(size):
+        total = 0.0
+        for s in range(stages):
+            total += k.end[s] * m[s, i]
+        f_new[i] = total / h
+
+
+@inline
+def advance(k, rhs, jacobian, t, h, y, f, par, work, y_new, f_new, scale, control, counts, vector, m, complexes):
     """One step from y with f = y' to y_new with f_new; error over tolerance in control[ERROR]. 0 if it worked."""
-    size, n = y.size, counts[STATES]
+    size, n, stages = y.size, counts[STATES], k.c.size
+    weight = m[4 * stages + WEIGHT]
+    for i in range(n):
+        weight[i] = 1.0 / (control[RTOL] * (scale[i] + abs(y[i])))
+    answer, rate = 1, 1.0
     for _attempt in range(2):
         fresh = counts[JACOBIAN_STATE] != 1
         if fresh:
-            for i in range(n * n):
-                vector[i] = 0.0
             jacobian(t, y, par, work, vector)
             counts[JACOBIANS] += 1
             counts[JACOBIAN_STATE], counts[LU_STATE] = 1, 0
         if counts[LU_STATE] != 1 or control[LAST_H] != h:
-            _factorise(vector, m, complexes, counts, h, n)
-        _predicted(m, h, control, counts, n)
-        answer, rate = _newton(rhs, t, h, y, par, work, scale, control, counts, m, complexes, n)
+            factorise(k, vector, m, complexes, counts, h, n)
+        predict(k, m, h, control, counts, y, n)
+        answer, rate = newton(k, rhs, t, h, y, par, work, control, counts, m, complexes, n)
         if answer == 0 or fresh:
             break
         counts[JACOBIAN_STATE] = 0
     if answer != 0:
-        counts[HAS_PREDICTOR], counts[LU_STATE] = 0, 0
+        counts[HAS_PREDICTOR], counts[LU_STATE], control[CONVERGENCE] = 0, 0, 1.0
         return answer
-    error = _error(rhs, t, h, y, f, par, work, scale, control, counts, m, n)
+    error = error_norm(k, rhs, t, h, y, f, par, work, counts, vector, m, n)
     control[ERROR] = error
     if error > 1.0 or not math.isfinite(error):
         counts[LU_STATE] = 0
         return 0 if math.isfinite(error) else 2
-    for i in range(n, size):
-        m[Z, i] = m[Z + 1, i] = m[Z + 2, i] = 0.0
-    if control[EVALUATE_LEDGER] > 0.0:
-        _ledger(rhs, t, h, y, par, work, counts, m, n)
+    if size > n and control[EVALUATE_LEDGER] > 0.0:
+        ledger(k, rhs, t, h, y, par, work, counts, m, n)
     for i in range(size):
-        y_new[i] = y[i] + m[Z + 2, i]
-    rhs(t + h, y_new, par, work, f_new)
-    counts[EVALUATIONS] += 1
-    _collocation(m, size)
+        y_new[i] = y[i] + m[stages - 1, i]
+    collocate(k, m, size)
+    slopes(k, h, f_new, m, size)
     counts[HAS_PREDICTOR] = 1
     control[LAST_H] = h
     if rate > 1e-3:
@@ -212,15 +311,14 @@ def step(rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, contr
     return 0
 
 
-@compiled(STEP_SIGNATURE)
-def interpolant(
-    rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, m, complexes
-):
-    """Dense output of the step just made: its collocation polynomial, order 3."""
+@inline
+def interpolate(k, y, dense, m):
+    """Dense output of the step just made: its collocation polynomial."""
+    stages = k.c.size
     for i in range(y.size):
         dense[0, i] = y[i]
-        for r in range(3):
-            dense[1 + r, i] = m[POLYNOMIAL + r, i]
-        for r in range(4, 8):
+        for r in range(stages):
+            dense[1 + r, i] = m[3 * stages + r, i]
+        for r in range(1 + stages, dense.shape[0]):
             dense[r, i] = 0.0
     return 0

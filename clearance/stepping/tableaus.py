@@ -2,9 +2,13 @@
 
 DOP853: the explicit pair of order 8(5,3) of Dormand and Prince with dense output of order 7, twelve stages and three
 more for the dense output; Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I (1993), II.10, code
-dop853. RADAU: Radau IIA with three stages, order 5, in the real and complex eigenbasis of its inverse matrix; Hairer
-and Wanner, Solving Ordinary Differential Equations II (1996), IV.8, code radau5.
+dop853. RADAU5, RADAU9: Radau IIA with three and five stages, order 5 and 9, in the real and complex eigenbasis of the
+inverse matrix; Hairer and Wanner, Solving Ordinary Differential Equations II (1996), IV.5 and IV.8, and "Stiff
+differential equations solved by Radau methods", J. Comput. Appl. Math. 111 (1999). The nodes are zeros of a Legendre
+combination, everything else follows from them.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -64,24 +68,103 @@ D = np.array((
 # fmt: on
 A = np.array([[*row, *[0.0] * (16 - len(row))] for row in _ROWS])
 
-_S6 = 6.0**0.5
-RADAU_C = np.array(((4.0 - _S6) / 10.0, (4.0 + _S6) / 10.0, 1.0))
-RADAU_A = np.array(
-    (
-        ((88.0 - 7.0 * _S6) / 360.0, (296.0 - 169.0 * _S6) / 1800.0, (-2.0 + 3.0 * _S6) / 225.0),
-        ((296.0 + 169.0 * _S6) / 1800.0, (88.0 + 7.0 * _S6) / 360.0, (-2.0 - 3.0 * _S6) / 225.0),
-        ((16.0 - _S6) / 36.0, (16.0 + _S6) / 36.0, 1.0 / 9.0),
+
+class Collocation(NamedTuple):
+    """Radau IIA with c.size stages in the eigenbasis of its inverse matrix.
+
+    c, a: nodes and stage matrix; real, pairs: eigenvalues of inv(a), the real one and one of each complex pair; t, ti:
+    stages = t transformed, transformed = ti stages, ordered (real, then real and imaginary part of each pair); e:
+    weights of the error estimate of order c.size; basis: rows of the nested dense output from the stages; end: h y' at
+    the end of the step from the stages.
+    """
+
+    c: np.ndarray
+    a: np.ndarray
+    real: float
+    pairs: np.ndarray
+    t: np.ndarray
+    ti: np.ndarray
+    e: np.ndarray
+    basis: np.ndarray
+    end: np.ndarray
+
+
+def nested(theta: float, rows: int) -> np.ndarray:
+    """The functions of theta that the rows of a dense output are weights of, after the first (see types.DENSE_ROWS)."""
+    values, value = [], 1.0
+    for r in range(1, rows + 1):
+        value *= theta if r % 2 == 1 else 1.0 - theta
+        values.append(value)
+    return np.array(values)
+
+
+def radau(interior: tuple[float, ...]) -> Collocation:
+    """The method with these nodes and 1."""
+    c = np.array([*interior, 1.0])
+    s = c.size
+    points, weights = np.polynomial.legendre.leggauss(s)
+    a = np.zeros((s, s))
+    for i, j in np.ndindex(s, s):  # integral of the j-th Lagrange polynomial from 0 to c[i]
+        x = 0.5 * c[i] * (points + 1.0)
+        others = np.delete(c, j)
+        a[i, j] = 0.5 * c[i] * weights @ np.prod((x[:, None] - others) / (c[j] - others), axis=1)
+    inverse = np.linalg.inv(a)
+    values, vectors = np.linalg.eig(inverse)
+    first = int(np.argmin(np.abs(values.imag)))
+    pairs = [k for k in np.argsort(-values.real) if values[k].imag < 0.0 and k != first]
+    real = vectors[:, first].real / vectors[-1, first].real
+    columns = [vectors[:, k] / vectors[-1, k] for k in pairs]
+    # the complex pair contributes 2 Re(v w) = 2 Re v Re w - 2 Im v Im w to each stage: halves go into w
+    t = np.column_stack([real, *(part for v in columns for part in (v.real, -v.imag))])
+    powers = c ** np.arange(s)[:, None]
+    wanted = 1.0 / np.arange(1, s + 1)
+    wanted[0] -= 1.0 / values[first].real
+    e = values[first].real * (np.linalg.solve(powers, wanted) - a[-1]) @ inverse
+    basis = np.linalg.inv(np.array([nested(x, s) for x in c]))
+    return Collocation(
+        c, a, float(values[first].real), values[pairs], t, np.linalg.inv(t), e, basis, inverse[-1].copy()
     )
-)
-RADAU_E = np.array(((-13.0 - 7.0 * _S6) / 3.0, (-13.0 + 7.0 * _S6) / 3.0, -1.0 / 3.0))
-RADAU_REAL = 3.0 + 3.0 ** (2.0 / 3.0) - 3.0 ** (1.0 / 3.0)
-RADAU_COMPLEX = 3.0 + 0.5 * (3.0 ** (1.0 / 3.0) - 3.0 ** (2.0 / 3.0)) - 0.5j * (3.0 ** (5.0 / 6.0) + 3.0 ** (7.0 / 6.0))
-# eigenvectors: stages = T transformed; columns of the real and of the real and imaginary part of the complex pair
-RADAU_T = np.array(
-    (
-        (0.09443876248897524, -0.1412552950209542, 0.03002919410514742),
-        (0.2502131229653333, 0.20412935229379994, -0.3829421127572619),
-        (1.0, 1.0, 0.0),
-    )
-)
-RADAU_TI = np.linalg.inv(RADAU_T)
+
+
+RADAU5 = radau((0.15505102572168219018, 0.64494897427831780982))
+RADAU9 = radau((0.057104196114517682193, 0.27684301363812382768, 0.58359043236891682006, 0.86024013565621944785))
+
+# Rodas5P: stages of the nodes, of the stages before, over the step; weights of df/dt and of the dense output
+# fmt: off
+RODAS_GAMMA = 0.21193756319429014
+RODAS_NODES = np.array((0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1.0, 1.0,
+        1.0))
+RODAS_D = np.array((0.21193756319429014, -0.42387512638858027, -0.3384627126235924, 1.8046452872882734,
+        2.325825639765069, 0.0, 0.0, 0.0))
+_SIXTH = (-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256, 0.030198172008377946)
+RODAS_A = np.array([[*row, *[0.0] * (8 - len(row))] for row in (
+    (),
+    (3.0,),
+    (2.849394379747939, 0.45842242204463923),
+    (-6.954028509809101, 2.489845061869568, -10.358996098473584),
+    (2.8029986275628964, 0.5072464736228206, -0.3988312541770524, -0.04721187230404641),
+    _SIXTH,
+    (*_SIXTH, 1.0),
+    (*_SIXTH, 1.0, 1.0),
+)])
+RODAS_C = np.array([[*row, *[0.0] * (8 - len(row))] for row in (
+    (),
+    (-14.155112264123755,),
+    (-17.97296035885952, -2.859693295451294),
+    (147.12150275711716, -1.41221402718213, 71.68940251302358),
+    (165.43517024871676, -0.4592823456491126, 42.90938336958603, -5.961986721573306),
+    (24.854864614690072, -3.0009227002832186, 47.4931110020768, 5.5814197821558125, -0.6610691825249471),
+    (30.91273214028599, -3.1208243349937974, 77.79954646070892, 34.28646028294783, -19.097331116725623,
+        -28.087943162872662),
+    (37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047, -40.06618937091002,
+        -54.66780262877968, -9.48861652309627),
+)])
+RODAS_H = np.array((
+    (25.948786856663858, -2.5579724845846235, 10.433815404888879, -2.3679251022685204, 0.524948541321073,
+        1.1241088310450404, 0.4272876194431874, -0.17202221070155493),
+    (-9.91568850695171, -0.9689944594115154, 3.0438037242978453, -24.495224566215796, 20.176138334709044,
+        15.98066361424651, -6.789040303419874, -6.710236069923372),
+    (11.419903575922262, 2.8879645146136994, 72.92137995996029, 80.12511834622643, -52.072871366152654,
+        -59.78993625266729, -0.15582684282751913, 4.883087185713722),
+))
+# fmt: on

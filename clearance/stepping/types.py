@@ -3,7 +3,7 @@
 import hashlib
 from pathlib import Path
 
-from clearance.mechanism.store import COMPILED, KERNEL, njit, types
+from clearance.mechanism.store import COMPILED, KERNEL, caller, njit, types
 
 float64, int64, complex128 = types.float64, types.int64, types.complex128
 VECTOR = float64[::1]
@@ -16,16 +16,18 @@ STEP_SIGNATURE = int64(
     VECTOR, MATRIX, complex128[:, ::1],
 )  # fmt: skip
 STEP = types.FunctionType(STEP_SIGNATURE)
+kernel_at, step_at = caller(KERNEL), caller(STEP)
 
 #: rows of the dense output: y(theta) = d0 + theta (d1 + (1 - theta) (d2 + theta (d3 + ...)))
 DENSE_ROWS = 8
 
 # entries of `control`
-RTOL, ERROR, ORDER, EVALUATE_LEDGER, LAST_H = range(5)
-CONTROL_SIZE = 5
+RTOL, ERROR, ORDER, EVALUATE_LEDGER, LAST_H, CONVERGENCE, EFFORT, RATE, NEWTON_TOLERANCE = range(9)
+CONTROL_SIZE = 9
 # entries of `counts`
-STEPS, REJECTED, EVALUATIONS, JACOBIANS, FACTORISATIONS, STATES, JACOBIAN_STATE, LU_STATE, HAS_PREDICTOR = range(9)
-COUNTS_SIZE = 9
+STEPS, REJECTED, EVALUATIONS, JACOBIANS, FACTORISATIONS, STATES, COORDINATES = range(7)
+JACOBIAN_STATE, LU_STATE, HAS_PREDICTOR = range(7, 10)
+COUNTS_SIZE = 10
 
 
 #: of all sources that steppers are compiled from: numba's cache looks at a function's own file only
@@ -35,6 +37,8 @@ DIGEST = hashlib.sha256(b"".join(p.read_bytes() for p in sorted(Path(__file__).p
 def compiled(signature):
     """Compile for the whole package, once (plain Python when numba is switched off).
 
+    Without numba's runtime: nothing in here may allocate, and no array is counted; counting took half of the time.
+
     The digest in the qualified name gives an edited helper, tableau or constant a cache of its own.
     """
 
@@ -42,14 +46,14 @@ def compiled(signature):
         if not COMPILED:
             return function
         function.__qualname__ = f"{function.__name__}_{DIGEST}"
-        return njit(signature, cache=True, error_model="numpy")(function)
+        return njit(signature, cache=True, error_model="numpy", _nrt=False)(function)
 
     return decorate
 
 
 def inline(function):
-    """A helper compiled into its callers."""
-    return njit(error_model="numpy")(function)
+    """A helper that becomes part of its callers, with their constants."""
+    return njit(error_model="numpy", inline="always", _nrt=False)(function)
 
 
 __all__ = ["KERNEL", "compiled", "inline"]

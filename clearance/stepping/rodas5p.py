@@ -1,0 +1,177 @@
+"""Rodas5P: linearly implicit (Rosenbrock), order 5(4), stiffly accurate, dense output of order 4. No Newton iteration.
+
+Every stage solves one linear system with the same matrix, so no step is lost because an iteration diverges: the
+cheapest way to loose tolerances in thin films. As in radau.py the systems are halved by q' = u, and the ledger is
+integrated afterwards, at three points of the dense output.
+Source: G. Steinebach, Construction of Rosenbrock-Wanner method Rodas5P, BIT Numer. Math. 63, 27 (2023).
+"""
+
+import math
+
+from clearance.stepping import tableaus
+from clearance.stepping.linear import factor, solve
+from clearance.stepping.types import (
+    COORDINATES,
+    ERROR,
+    EVALUATE_LEDGER,
+    EVALUATIONS,
+    FACTORISATIONS,
+    JACOBIAN_STATE,
+    JACOBIANS,
+    RTOL,
+    STATES,
+    STEP_SIGNATURE,
+    compiled,
+    inline,
+)  # fmt: skip
+
+A, C, NODES = tableaus.RODAS_A, tableaus.RODAS_C, tableaus.RODAS_NODES
+D, H, GAMMA = tableaus.RODAS_D, tableaus.RODAS_H, tableaus.RODAS_GAMMA
+LEDGER_NODES, LEDGER_WEIGHTS, LEDGER_BASIS = tableaus.RADAU5.c, tableaus.RADAU5.a, tableaus.RADAU5.basis
+STAGES = 8
+ORDER = 5
+DIFFERENCE = 1e-4  # of the step: increment of the derivative by time
+
+# rows of `matrix` after the stages
+TRIAL, RATE_OF_TIME, SLOPE, PIVOTS, LU = 8, 9, 10, 11, 12
+ROWS = LU
+
+
+@inline
+def factorise(vector, m, g, p, n):
+    """LU of the matrix of the rates: g - J_u - J_q / g, for q' = u."""
+    size = n - p
+    for i in range(size):
+        row = (p + i) * n
+        for j in range(size):
+            m[LU + i, j] = -vector[row + p + j]
+        for j in range(p):
+            m[LU + i, j] -= vector[row + j] / g
+        m[LU + i, i] += g
+    factor(m[LU : LU + size], m[PIVOTS], size)
+
+
+@inline
+def solved(vector, m, s, g, p, n):
+    """Row s of m becomes the solution of (g - J) x = row s."""
+    right = m[s]
+    for i in range(p, n):
+        row, total = i * n, right[i]
+        for j in range(p):
+            total += vector[row + j] * right[j] / g
+        m[SLOPE, i - p] = total
+    solve(m[LU : LU + n - p], m[PIVOTS], m[SLOPE], n - p)
+    for i in range(p, n):
+        right[i] = m[SLOPE, i - p]
+    for i in range(p):
+        right[i] = (right[i] + right[p + i]) / g
+
+
+@inline
+def stages(rhs, t, h, y, f, par, work, vector, m, p, n):
+    """All stages; the last is the error estimate, the trial state and the last stage make the new state."""
+    g, trial = 1.0 / (GAMMA * h), m[TRIAL]
+    for i in range(y.size):
+        trial[i] = y[i]
+        m[SLOPE, i] = f[i]
+    for s in range(STAGES):
+        if s > 0:
+            for i in range(n):
+                total = y[i]
+                for j in range(s):
+                    total += A[s, j] * m[j, i]
+                trial[i] = total
+            rhs(t + NODES[s] * h, trial, par, work, m[SLOPE])
+        for i in range(n):
+            total = 0.0
+            for j in range(s):
+                total += C[s, j] * m[j, i]
+            m[s, i] = m[SLOPE, i] + total / h + h * D[s] * m[RATE_OF_TIME, i]
+        solved(vector, m, s, g, p, n)
+
+
+@inline
+def dense_output(y, y_new, dense, m, n):
+    """Rows of the nested form."""
+    for i in range(n):
+        one, two, three = 0.0, 0.0, 0.0
+        for j in range(STAGES):
+            one += H[0, j] * m[j, i]
+            two += H[1, j] * m[j, i]
+            three += H[2, j] * m[j, i]
+        dense[0, i], dense[1, i], dense[2, i] = y[i], y_new[i] - y[i], one
+        dense[3, i], dense[4, i] = two + three, -three
+        dense[5, i] = dense[6, i] = dense[7, i] = 0.0
+
+
+@inline
+def ledger(rhs, t, h, y, y_new, par, work, dense, m, n):
+    """The energy integrals and their dense output, from the powers at three places of the dense output of the rest."""
+    trial = m[TRIAL]
+    for s in range(3):
+        x = LEDGER_NODES[s]
+        for i in range(n):
+            trial[i] = y[i] + x * (
+                dense[1, i] + (1.0 - x) * (dense[2, i] + x * (dense[3, i] + (1.0 - x) * dense[4, i]))
+            )
+        for i in range(n, y.size):
+            trial[i] = y[i]
+        rhs(t + x * h, trial, par, work, m[s])
+    for i in range(n, y.size):
+        dense[0, i] = y[i]
+        for r in range(1, dense.shape[0]):
+            dense[r, i] = 0.0
+        for s in range(3):
+            total = 0.0
+            for j in range(3):
+                total += LEDGER_WEIGHTS[s, j] * m[j, i]
+            for r in range(3):
+                dense[1 + r, i] += LEDGER_BASIS[r, s] * h * total
+        y_new[i] = y[i] + dense[1, i]
+
+
+@compiled(STEP_SIGNATURE)
+def step(rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, m, complexes):
+    """One step from y with f = y' to y_new with f_new; error over tolerance in control[ERROR]. 0 if finite."""
+    size, n, p = y.size, counts[STATES], counts[COORDINATES]
+    if counts[JACOBIAN_STATE] != 1:
+        jacobian(t, y, par, work, vector)
+        counts[JACOBIANS] += 1
+        later = DIFFERENCE * h
+        rhs(t + later, y, par, work, m[RATE_OF_TIME])
+        for i in range(n):
+            m[RATE_OF_TIME, i] = (m[RATE_OF_TIME, i] - f[i]) / later
+        counts[JACOBIAN_STATE] = 1
+    factorise(vector, m, 1.0 / (GAMMA * h), p, n)
+    stages(rhs, t, h, y, f, par, work, vector, m, p, n)
+    counts[FACTORISATIONS] += 1
+    counts[EVALUATIONS] += STAGES + 1
+    total = 0.0
+    for i in range(n):
+        y_new[i] = m[TRIAL, i] + m[STAGES - 1, i]
+        total += (m[STAGES - 1, i] / (control[RTOL] * (scale[i] + max(abs(y[i]), abs(y_new[i]))))) ** 2
+    control[ERROR] = math.sqrt(total / n)
+    if not math.isfinite(control[ERROR]):
+        return 2
+    if control[ERROR] > 1.0:
+        return 0
+    counts[JACOBIAN_STATE] = 0
+    for i in range(n, size):
+        y_new[i] = y[i]
+    dense_output(y, y_new, dense, m, n)
+    if size > n and control[EVALUATE_LEDGER] > 0.0:
+        ledger(rhs, t, h, y, y_new, par, work, dense, m, n)
+        counts[EVALUATIONS] += 3
+    rhs(t + h, y_new, par, work, f_new)
+    for i in range(size):
+        if not math.isfinite(y_new[i]) or not math.isfinite(f_new[i]):
+            return 2
+    return 0
+
+
+@compiled(STEP_SIGNATURE)
+def interpolant(
+    rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, m, complexes
+):
+    """The step has made its dense output, order 4, already."""
+    return 0
