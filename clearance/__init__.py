@@ -8,7 +8,7 @@ from clearance.laws import (
     effort,
     film,
     friction,
-    hertz_stiffness,
+    hertz_stiffness, hunt_crossley,
     lankarani_nikravesh,
     pinkus_sternlicht,
     signal,
@@ -21,7 +21,7 @@ from clearance.units import cP, degree, mm, rpm, um
 __all__ = [
     "Body", "ClearanceRevolute", "Drive", "Force", "Lubricant", "Material", "Point", "Prismatic", "Revolute", "Scene",
     "SimulationError", "SpringDamper", "Torque", "TorsionSpring", "cP", "contact", "coulomb", "degree", "effort",
-    "film", "friction", "ground", "hertz_stiffness", "lankarani_nikravesh", "laws", "load_case", "mm", "open_result",
+    "film", "friction", "ground", "hertz_stiffness", "hunt_crossley", "lankarani_nikravesh", "laws", "load_case", "mm", "open_result",
     "pinkus_sternlicht", "rpm", "signal", "simulate", "steel", "um",
 ]  # fmt: skip
 

@@ -4,11 +4,15 @@ from collections.abc import Callable, Collection
 
 from clearance import checks
 from clearance.joints import ClearanceRevolute, Joint, Revolute
-from clearance.laws import coulomb, hertz_stiffness, lankarani_nikravesh, pinkus_sternlicht
+from clearance.laws import coulomb, hertz_stiffness, hunt_crossley, lankarani_nikravesh, pinkus_sternlicht
 from clearance.materials import Lubricant, Material, steel
 
 MODELS = ("ideal", "dry", "lubricated")
-CONTACTS = {"lankarani_nikravesh": lankarani_nikravesh}
+#: name -> the law for a stiffness [N/m^1.5] and a restitution (hunt_crossley: that of an impact at 1 m/s)
+CONTACTS = {
+    "lankarani_nikravesh": lambda k, e: lankarani_nikravesh(stiffness=k, restitution=e),
+    "hunt_crossley": lambda k, e: hunt_crossley(stiffness=k, dissipation=1.0 - e),
+}
 FRICTIONS = {"coulomb": coulomb}
 FILMS = {"pinkus_sternlicht": pinkus_sternlicht}
 
@@ -69,7 +73,7 @@ def joint_factory(
         stiffness = hertz_stiffness(
             radius, radius + clearance, material.young, material.poisson, material.young, material.poisson
         )
-        slots["contact"] = CONTACTS[contact](stiffness=stiffness, restitution=restitution)
+        slots["contact"] = CONTACTS[contact](stiffness, checks.fraction("restitution", restitution))
         if friction != "none":
             slots["friction"] = FRICTIONS[friction](coefficient=friction_coefficient)
     elif model == "lubricated":

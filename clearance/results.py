@@ -206,6 +206,28 @@ def _provenance() -> dict:
     }
 
 
+#: name of a column -> (units, what it is, values)
+Table = dict[str, tuple[str, str, np.ndarray]]
+
+
+def save_tables(path: str | Path, kind: str, attributes: dict, tables: dict[str, tuple[dict, Table]]) -> Path:
+    """Write tables of a study (group -> attributes and columns) into one HDF5 file, whole or not at all."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f"{path.name}.{os.getpid()}.partial")
+    with h5py.File(temporary, "w") as file:
+        file.attrs.update(_provenance() | {"format": kind} | attributes)
+        for name, (own, columns) in tables.items():
+            group = file.create_group(name)
+            group.attrs.update(own)
+            for column, (units, what, values) in columns.items():
+                text = np.asarray(values).dtype.kind in "UO"
+                data = group.create_dataset(column, data=values, dtype=h5py.string_dtype() if text else None)
+                data.attrs["units"], data.attrs["long_name"] = units, what
+    os.replace(temporary, path)
+    return path
+
+
 class LedgerWatch:
     """Watches the energy residual stretch by stretch, so that a jump shows however long the run is.
 

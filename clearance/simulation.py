@@ -155,8 +155,9 @@ class Run:
     """The arrays of one integration and the calls that advance it."""
 
     def __init__(
-        self, mechanism: Mechanism, span: Span, rtol: float, method: tuple[str, str], max_step=None, max_steps=None
-    ):
+        self, mechanism: Mechanism, span: Span, rtol: float, method: tuple[str, str], max_step=None, max_steps=None,
+        outputs: bool = True,
+    ):  # fmt: skip
         from clearance.stepping import loop
         from clearance.stepping import types as t
 
@@ -186,7 +187,7 @@ class Run:
         self.contacts[:, loop.IS_CONTACT] = [j.contact is not None for j in scene.clearance_joints]
         self.impacts = np.zeros((IMPACT_ROWS, loop.IMPACT_COLUMNS))
         self.log = np.zeros((LOG_ROWS, loop.LOG_COLUMNS))
-        self.times, self.rows = np.zeros(ROWS), np.zeros((ROWS, len(mechanism.structure.channels)))
+        self.times, self.rows = np.zeros(ROWS), np.zeros((ROWS, len(mechanism.structure.channels) if outputs else size))
         self.dense = np.zeros((t.DENSE_ROWS, size))
         self.vector = np.zeros(max(states * states, 1))
         self.matrix = np.zeros((self.stepper.ROWS + states, max(size, 1)))
@@ -195,9 +196,14 @@ class Run:
         self.roles = kernel_roles(mechanism, self.method)
         # the loop takes a kernel for every role; one that is not needed is never called, so any will do
         order = ("rhs", "jacobian", "events", "commit", "observe")
+        if not outputs:
+            self.roles.remove("observe")
         kernels = [mechanism.kernel(role if role in self.roles else "rhs") for role in order]
+        if not outputs:
+            kernels[-1] = loop.copy_state
         self.functions = [store.address(f, t.STEP) for f in (self.stepper.step, self.stepper.interpolant)]
         self.functions += [store.address(k, t.KERNEL) for k in kernels]
+        self.wall, self.contact_count = 0.0, 0
         self.spoilt = ""  # why the outputs cannot be trusted any more
 
     def _energy_scale(self) -> float:
@@ -211,6 +217,24 @@ class Run:
             self.counts, self.clock, self.place, self.contacts, self.impacts, self.log, self.times, self.rows,
             self.dense, self.vector, self.matrix, self.complexes, self.scratch, BUDGET,
         )  # fmt: skip
+
+    def trajectory(self) -> tuple[np.ndarray, np.ndarray, int]:
+        """Run to the end in memory: times, rows (states, where the run has no outputs) and the last status code.
+
+        `wall` is the time spent in the compiled loop.
+        """
+        loop, place, code = self.loop, self.place, codes.RUNNING
+        times, rows = [], []
+        self.wall = 0.0
+        while code == codes.RUNNING:
+            began = clock_of_the_wall.perf_counter()
+            code = self.advance()
+            self.wall += clock_of_the_wall.perf_counter() - began
+            times.append(self.times[: place[loop.ROWS]].copy())
+            rows.append(self.rows[: place[loop.ROWS]].copy())
+            self.contact_count += place[loop.EVENTS]
+            place[loop.ROWS] = place[loop.EVENTS] = place[loop.LOGGED] = 0
+        return np.concatenate(times), np.concatenate(rows), code
 
     def to_file(self, path: str | Path | None, progress: Callable[[float], None] | None) -> Result:
         """Run to the end, streaming into the file."""

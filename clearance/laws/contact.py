@@ -2,7 +2,7 @@
 
 import math
 
-from clearance.checks import fraction, positive
+from clearance.checks import fraction, non_negative, positive
 from clearance.laws.law import contact
 
 
@@ -74,3 +74,18 @@ def _restitution_is_not_delivered(joint, parameters):
     if given - wanted > 0.05:
         return f"lankarani_nikravesh delivers a restitution of {given:.2f} where {wanted:.2f} is asked for"
     return None
+
+
+@contact(stiffness=positive, dissipation=non_negative, exponent=positive)
+def hunt_crossley(penetration, penetration_rate, impact_speed, stiffness, dissipation, exponent=1.5):
+    """Normal contact force of Hunt and Crossley [N], never pulling; it does not look at the impact speed.
+
+    F = K delta^n (1 + 1.5 alpha delta'),  F = 0 for delta <= 0 and where the bracket is negative
+
+    penetration delta [m], penetration_rate delta' [m/s]; stiffness K [N/m^n], dissipation alpha [s/m], exponent n.
+    For slow impacts the restitution is 1 - alpha v: it falls with the impact speed v. Valid for alpha v well below 1.
+    Source: Hunt and Crossley, J. Applied Mechanics 42 (1975) 440, eqs. 10 to 14.
+    """
+    if penetration <= 0.0:
+        return 0.0
+    return stiffness * penetration**exponent * max(1.0 + 1.5 * dissipation * penetration_rate, 0.0)

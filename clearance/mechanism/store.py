@@ -22,6 +22,7 @@ KERNEL = types.FunctionType(KERNEL_SIGNATURE)
 COMPILED = not numba.config.DISABLE_JIT
 
 _loaded: dict[str, Callable] = {}
+_addresses: dict[Callable, int] = {}
 
 
 def kernel(function: Callable) -> Callable:
@@ -45,8 +46,10 @@ def address(function: Callable, kind: types.FunctionType):
     """
     if not COMPILED:
         return function
-    compiled = function.get_compile_result(kind.signature)
-    return compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
+    if function not in _addresses:
+        compiled = function.get_compile_result(kind.signature)
+        _addresses[function] = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
+    return _addresses[function]
 
 
 def caller(kind: types.FunctionType) -> Callable:

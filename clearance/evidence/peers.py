@@ -1,0 +1,259 @@
+"""Other people's integrators on the same compiled right-hand side. All optional but scipy; imported when asked for.
+
+A peer is prepared once (whatever it compiles then is reported apart) and then solves a problem at a tolerance. Peers
+get the same natural scales as absolute tolerances, and a dry law that remembers the impact speed is given to them as
+the phases between its contact events, located by their own root finding.
+"""
+
+import contextlib
+import os
+import sys
+import time
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from clearance.evidence.problem import NotSolved, Problem, Solution
+
+BIGGEST_STEP = 1.0 / 96.0  # of a turn, where contacts must not be jumped over
+BUDGET = 20.0  # seconds a peer may spend on one solution
+PHASES = 100_000
+
+
+class OverBudget(Exception):
+    """A peer's right-hand side was called after its time was up."""
+
+
+class Phase:
+    """The right-hand side and the contact events as plain Python callables, with the impact speeds frozen."""
+
+    def __init__(self, problem: Problem):
+        m = problem.mechanism
+        self.problem, self.par, self.work = problem, m.par, problem.work()
+        self.rhs, self.f, self.y = m.kernel("rhs"), np.zeros(m.y0.size), np.zeros(m.y0.size)
+        self.joints = [i for i, j in enumerate(problem.scene.clearance_joints) if j.contact is not None]
+        self.count = len(problem.scene.clearance_joints)
+        self.touching = [False] * self.count
+        self.events = m.kernel("events") if self.joints else None
+        self.found = np.zeros(max(3 * self.count, 1))
+        self.evaluations, self.deadline = 0, time.perf_counter() + BUDGET
+
+    def __call__(self, t, y):
+        self.evaluations += 1
+        if self.evaluations % 256 == 0 and time.perf_counter() > self.deadline:
+            raise OverBudget
+        self.y[:] = y  # solvers hand out read-only and strided arrays
+        self.rhs(t, self.y, self.par, self.work, self.f)
+        return self.f.copy()
+
+    def penetration(self, joint: int, t, y) -> float:
+        self.y[:] = y
+        self.events(t, self.y, self.par, self.work, self.found)
+        return self.found[3 * joint]
+
+    def begin(self, t, y) -> None:
+        for j in self.joints:
+            if self.penetration(j, t, y) > 0.0:
+                self.switch(j, t, y)
+
+    def switch(self, joint: int, t, y) -> None:
+        self.penetration(joint, t, y)
+        if not self.touching[joint]:
+            self.work[joint] = max(self.found[3 * joint + 1], 0.0)
+        self.touching[joint] = not self.touching[joint]
+
+
+def scales(problem: Problem, rtol: float) -> np.ndarray:
+    return rtol * problem.mechanism.scale
+
+
+def biggest_step(problem: Problem) -> float:
+    return (problem.scene.turn or problem.until) * BIGGEST_STEP if problem.contacts else np.inf
+
+
+def timed(solve: Callable) -> Callable:
+    """Turn `solve(problem, phase, rtol) -> (states, steps)` into a peer's solver."""
+
+    def measured(problem: Problem, rtol: float) -> Solution:
+        phase = Phase(problem)
+        began = time.perf_counter()
+        try:
+            states, steps = solve(problem, phase, rtol)
+        except OverBudget:
+            raise NotSolved(f"not done after {BUDGET:g} s") from None
+        seconds = time.perf_counter() - began
+        if states.shape != (problem.times.size, problem.mechanism.y0.size) or not np.isfinite(states).all():
+            raise NotSolved("stopped before the end")
+        return Solution(states, seconds, steps, phase.evaluations)
+
+    return measured
+
+
+# --- scipy
+def _scipy(method: str, problem: Problem, phase: Phase, rtol: float):
+    from scipy.integrate import solve_ivp
+
+    options = {"method": method, "rtol": max(rtol, 3e-14), "atol": scales(problem, rtol), "max_step": biggest_step(problem)}
+    if not problem.remembers:
+        found = solve_ivp(phase, (0.0, problem.until), problem.start(), t_eval=problem.times, **options)
+        if not found.success:
+            raise NotSolved(found.message)
+        return found.y.T, len(found.t)
+
+    def event(joint, direction):
+        function = partial(phase.penetration, joint)
+        wrapped = lambda t, y: function(t, y)  # noqa: E731 - solve_ivp reads attributes of a plain function
+        wrapped.terminal, wrapped.direction = True, direction
+        return wrapped
+
+    def leg(t, y, times):
+        events = [event(j, -1.0 if phase.touching[j] else 1.0) for j in phase.joints]
+        found = solve_ivp(phase, (t, problem.until), y, t_eval=times, events=events, **options)
+        if not found.success:
+            raise NotSolved(found.message)
+        states = np.reshape(found.y, (y.size, -1)).T  # an empty list where no output time was passed
+        hit = next((j for j, e in zip(phase.joints, found.t_events, strict=True) if e.size), None)
+        if hit is None:
+            return problem.until, None, None, states
+        index = phase.joints.index(hit)
+        return float(found.t_events[index][0]), found.y_events[index][0], hit, states
+
+    return _legs(problem, phase, leg), 0
+
+
+def _legs(problem: Problem, phase: Phase, leg: Callable):
+    """Put phases between contact events together: leg(t, y, times) -> (t, y, joint or None, states at times)."""
+    t, y, rows = 0.0, problem.start(), []
+    phase.begin(t, y)
+    for _ in range(PHASES):
+        left = problem.times[sum(map(len, rows)) :]
+        t, y, joint, states = leg(t, y, left)
+        rows.append(states)
+        if joint is None:
+            return np.concatenate(rows)
+        phase.switch(joint, t, y)
+    raise NotSolved(f"more than {PHASES} contacts")
+
+
+# --- SUNDIALS through scikit-sundae
+def _cvode(method: str, problem: Problem, phase: Phase, rtol: float):
+    from sksundae.cvode import CVODE
+
+    def right(t, y, yp):
+        yp[:] = phase(t, y)
+
+    options = {"method": method, "rtol": rtol, "atol": scales(problem, rtol), "max_num_steps": 10_000_000}
+    if problem.contacts:
+        options["max_step"] = biggest_step(problem)
+    if not problem.remembers:
+        found = CVODE(right, **options).solve(problem.times, problem.start())
+        if not found.success:
+            raise NotSolved(str(found.message))
+        return found.y, int(found.nfev)
+
+    def roots(t, y, values):
+        for i, j in enumerate(phase.joints):
+            values[i] = phase.penetration(j, t, y)
+
+    def leg(t, y, times):
+        roots.terminal = [True] * len(phase.joints)
+        roots.direction = [-1 if phase.touching[j] else 1 for j in phase.joints]
+        solver = CVODE(right, eventsfn=roots, num_events=len(phase.joints), **options)
+        grid = np.union1d([t], times)
+        padded = grid if len(grid) > 2 else np.linspace(t, problem.until, 3)
+        found = solver.solve(padded, y)
+        if not found.success:
+            raise NotSolved(str(found.message))
+        wanted = np.isin(found.t, times)
+        if found.t_events is None or not len(found.t_events):
+            return problem.until, None, None, found.y[wanted]
+        hit = phase.joints[int(np.argmax(np.abs(found.i_events[0])))]
+        return float(found.t_events[0]), found.y_events[0], hit, found.y[wanted & (found.t < found.t_events[0])]
+
+    return _legs(problem, phase, leg), 0
+
+
+def _ida(problem: Problem, phase: Phase, rtol: float):
+    from sksundae.ida import IDA
+
+    def residual(t, y, yp, res):
+        res[:] = yp - phase(t, y)
+
+    if problem.contacts:
+        raise NotSolved("IDA is only asked for films here")
+    solver = IDA(residual, rtol=rtol, atol=scales(problem, rtol), max_num_steps=10_000_000)
+    start = problem.start()
+    found = solver.solve(problem.times, start, phase(0.0, start))
+    if not found.success:
+        raise NotSolved(str(found.message))
+    return found.y, int(found.nfev)
+
+
+# --- numbalsoda
+class NumbaLsoda:
+    """numbalsoda's LSODA or DOP853: compiled throughout, no events. It takes one absolute tolerance for all states."""
+
+    def __init__(self, solver: str, problem: Problem):
+        import numba
+
+        os.environ.setdefault("GFORTRAN_UNBUFFERED_ALL", "y")  # else its messages come out at the end of the process
+        import numbalsoda
+
+        if problem.remembers:
+            raise NotSolved("no events: it cannot do a law that remembers the impact speed")
+        m = problem.mechanism
+        rhs, size, numbers, works = m.kernel("rhs"), m.y0.size, m.par.size, problem.work().size
+
+        @numba.cfunc(numbalsoda.lsoda_sig)
+        def right(t, y, dy, data):
+            own = numba.carray(data, (numbers + works,))
+            rhs(t, numba.carray(y, (size,)), own[:numbers], own[numbers:], numba.carray(dy, (size,)))
+
+        self.right, self.data = right, np.concatenate([m.par, problem.work()])
+        self.solver = getattr(numbalsoda, solver)
+        self.limit = {"mxstep": 10_000_000} if solver == "lsoda" else {}
+
+    def __call__(self, problem: Problem, rtol: float) -> Solution:
+        atol = float(scales(problem, rtol)[problem.compared].min())
+        with silent():
+            began = time.perf_counter()
+            states, success = self.solver(
+                self.right.address, problem.start(), problem.times, data=self.data, rtol=rtol, atol=atol, **self.limit
+            )
+            seconds = time.perf_counter() - began
+        if not success or not np.isfinite(states).all():
+            raise NotSolved("it stopped before the end")
+        return Solution(states, seconds, 0, 0)
+
+
+@contextlib.contextmanager
+def silent():
+    """Fortran prints straight to the standard output."""
+    sys.stdout.flush()
+    kept = os.dup(1)
+    with open(os.devnull, "w") as nowhere:
+        os.dup2(nowhere.fileno(), 1)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
+
+
+def _always(solve: Callable) -> Callable:
+    return lambda problem: timed(solve)
+
+
+#: name -> (module that must be there, prepare(problem) -> solve(problem, rtol))
+PEERS: dict[str, tuple[str, Callable]] = {
+    "scipy Radau": ("scipy", _always(partial(_scipy, "Radau"))),
+    "scipy BDF": ("scipy", _always(partial(_scipy, "BDF"))),
+    "scipy LSODA": ("scipy", _always(partial(_scipy, "LSODA"))),
+    "scipy DOP853": ("scipy", _always(partial(_scipy, "DOP853"))),
+    "numbalsoda LSODA": ("numbalsoda", partial(NumbaLsoda, "lsoda")),
+    "numbalsoda DOP853": ("numbalsoda", partial(NumbaLsoda, "dop853")),
+    "CVODE BDF": ("sksundae", _always(partial(_cvode, "BDF"))),
+    "CVODE Adams": ("sksundae", _always(partial(_cvode, "Adams"))),
+    "IDA": ("sksundae", _always(_ida)),
+}
