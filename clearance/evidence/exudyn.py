@@ -77,13 +77,13 @@ class _Model:
         )
         if any(self.problem.scene.gravity):
             marker = self.mbs.AddMarker(items.MarkerBodyMass(bodyNumber=self.bodies[body]))
-            self.mbs.AddLoad(items.LoadMassProportional(markerNumber=marker, loadVector=[*self.problem.scene.gravity, 0]))
+            self.mbs.AddLoad(
+                items.LoadMassProportional(markerNumber=marker, loadVector=[*self.problem.scene.gravity, 0])
+            )
 
     def _marker(self, point) -> int:
         place = [point.x - point.body.com[0], point.y - point.body.com[1], 0.0]
-        return self.mbs.AddMarker(
-            self.items.MarkerBodyRigid(bodyNumber=self.bodies[point.body], localPosition=place)
-        )
+        return self.mbs.AddMarker(self.items.MarkerBodyRigid(bodyNumber=self.bodies[point.body], localPosition=place))
 
     def _joint(self, joint) -> None:
         markers = [self._marker(joint.a), self._marker(joint.b)]

@@ -19,6 +19,7 @@ from clearance.evidence.problem import NotSolved, Problem, Solution
 BIGGEST_STEP = 1.0 / 96.0  # of a turn, where contacts must not be jumped over
 BUDGET = 20.0  # seconds a peer may spend on one solution
 PHASES = 100_000
+FREE = -1.0  # impact speed that stands for free flight, as in stepping/loop.py
 
 
 class OverBudget(Exception):
@@ -54,13 +55,13 @@ class Phase:
 
     def begin(self, t, y) -> None:
         for j in self.joints:
+            self.work[j] = FREE
             if self.penetration(j, t, y) > 0.0:
                 self.switch(j, t, y)
 
     def switch(self, joint: int, t, y) -> None:
         self.penetration(joint, t, y)
-        if not self.touching[joint]:
-            self.work[joint] = max(self.found[3 * joint + 1], 0.0)
+        self.work[joint] = FREE if self.touching[joint] else max(self.found[3 * joint + 1], 0.0)
         self.touching[joint] = not self.touching[joint]
 
 
@@ -94,7 +95,12 @@ def timed(solve: Callable) -> Callable:
 def _scipy(method: str, problem: Problem, phase: Phase, rtol: float):
     from scipy.integrate import solve_ivp
 
-    options = {"method": method, "rtol": max(rtol, 3e-14), "atol": scales(problem, rtol), "max_step": biggest_step(problem)}
+    options = {
+        "method": method,
+        "rtol": max(rtol, 3e-14),
+        "atol": scales(problem, rtol),
+        "max_step": biggest_step(problem),
+    }
     if not problem.remembers:
         found = solve_ivp(phase, (0.0, problem.until), problem.start(), t_eval=problem.times, **options)
         if not found.success:

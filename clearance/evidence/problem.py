@@ -44,7 +44,9 @@ class Problem:
         self.scene, self.until = scene, until
         self.mechanism: Mechanism = build(scene, ledger=False)
         if self.mechanism.size == 0:
-            raise ValueError("this scene has no degree of freedom: there is nothing to integrate and no error to measure")
+            raise ValueError(
+                "this scene has no degree of freedom: there is nothing to integrate and no error to measure"
+            )
         self.times = np.linspace(0.0, until, samples)
         free, moving = len(self.mechanism.structure.plan.free), len(self.mechanism.eccentric)
         self.compared = np.arange(free, free + 2 * moving) if moving else np.arange(free)

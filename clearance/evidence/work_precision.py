@@ -213,7 +213,9 @@ def table(study: Study) -> list[str]:
             cost = c.cheapest(x)
             ratio = "" if c.own or math.isnan(cost) else f" ({cost / study.best(x):.2g}x)"
             cells.append("-" if math.isnan(cost) else f"{cost * 1e3:.3g}{ratio}")
-        lines.append(f"| {'**' + c.name + '**' if c.own else c.name} | " + " | ".join(cells) + f" | {c.prepared_s:.2g} s |")
+        lines.append(
+            f"| {'**' + c.name + '**' if c.own else c.name} | " + " | ".join(cells) + f" | {c.prepared_s:.2g} s |"
+        )
     return lines
 
 

@@ -143,8 +143,15 @@ def _film(calls: Calls, number, joint, polar: _Polar, spins, result: JointForce)
 
 
 def _contact(calls: Calls, joint, polar: _Polar, radius, spins, impact_speed, result: JointForce) -> None:
-    """Normal force and friction at the contact point, which both bodies share: the journal's surface."""
-    (normal,) = calls(joint.contact, f"{joint.key}.contact", [result.penetration, polar.outward, impact_speed], 2)
+    """Normal force and friction at the contact point, which both bodies share: the journal's surface.
+
+    In free flight (a negative impact speed, see stepping/loop.py) the law feels no penetration: a trial step may cross
+    the wall and stays smooth, so that the contact's start can be found on it.
+    """
+    trace, touching = calls.trace, impact_speed + 0.5
+    felt = trace.select(touching, result.penetration, trace.select(result.penetration, 0.0, result.penetration))
+    speed = trace.select(touching, impact_speed, 0.0)
+    (normal,) = calls(joint.contact, f"{joint.key}.contact", [felt, polar.outward, speed], 2)
     tangential = 0.0
     if joint.friction is not None:
         bearing_arm = polar.distance + radius

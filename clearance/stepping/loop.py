@@ -39,7 +39,8 @@ TIME, STEP_SIZE, END, LARGEST, SAMPLE_EVERY, BEGIN, CONTACT_STEP, FREE_STEP, LAS
 CLOCK_SIZE = 10
 # entries of `place`
 SAMPLE, SAMPLES, ROWS, LOGGED, EVENTS, STEP_LIMIT, STARTED, COMMITS, LAST_REFUSAL, FAILED_JOINT, FLIPS = range(11)
-PLACE_SIZE = 11
+REFUSALS, INTERPOLATED = 11, 12
+PLACE_SIZE = 13
 # columns of `contacts`, the running record of each joint, and of `impacts`, the finished ones
 TOUCHING, SINCE, IMPACT_SPEED, PENETRATION, PEAK_FORCE, IS_CONTACT = range(6)
 CONTACT_COLUMNS = 6
@@ -48,8 +49,10 @@ LOG_COLUMNS = 3  # time at the end, step, error over tolerance
 
 PROBES = 8  # interior places where a step is searched for contact
 FLIP_LIMIT = 100  # contact changes without advance in time before the run counts as stuck
+FREE = -1.0  # in the place of the impact speed: this joint is not in contact
 BAND = 1e-13  # dead band of a touch, relative to the clearance
 SAFETY, SHRINK, GROW = 0.9, 0.2, 4.0
+DOUBTED = 0.3  # power of the error that a step refused again goes by: solutions are less smooth at a contact's ends
 NEWTON_FAILED = 0.5  # the step after one whose equations could not be solved
 GOOD_RATE = 0.2  # a rate of convergence that Newton's method should not exceed in the next step
 
@@ -72,6 +75,7 @@ def copy(source, target):
 @inline
 def attempt(call, s, t, h):
     """One step of the method from the present state; 0 if it worked (its error may still be too large)."""
+    s.place[INTERPOLATED] = 0
     return call.step(
         call.rhs, call.jacobian, t, h, s.y, s.f, s.par, s.work, s.y_new, s.f_new, s.dense, s.scale, s.control, s.counts,
         s.vector, s.matrix, s.complexes,
@@ -80,7 +84,10 @@ def attempt(call, s, t, h):
 
 @inline
 def interpolate(call, s, t, h):
-    """Prepare the dense output of the step just made."""
+    """Prepare the dense output of the step just made, unless it stands ready."""
+    if s.place[INTERPOLATED] == 1:
+        return
+    s.place[INTERPOLATED] = 1
     call.interpolant(
         call.rhs, call.jacobian, t, h, s.y, s.f, s.par, s.work, s.y_new, s.f_new, s.dense, s.scale, s.control, s.counts,
         s.vector, s.matrix, s.complexes,
@@ -147,10 +154,12 @@ def near_contact(s, h):
     for j in range(s.contacts.shape[0]):
         if s.contacts[j, IS_CONTACT] == 0.0:
             continue
-        if s.contacts[j, TOUCHING] > 0.0:
-            return True
         reach = h * max(abs(s.before[3 * j + 1]), abs(s.after[3 * j + 1]))
-        if max(s.before[3 * j], s.after[3 * j]) + reach > s.band[j]:
+        if s.contacts[j, TOUCHING] > 0.0:
+            near = min(s.before[3 * j], s.after[3 * j]) - reach < -s.band[j]
+        else:
+            near = max(s.before[3 * j], s.after[3 * j]) + reach > s.band[j]
+        if near:
             return True
     return False
 
@@ -265,7 +274,7 @@ def switch(s, joint, t, values):
         row[3], row[4] = contact[PEAK_FORCE], contact[PENETRATION]
         row[5], row[6] = t - contact[SINCE], -values[3 * joint + 1]
         s.place[EVENTS] += 1
-        contact[TOUCHING] = 0.0
+        contact[TOUCHING], s.work[joint] = 0.0, FREE
     else:
         contact[TOUCHING], contact[SINCE] = 1.0, t
         contact[IMPACT_SPEED] = max(values[3 * joint + 1], 0.0)
@@ -342,7 +351,26 @@ def shrink(s, h, factor, code):
     """Reject a step; the reason is kept for the message, should steps become too small."""
     s.counts[REJECTED] += 1
     s.place[LAST_REFUSAL] = code
+    s.place[REFUSALS] += 1
     s.clock[STEP_SIZE] = h * factor
+
+
+@inline
+def refuse(call, s, t, h):
+    """Reject a step whose error is too large. Refused again, the order of its error is doubted.
+
+    Where a contact ends inside the step, the next one ends about there.
+    """
+    power = 1.0 / s.control[ORDER] if s.place[REFUSALS] == 0 else DOUBTED
+    factor = max(SHRINK, SAFETY * s.control[ERROR] ** -power)
+    if in_contact(s):
+        call.events(t, s.y, s.par, s.work, s.before)
+        call.events(t + h, s.y_new, s.par, s.work, s.after)
+        for j in range(s.contacts.shape[0]):
+            if s.contacts[j, TOUCHING] > 0.0 and s.after[3 * j] < 0.0 and s.before[3 * j] > 0.0:
+                fall = s.before[3 * j] - s.after[3 * j]
+                factor = min(max(factor, 0.9 * s.before[3 * j] / fall), 0.9)
+    shrink(s, h, factor, 1)
 
 
 @inline
@@ -362,20 +390,18 @@ def grow(s, h):
         wanted = min(wanted, max(0.5, GOOD_RATE / s.control[RATE]))
     if s.place[LAST_REFUSAL] > 0:
         wanted = min(wanted, 1.0)
-    s.place[LAST_REFUSAL] = 0
+    s.place[LAST_REFUSAL] = s.place[REFUSALS] = 0
     s.clock[LAST_STEP], s.clock[LAST_ERROR] = h, max(error, 1e-2)
     s.clock[STEP_SIZE] = h if 1.0 <= wanted <= 1.2 else h * wanted
 
 
 @inline
 def change_phase(call, s, event, t):
-    """Switch a contact and choose the next step: that of the last such phase, or a fresh first step."""
-    starts = s.contacts[event, TOUCHING] == 0.0
-    kept = CONTACT_STEP if starts else FREE_STEP
-    s.clock[FREE_STEP if starts else CONTACT_STEP] = s.clock[STEP_SIZE]
+    """Switch a contact and choose the next step: the one the last such phase began with, or a fresh first step."""
     switch(s, event, t, s.after)
     call.rhs(t, s.y, s.par, s.work, s.f)
-    s.clock[STEP_SIZE] = max(first_step(call, s, t), s.clock[kept])
+    kept = s.clock[CONTACT_STEP if in_contact(s) else FREE_STEP]
+    s.clock[STEP_SIZE] = kept if kept > 0.0 else first_step(call, s, t)
     s.clock[LAST_STEP] = 0.0
     invalidate(s)
 
@@ -388,8 +414,10 @@ def begin(call, s):
     if s.contacts.shape[0] > 0:
         call.events(t, s.y, s.par, s.work, s.before)
         for j in range(s.contacts.shape[0]):
-            if s.contacts[j, IS_CONTACT] > 0.0 and s.before[3 * j] > 0.0:
-                switch(s, j, t, s.before)
+            if s.contacts[j, IS_CONTACT] > 0.0:
+                s.work[j] = FREE
+                if s.before[3 * j] > 0.0:
+                    switch(s, j, t, s.before)
     call.rhs(t, s.y, s.par, s.work, s.f)
     for i in range(s.f.size):
         if not math.isfinite(s.f[i]):
@@ -402,10 +430,22 @@ def begin(call, s):
 
 @inline
 def in_contact(s):
-    open_contacts = 0.0
+    touching = 0.0
     for j in range(s.contacts.shape[0]):
-        open_contacts += s.contacts[j, TOUCHING]
-    return open_contacts > 0.0
+        touching += s.contacts[j, TOUCHING]
+    return touching > 0.0
+
+
+@inline
+def compression(s):
+    """Whether a contact going on was being compressed when the step began: only then can its peaks lie inside it."""
+    for j in range(s.contacts.shape[0]):
+        if s.contacts[j, TOUCHING] > 0.0:
+            if s.before[3 * j + 1] >= 0.0:
+                return True
+            s.contacts[j, PENETRATION] = max(s.contacts[j, PENETRATION], s.before[3 * j], s.after[3 * j])
+            s.contacts[j, PEAK_FORCE] = max(s.contacts[j, PEAK_FORCE], s.before[3 * j + 2], s.after[3 * j + 2])
+    return False
 
 
 @inline
@@ -420,14 +460,16 @@ def buffers_full(s):
 @inline
 def accept(call, s, t, h):
     """Take the step just made: sample, advance, log. False if the output buffer is full (the step is made again)."""
-    touching = in_contact(s)
-    if touching or s.place[SAMPLE] < s.place[SAMPLES] and next_sample(s) <= t + h:
+    compressing = compression(s)
+    if compressing or s.place[SAMPLE] < s.place[SAMPLES] and next_sample(s) <= t + h:
         interpolate(call, s, t, h)
-    if touching:
+    if compressing:
         track_peaks(call, s, t, h)
     if not sample(call, s, t, h):
         return False
     s.clock[TIME] = s.clock[END] if t + h >= s.clock[END] else t + h
+    if s.clock[LAST_STEP] == 0.0:  # the first step of a phase: where the next such phase starts
+        s.clock[CONTACT_STEP if in_contact(s) else FREE_STEP] = h
     copy(s.y_new, s.y)
     copy(s.f_new, s.f)
     s.counts[STEPS] += 1
@@ -461,7 +503,7 @@ def advance(call, s):
         shrink(s, h, NEWTON_FAILED, code)
         return status.RUNNING
     if s.control[ERROR] > 1.0:
-        shrink(s, h, max(SHRINK, SAFETY * s.control[ERROR] ** (-1.0 / s.control[ORDER])), 1)
+        refuse(call, s, t, h)
         return status.RUNNING
     event, theta = -1, 2.0
     if s.contacts.shape[0] > 0:
