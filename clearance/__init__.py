@@ -22,8 +22,8 @@ from clearance.units import cP, degree, mm, rpm, um
 __all__ = [
     "Body", "ClearanceRevolute", "Drive", "Force", "Lubricant", "Material", "Point", "Prismatic", "Revolute", "Scene",
     "SimulationError", "SpringDamper", "Torque", "TorsionSpring", "cP", "contact", "coulomb", "degree", "effort",
-    "film", "friction", "ground", "hertz_stiffness", "hunt_crossley", "lankarani_nikravesh", "laws", "load_case", "mm", "open_result",
-    "pinkus_sternlicht", "rpm", "signal", "simulate", "steel", "um",
+    "film", "friction", "ground", "hertz_stiffness", "hunt_crossley", "lankarani_nikravesh", "laws", "load_case", "mm",
+    "open_result", "pinkus_sternlicht", "rpm", "signal", "simulate", "steel", "um",
 ]  # fmt: skip
 
 _LAZY = {

@@ -32,15 +32,25 @@ def parser() -> Parser:
     cases = commands.add_parser("cases", help="list cases with their parameters, units and defaults")
     run = commands.add_parser("run", help="run a case and write an HDF5 result file")
     explain = commands.add_parser("explain", help="what the compiled scene contains and what was left out")
-    for command in (run, explain):
+    study = commands.add_parser("work-precision", help="error against run time: all methods, with --peers others' too")
+    stress = commands.add_parser("stress", help="the stiff and extreme matrix: each cell done or a named reason")
+    for command in (run, explain, study):
         command.add_argument("case", metavar="CASE", help="name of a case, or path to your own case file")
         command.add_argument(
             "-p", dest="parameters", metavar="NAME=VALUE", action="append", default=[],
             help="a case parameter, such as speed=300rpm or clearance=0.1mm; may be repeated",
         )  # fmt: skip
-    length = run.add_mutually_exclusive_group()
-    length.add_argument("--turns", type=_number, help="length in turns of the drive (default 2, or 2 s)")
-    length.add_argument("--until", type=_quantity, metavar="S", help="length in seconds")
+    for command in (run, study):
+        length = command.add_mutually_exclusive_group()
+        length.add_argument("--turns", type=_number, help="length in turns of the drive (default 2, or 2 s)")
+        length.add_argument("--until", type=_quantity, metavar="S", help="length in seconds")
+    study.add_argument("--peers", action="store_true", help="also numbalsoda, SUNDIALS, Exudyn where installed")
+    study.add_argument("--physics", action="store_true", help="compare choices of physics instead of solvers")
+    stress.add_argument("case", metavar="CASE", nargs="?", help="only this case (or: random)")
+    stress.add_argument("--quick", action="store_true", help="a seventh of the matrix, short runs")
+    stress.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
+    for command in (study, stress):
+        command.add_argument("-o", dest="output", metavar="DIR", help="folder for table, picture and HDF5")
     run.add_argument("--rtol", type=_number, default=1e-6, metavar="R", help="local error tolerance (default 1e-6)")
     run.add_argument("--method", default="auto", help="auto, dop853, rodas5p, radau5, radau9 or radau (default auto)")
     run.add_argument("--max-step", type=_quantity, metavar="S", help="longest step, where loads act briefly")
@@ -49,7 +59,8 @@ def parser() -> Parser:
     )
     run.add_argument("-o", dest="output", metavar="FILE.h5", help="result file (default CASE.h5)")
     run.add_argument("--plot", action="store_true", help="draw a picture beside the result file")
-    for command in (cases, run, explain):
+    explain.add_argument("--cost", action="store_true", help="also measure what each part of such a scene costs")
+    for command in (cases, run, explain, study, stress):
         command.add_argument("--json", action="store_true", help="one JSON document on stdout, nothing else")
     return top
 
@@ -73,7 +84,10 @@ def _quantity(text: str) -> float:
 def main(arguments: list[str] | None = None) -> int:
     """Entry point: returns the exit status."""
     options = parser().parse_args(arguments)
-    action = {"cases": list_cases, "run": run_case, "explain": explain_case}[options.command]
+    action = {
+        "cases": list_cases, "run": run_case, "explain": explain_case, "work-precision": measure_case,
+        "stress": stress_cases,
+    }[options.command]  # fmt: skip
     try:
         return action(options)
     except BrokenPipeError:  # the reader of our output has seen enough
@@ -165,6 +179,8 @@ def run_case(options) -> int:
         if bar is not None:
             bar.close()
     summary = _summary(case, values, result, began)
+    if failure is None and (sentence := _horizon(scene, result, options.rtol)):
+        summary["horizon"] = sentence
     if options.plot:
         summary["plot"] = str(_plot(result, output))
     if failure is not None:
@@ -172,6 +188,19 @@ def run_case(options) -> int:
         return _complain(options, failure, FAILED, **summary)
     print(json.dumps(summary) if options.json else _readable(summary))
     return DONE
+
+
+def _horizon(scene, result, rtol: float) -> str | None:
+    """How far a run with dry contacts can be compared with another; None where nothing is chaotic."""
+    from clearance.evidence.problem import NotSolved, horizon
+
+    if not any(j.contact is not None for j in scene.clearance_joints) or not result.file["time"].size:
+        return None
+    until = float(result.file["time"][-1])
+    try:
+        return horizon(scene, until, rtol, str(result.solver["method"])).sentence(scene.turn)
+    except NotSolved as reason:
+        return f"not found: {reason}"
 
 
 def _length(options, scene) -> tuple[float | None, float | None]:
@@ -262,6 +291,10 @@ def _readable(summary: dict) -> str:
         if name in s["contacts"]:
             line += f", {s['contacts'][name]} contacts"
         lines.append(line)
+    if s["contacts"]:
+        lines.append(f"  events       {sum(s['contacts'].values())} contacts, start and end located")
+    if "horizon" in s:
+        lines.append(f"  horizon      {s['horizon']}")
     lines += [f"  warning      {w}" for w in s["warnings"]]
     lines += [f"  file         {s['file']}"] + ([f"  picture      {s['plot']}"] if "plot" in s else [])
     return "\n".join(lines)
@@ -294,6 +327,69 @@ def explain_case(options) -> int:
     print(f"  left out   {', '.join(found['left_out'])}")
     print(f"  store      {found['store']}")
     return DONE
+
+
+def measure_case(options) -> int:
+    """Error against run time of solvers, or with --physics the price of choices of physics."""
+    from clearance.evidence import physics, pictures, work_precision
+
+    case, values, scene = _scene(options)
+    title = " ".join([case.name, *(f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in values.items())])
+    module = physics if options.physics else work_precision
+    if options.physics:
+        study = physics.compare(case, values, options.turns, options.until, progress=_Line(options))
+        draw, stem = pictures.physics, "physics"
+    else:
+        study = work_precision.work_precision(
+            title, scene, turns=options.turns, until=options.until, peers=options.peers, progress=_Line(options)
+        )
+        draw, stem = pictures.work_precision, "work_precision"
+    lines = [*module.table(study), "", *module.describe(study)]
+    return _publish(options, lines, module.plain(study), lambda folder: module.save(study, folder), draw, study, stem)
+
+
+def stress_cases(options) -> int:
+    """The stress matrix; exit status 1 if a cell crashed, hung or gave a number that is not finite."""
+    import dataclasses
+
+    from clearance.evidence import pictures, stress
+
+    if options.workers is not None and options.workers < 1:
+        raise ValueError(f"--workers must be at least 1, got {options.workers}")
+    line = _Line(options)
+    verdicts = stress.stress(
+        options.case, quick=options.quick, workers=options.workers,
+        progress=lambda done, total, name: line(f"{done}/{total} {name}"),
+    )  # fmt: skip
+    document = {"cells": [dataclasses.asdict(v) for v in verdicts]}
+    lines = stress.table(verdicts)
+    _publish(
+        options, lines, document, lambda folder: stress.save(verdicts, folder), pictures.stress, verdicts, "stress"
+    )
+    return FAILED if any(v.kind == "fault" for v in verdicts) else DONE
+
+
+def _publish(options, lines: list[str], document: dict, save, draw, study, stem: str) -> int:
+    """Print a study, and with -o keep its table, picture and data."""
+    if options.output:
+        folder = Path(options.output)
+        document["files"] = [str(save(folder)), str(draw(study, folder / f"{stem}.png")), str(folder / f"{stem}.md")]
+        (folder / f"{stem}.md").write_text("\n".join(lines) + "\n")
+        lines = [*lines, "", *(f"wrote {f}" for f in document["files"])]
+    print(json.dumps(document) if options.json else "\n".join(lines))
+    return DONE
+
+
+class _Line:
+    """What a long study is at, on one line of stderr; nothing where nobody looks."""
+
+    def __init__(self, options):
+        self.shown = sys.stderr.isatty() and not options.json
+        self.began = time.perf_counter()
+
+    def __call__(self, text: str) -> None:
+        if self.shown:
+            print(f"\r\x1b[K{time.perf_counter() - self.began:6.0f} s  {text}", end="", file=sys.stderr, flush=True)
 
 
 def entry() -> None:

@@ -222,7 +222,8 @@ def save_tables(path: str | Path, kind: str, attributes: dict, tables: dict[str,
             group.attrs.update(own)
             for column, (units, what, values) in columns.items():
                 text = np.asarray(values).dtype.kind in "UO"
-                data = group.create_dataset(column, data=values, dtype=h5py.string_dtype() if text else None)
+                kept = np.asarray(values, dtype=object) if text else values
+                data = group.create_dataset(column, data=kept, dtype=h5py.string_dtype() if text else None)
                 data.attrs["units"], data.attrs["long_name"] = units, what
     os.replace(temporary, path)
     return path

@@ -264,7 +264,8 @@ class Run:
             self._open_contacts(writer)
             wall = clock_of_the_wall.perf_counter() - began
             finished = "complete" if code == codes.DONE else f"partial: {failure or 'stopped by an error'}"
-            writer.close(finished, self._summary(wall), self._warnings(writer))
+            summary = self._summary(wall) | {"energy_residual_share": writer.residual_share()}
+            writer.close(finished, summary, self._warnings(writer))
         result = Result(path)
         if folder is not None:
             weakref.finalize(result, shutil.rmtree, folder, ignore_errors=True)

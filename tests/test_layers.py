@@ -19,10 +19,10 @@ LAYERS = [
 ]
 MODULES = [p for folder in ("clearance", "cases", "postprocess") for p in sorted((ROOT / folder).rglob("*.py"))]
 ONLY_IN = {
-    "numba": {"clearance.mechanism.store"},
+    "numba": {"clearance.mechanism.store", "clearance.evidence.peers"},
     "skfem": set(),
-    "scipy": set(),
-    "matplotlib": {"postprocess.plots"},
+    "scipy": {"clearance.evidence.peers"},
+    "matplotlib": {"postprocess.plots", "clearance.evidence.pictures"},
     "h5py": {"clearance.results"},
     "tqdm": {"clearance.cli"},
 }

@@ -1,7 +1,7 @@
 """The same scene in Exudyn, a whole multibody code: redundant coordinates, generalized-alpha, the joint's own film law.
 
-Bodies, hinges, guides and drive are Exudyn's; the film force enters as a user function of a connector, as an Exudyn user
-would add it. Only films: Exudyn's time steps do not stop at the start of a contact.
+Bodies, hinges, guides and drive are Exudyn's; the film force enters as a user function of a connector, as an Exudyn
+user would add it. Only films: Exudyn's time steps do not stop at the start of a contact.
 """
 
 import math

@@ -1,9 +1,12 @@
 """Pictures of the evidence: error against run time, the stress matrix."""
 
+import math
 from pathlib import Path
 
+from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 COLOURS = ("#0b3d91", "#c8102e", "#00843d", "#6a1b9a")
 GREYS = ("#7f7f7f", "#b58900", "#2aa198", "#d33682", "#586e75", "#cb4b16", "#6c71c4", "#859900", "#93a1a1", "#000000")
@@ -35,3 +38,47 @@ def work_precision(study, path: str | Path) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=130)
     return path
+
+
+def stress(verdicts, path: str | Path) -> Path:
+    """The stress matrix: colour is the energy residual, grey a named stop, black a fault."""
+    shown = [v for v in verdicts if "random" not in v.row] or list(verdicts)
+    rows, columns = (list(dict.fromkeys(getattr(v, n) for v in shown)) for n in ("row", "column"))
+    figure = Figure(figsize=(2.2 + 1.35 * len(columns), 1.6 + 0.27 * len(rows)), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    colours = colormaps["viridis_r"]
+    for v in shown:
+        x, y = columns.index(v.column), rows.index(v.row)
+        level = (math.log10(max(v.energy, 1e-14)) + 14.0) / 14.0 if v.kind == "done" else 0.0
+        colour = {"done": colours(0.9 * level), "named": "0.75", "fault": "black"}[v.kind]
+        axes.add_patch(Rectangle((x - 0.5, y - 0.5), 1, 1, color=colour, lw=0))
+        text = f"{v.energy:.0e}" if v.kind == "done" else "stops, named" if v.kind == "named" else "FAULT"
+        dark = v.kind == "fault" or v.kind == "done" and level > 0.55
+        axes.text(x, y, text, ha="center", va="center", fontsize=7, color="white" if dark else "black")
+    axes.set_xticks(range(len(columns)), [c.replace(" ", "\n") for c in columns], fontsize=8)
+    axes.set_yticks(range(len(rows)), rows, fontsize=8)
+    axes.set_xlim(-0.5, len(columns) - 0.5)
+    axes.set_ylim(len(rows) - 0.5, -0.5)
+    axes.set_title("energy residual over the energy turned over", fontsize=9)
+    figure.savefig(path, dpi=130)
+    return Path(path)
+
+
+def physics(study, path: str | Path) -> Path:
+    """Distance from the finest choice of physics against run time."""
+    figure = Figure(figsize=(8.0, 5.0), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    for i, c in enumerate(study.choices):
+        x = max(c.distance, study.floor)
+        axes.loglog(x, 1e3 * c.seconds, "o" if c.model == "lubricated" else "s", color=COLOURS[i % 4], ms=7)
+        axes.annotate(c.name, (x, 1e3 * c.seconds), xytext=(6, 4), textcoords="offset points", fontsize=8)
+    axes.set_xlabel(f"distance from '{study.finest}': {study.measure}")
+    axes.set_ylabel("run time / ms")
+    axes.invert_xaxis()
+    axes.margins(0.25)
+    axes.grid(True, which="major", color="0.9")
+    axes.set_title(study.title, fontsize=10)
+    figure.savefig(path, dpi=130)
+    return Path(path)

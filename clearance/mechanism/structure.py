@@ -5,7 +5,8 @@ Kernels share one signature, (t, y, par, work, out):
   jacobian  out = d(dy/dt)/dy, row by row, no ledger       commit    work = what is carried to the next step
   events    out = penetration, its rate, contact force for each clearance joint
 State y = [free coordinates, eccentricities | their rates | energy input, energy dissipated].
-work = [impact speed of each clearance joint, negative in free flight | angles and slides of the last step (Newton starts there)].
+work = [impact speed of each clearance joint, negative in free flight | angles and slides of the last step (Newton
+starts there)].
 """
 
 from dataclasses import dataclass

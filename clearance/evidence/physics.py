@@ -1,0 +1,157 @@
+"""What choices of physics cost, and how far each is from the finest: models, film laws, contact laws of one case."""
+
+import math
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from clearance.catalogue import Case
+from clearance.choices import CONTACTS, FILMS
+from clearance.results import save_tables
+from clearance.scene import Scene
+from clearance.simulation import SimulationError, simulate
+
+RTOL = 1e-8
+REPEATS = 3
+SAMPLES = 200  # a turn
+SETTLED = 0.5  # share of the run that is left out: the start belongs to no model
+
+
+@dataclass
+class Choice:
+    """One choice: case parameters, run time, distance from the finest."""
+
+    name: str
+    model: str
+    parameters: dict
+    seconds: float = math.nan
+    distance: float = math.nan
+    peak: float = math.nan
+    note: str = ""
+
+
+@dataclass
+class Comparison:
+    """All choices of a case."""
+
+    title: str
+    measure: str
+    finest: str
+    choices: list[Choice]
+    remarks: list[str]
+    floor: float = 1e-9
+
+
+def ladder(case: Case, values: dict) -> list[Choice]:
+    """What the case lets one choose, coarse to fine; the last is what all are compared with."""
+    known = case.parameters
+    if "model" not in known:
+        raise ValueError(f"case {case.name} has no parameter model: there is no choice of physics to compare")
+    free = {k: v for k, v in values.items() if k not in ("model", "contact", "film", "film_torques", "friction")}
+    choices = [Choice("ideal joints", "ideal", free | {"model": "ideal"})]
+    for contact in CONTACTS:
+        dry = free | {"model": "dry", "contact": contact}
+        choices.append(Choice(f"dry, {contact}", "dry", dry | {"friction": "none"}))
+    choices.append(Choice("dry, with coulomb friction", "dry", free | {"model": "dry", "friction": "coulomb"}))
+    for film in FILMS:
+        for torques in (False, True):
+            name = f"film, {film}" + ("" if torques else ", no drag torques")
+            parameters = free | {"model": "lubricated", "film": film, "film_torques": torques}
+            choices.append(Choice(name, "lubricated", parameters))
+    return choices
+
+
+def compare(
+    case: Case, values: dict, turns: float | None, until: float | None,
+    progress: Callable[[str], None] = lambda text: None,
+) -> Comparison:  # fmt: skip
+    """Run every choice at a tolerance that leaves only the physics, and measure its distance from the finest."""
+    choices = ladder(case, values)
+    span = {"until": until} if until is not None else {"turns": turns or 6.0}
+    found = {}
+    for choice in choices:
+        progress(choice.name)
+        try:
+            scene = case.scene(**choice.parameters)
+            found[choice.name] = _reactions(scene, span)
+            simulate(scene, rtol=1e-6, **span).close()
+            choice.seconds = statistics.median(_seconds(scene, span) for _ in range(REPEATS))
+        except (SimulationError, ValueError) as reason:
+            choice.note = str(reason)
+    finest = choices[-1].name
+    if finest not in found:
+        raise ValueError(f"the finest choice cannot run: {choices[-1].note}")
+    size = np.sqrt((found[finest] ** 2).mean())
+    for choice in choices:
+        if choice.name in found:
+            choice.distance = float(np.sqrt(((found[choice.name] - found[finest]) ** 2).mean()) / size)
+            choice.peak = float(np.abs(found[choice.name]).max())
+    given = " ".join(f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in values.items())
+    remarks = ["dry runs are chaotic: their distance is one sample of a statistical quantity"]
+    return Comparison(
+        f"{case.name} {given}".strip(), "rms of the drive's effort over its rms", finest, choices, remarks
+    )
+
+
+def _reactions(scene: Scene, span: dict) -> np.ndarray:
+    """The drive's effort over the settled part of a run."""
+    samples = SAMPLES if scene.turn else 400
+    result = simulate(scene, rtol=RTOL, samples_per_turn=samples, **span)
+    name = next(iter(result.file["drives"]))
+    channel = "torque" if "torque" in result.file[f"drives/{name}"] else "force"
+    values = getattr(result.drive(name), channel)
+    result.close()
+    return values[int(SETTLED * len(values)) :]
+
+
+def _seconds(scene: Scene, span: dict) -> float:
+    began = time.perf_counter()
+    result = simulate(scene, rtol=1e-6, **span)
+    seconds = time.perf_counter() - began
+    result.close()
+    return seconds
+
+
+def table(study: Comparison) -> list[str]:
+    """The price list as Markdown."""
+    lines = [
+        f"| {study.title} | run time | distance from the finest | largest effort |",
+        "|---|---|---|---|",
+    ]
+    for c in study.choices:
+        cells = f"{c.seconds * 1e3:.3g} ms | {c.distance:.2g} | {c.peak:.4g}" if not c.note else "- | - | -"
+        lines.append(f"| {c.name} | {cells} |")
+    return lines
+
+
+def describe(study: Comparison) -> list[str]:
+    """What the table needs to be read."""
+    return [
+        f"distance = {study.measure}, from '{study.finest}', second half of the run, rtol {RTOL:g};",
+        "run time of a whole simulate call with its file at rtol 1e-6, warm",
+        *study.remarks,
+        *(f"{c.name}: {c.note}" for c in study.choices if c.note),
+    ]
+
+
+def plain(study: Comparison) -> dict:
+    """The comparison as one JSON document."""
+    return {
+        "title": study.title, "measure": study.measure, "finest": study.finest,
+        "choices": [{k: v for k, v in vars(c).items() if k != "parameters"} for c in study.choices],
+    }  # fmt: skip
+
+
+def save(study: Comparison, folder: str | Path) -> Path:
+    """The comparison as HDF5."""
+    columns = {
+        "name": ("1", "choice", np.array([c.name for c in study.choices])),
+        "seconds": ("s", "run time of a simulate call, warm", np.array([c.seconds for c in study.choices])),
+        "distance": ("1", study.measure, np.array([c.distance for c in study.choices])),
+    }
+    attributes = {"title": study.title, "finest": study.finest}
+    return save_tables(Path(folder) / "physics.h5", "clearance-physics", attributes, {"choices": ({}, columns)})

@@ -1,0 +1,373 @@
+"""The stress matrix: extremes over the cases. Each cell is done, with residuals, or stops for a named reason.
+
+A row is an extreme, a column a case with one model of its joints. Every cell runs in a process of its own kind (so that
+nothing it does can hurt the others), with a budget of steps and of time.
+"""
+
+import dataclasses
+import json
+import math
+import multiprocessing
+import os
+import re
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from clearance.catalogue import find_case
+from clearance.joints import ClearanceRevolute, Joint, Prismatic, Revolute
+from clearance.loads import Drive
+from clearance.results import Result, save_tables
+from clearance.scene import Body, Point, Scene, ground
+from clearance.simulation import SimulationError, simulate
+from clearance.units import rpm
+
+STEP_BUDGET = 2_000_000
+TIME_BUDGET = 60.0  # seconds a cell
+TURNS = 2.0
+RANDOM_SCENES = 12
+GOOD, LOST = 1e-3, 5e-2  # energy residual shares: fine below the first, beyond the second a run ends itself
+
+CASES = ("six_bar_feeder", "slider_crank", "four_bar")
+ALL_JOINTS = {"six_bar_feeder": "A,B,C,D,E,F", "four_bar": "A,B,C,D"}
+WHEN = re.compile(r"at t = |from t = ")
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One run of the matrix: what is extreme about it, and how."""
+
+    row: str
+    case: str
+    model: str
+    parameters: dict = field(default_factory=dict)
+    joint: dict = field(default_factory=dict)  # fields of every clearance joint; eccentricity as a ratio
+    laws: dict = field(default_factory=dict)  # parameters of every contact law
+    masses: float = 1.0  # mass ratio of the lightest to the heaviest body
+    gravity: tuple[float, float] | None = None
+    rtol: float = 1e-6
+    turns: float = TURNS
+    seed: int | None = None
+
+    @property
+    def column(self) -> str:
+        return f"{self.case} {self.model}"
+
+    def scene(self) -> Scene:
+        if self.case == "random":
+            return random_scene(self.seed, self.model)
+        scene = find_case(self.case).scene(model=self.model, **self.parameters)
+        return altered(scene, self.joint, self.laws, self.masses, self.gravity)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What came of a cell. kind: done, named (a stated reason), or fault (a crash, a NaN, a hang: never allowed)."""
+
+    row: str
+    column: str
+    kind: str
+    reason: str = ""
+    energy: float = math.nan  # largest residual over the energy turned over in a stretch
+    closure: float = math.nan  # largest gap of a joint's points over the mechanism's size
+    seconds: float = 0.0
+    steps: int = 0
+    contacts: int = 0
+    warnings: tuple[str, ...] = ()
+
+
+# --- the matrix
+def matrix(case: str | None = None, quick: bool = False) -> list[Cell]:
+    """All cells, or those of one case; `quick` takes a seventh of them and shorter runs."""
+    cells = [c for c in [*_cells(), *_random_cells()] if case is None or c.case == case]
+    if not cells:
+        known = ", ".join([*CASES, "random"])
+        raise ValueError(f"the stress matrix knows {known}; got {case!r}")
+    if quick:
+        cells = [dataclasses.replace(c, turns=min(c.turns, 0.5)) for c in cells[::7]]
+    return cells
+
+
+def _cells() -> Iterator[Cell]:
+    both = {
+        "c 1 um": {"clearance": 1e-6},
+        "c 1 mm": {"clearance": 1e-3},
+        "30 rpm": {"speed": rpm(30)},
+        "12000 rpm": {"speed": rpm(12000)},
+        "12000 rpm, c 1 um": {"speed": rpm(12000), "clearance": 1e-6},
+    }
+    for case in CASES:
+        for model in ("lubricated", "dry"):
+            yield Cell("as it comes", case, model)
+            for row, parameters in both.items():
+                yield Cell(row, case, model, parameters)
+            if case in ALL_JOINTS:
+                yield Cell("all joints", case, model, {"joints": ALL_JOINTS[case]})
+                yield Cell("all joints, 12000 rpm", case, model, {"joints": ALL_JOINTS[case], "speed": rpm(12000)})
+            yield Cell("no gravity", case, model, gravity=(0.0, 0.0))
+            yield Cell("mass ratio 1e4", case, model, masses=1e-4)
+            yield Cell("rtol 1e-3", case, model, rtol=1e-3)
+            yield Cell("rtol 1e-12", case, model, rtol=1e-12, turns=1.0)
+            yield Cell("1000 turns", case, model, rtol=1e-4, turns=1000.0)
+            yield from _lubricated(case) if model == "lubricated" else _dry(case)
+
+
+def _lubricated(case: str) -> Iterator[Cell]:
+    yield Cell("viscosity 1e-4", case, "lubricated", {"viscosity": 1e-4})
+    yield Cell("viscosity 10", case, "lubricated", {"viscosity": 10.0})
+    yield Cell("viscosity 1e-4, 12000 rpm, c 1 mm", case, "lubricated", {
+        "viscosity": 1e-4, "speed": rpm(12000), "clearance": 1e-3})  # fmt: skip
+    yield Cell("viscosity 10, 30 rpm, c 1 um", case, "lubricated", {
+        "viscosity": 10.0, "speed": rpm(30), "clearance": 1e-6})  # fmt: skip
+    yield Cell("start at 0.9999 c", case, "lubricated", joint={"eccentricity": 0.9999})
+    yield Cell("start at 1.01 c", case, "lubricated", joint={"eccentricity": 1.01})
+
+
+def _dry(case: str) -> Iterator[Cell]:
+    yield Cell("stiffness 1e13", case, "dry", laws={"stiffness": 1e13})
+    yield Cell("restitution 0", case, "dry", {"restitution": 0.0})
+    yield Cell("restitution 1", case, "dry", {"restitution": 1.0})
+    yield Cell("start at 0.9999 c", case, "dry", joint={"eccentricity": 0.9999})
+    yield Cell("start at 1.01 c", case, "dry", joint={"eccentricity": 1.01})
+
+
+def _random_cells() -> Iterator[Cell]:
+    for seed in range(RANDOM_SCENES):
+        yield Cell(f"random scene {seed}", "random", "lubricated" if seed % 2 else "dry", seed=seed)
+
+
+# --- scenes
+def altered(scene: Scene, joint: dict, laws: dict, masses: float, gravity) -> Scene:
+    """A scene with other numbers in its joints, laws, bodies: bodies get masses from 1 down to `masses` of theirs."""
+    count = max(len(scene.bodies) - 1, 1)
+    bodies = {
+        b: dataclasses.replace(b, mass=b.mass * masses ** (i / count), inertia=b.inertia * masses ** (i / count))
+        for i, b in enumerate(scene.bodies)
+    } | {ground: ground}
+    joints = {j: _other_joint(j, bodies, joint, laws) for j in scene.joints}
+
+    def moved(value):
+        if isinstance(value, Point):
+            return dataclasses.replace(value, body=bodies[value.body])
+        return joints.get(value, value) if isinstance(value, Joint) else bodies.get(value, value) if isinstance(
+            value, Body) else value  # fmt: skip
+
+    loads = [
+        dataclasses.replace(load, **{f.name: moved(getattr(load, f.name)) for f in dataclasses.fields(load) if f.init})
+        for load in scene.loads
+    ]
+    return Scene(*joints.values(), *loads, gravity=scene.gravity if gravity is None else gravity, name=scene.name)
+
+
+def _other_joint(joint: Joint, bodies: dict, changes: dict, laws: dict) -> Joint:
+    ends = {side: dataclasses.replace(p, body=bodies[p.body]) for side, p in (("a", joint.a), ("b", joint.b))}
+    if not isinstance(joint, ClearanceRevolute):
+        return dataclasses.replace(joint, **ends)
+    own = dict(changes)
+    if "eccentricity" in own:
+        own["eccentricity"] = (
+            0.6 * own["eccentricity"] * joint.clearance,
+            -0.8 * own["eccentricity"] * joint.clearance,
+        )
+    if laws and joint.contact is not None:
+        own["contact"] = joint.contact.law(**(joint.contact.parameters | laws))
+    return dataclasses.replace(joint, **ends, **own)
+
+
+def random_scene(seed: int, model: str) -> Scene:
+    """A crank-rocker or slider-crank of random proportions, masses, clearances, speed and laws; always assemblable."""
+    from clearance.choices import joint_factory
+
+    rng = np.random.default_rng(seed)
+
+    def spread(low, high):
+        return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+    size, slides = spread(0.02, 0.5), bool(rng.integers(2))
+    crank_length = size * rng.uniform(0.1, 0.45)
+    mass = [spread(1e-2, 10.0) for _ in range(3)]
+    crank, rod, last = (
+        Body(
+            name, m, m * (size / 3.0) ** 2, points={"a": (0, 0), "b": (length, 0)}, com=(0.5 * length, 0.0), angle=angle
+        )
+        for name, m, length, angle in zip(
+            ("crank", "rod", "last"), mass, (crank_length, size, 0.9 * size), (0.7, 0.1, 1.2), strict=True
+        )
+    )
+    names = [n for n in "BC" if rng.integers(2)] or ["C"]
+    clearance = spread(2e-6, 5e-4)
+    radius = max(0.05 * size, 3.0 * clearance)
+    contact, friction = (str(rng.choice(c)) for c in (("lankarani_nikravesh", "hunt_crossley"), ("none", "coulomb")))
+    factory = joint_factory(
+        names, ("B", "C"), model=model, clearance=clearance, radius=radius, length=0.05 * size,
+        viscosity=spread(1e-3, 1.0), restitution=float(rng.uniform(0.0, 1.0)), contact=contact, friction=friction,
+        friction_coefficient=float(rng.uniform(0.0, 0.3)), film="pinkus_sternlicht", roughness=0.0,
+    )  # fmt: skip
+    joints = [
+        Revolute(ground, crank["a"], name="A"), factory("B", crank["b"], rod["a"]), factory("C", rod["b"], last["b"]),
+    ]  # fmt: skip
+    if slides:
+        joints.append(Prismatic(ground, last["b"], name="guide", angle=0.0))
+    else:
+        joints.append(Revolute(ground.at(size, 0.0), last["a"], name="D"))
+    return Scene(*joints, Drive(crank, speed=rpm(spread(30.0, 6000.0))), name=f"random_{seed}")
+
+
+# --- running
+class OutOfTime(Exception):
+    """A cell used up its time."""
+
+
+def judge(cell: Cell) -> Verdict:
+    """Run one cell; whatever happens becomes a verdict."""
+    began = time.perf_counter()
+
+    def watch(share: float) -> None:
+        if time.perf_counter() - began > TIME_BUDGET:
+            raise OutOfTime(f"{share:.1%} of {cell.turns:g} turns done after {TIME_BUDGET:g} s")
+
+    def verdict(kind: str, reason: str = "", **more) -> Verdict:
+        return Verdict(cell.row, cell.column, kind, reason, seconds=time.perf_counter() - began, **more)
+
+    try:
+        result = simulate(
+            cell.scene(), turns=cell.turns, rtol=cell.rtol, max_steps=STEP_BUDGET, samples_per_turn=100, progress=watch
+        )
+    except SimulationError as error:
+        named = bool(WHEN.search(str(error)))
+        return verdict("named" if named else "fault", str(error), **_numbers(error.result))
+    except OutOfTime as error:
+        return verdict("named", f"out of time: {error}")
+    except (ValueError, TypeError) as error:
+        return verdict("named", f"wrong input: {error}")
+    except Exception as error:
+        return verdict("fault", f"{type(error).__name__}: {error}")
+    numbers = _numbers(result)
+    if not numbers["finite"]:
+        return verdict("fault", "a number in the result is not finite", **numbers)
+    numbers.pop("finite")
+    return verdict("done", **numbers)
+
+
+def _numbers(result: Result | None) -> dict:
+    if result is None:
+        return {}
+    finite = True
+
+    def look(name, data):
+        nonlocal finite
+        if hasattr(data, "shape") and data.dtype.kind == "f":
+            finite = finite and bool(np.isfinite(data[()]).all())
+
+    result.file.visititems(look)
+    solver = result.solver
+    found = {
+        "energy": float(solver["energy_residual_share"]), "closure": closure(result), "steps": int(solver["steps"]),
+        "contacts": len(result.file["events/time"]), "warnings": tuple(result.warnings), "finite": finite,
+    }  # fmt: skip
+    if not result.complete:
+        found.pop("finite")
+    result.close()
+    return found
+
+
+def closure(result: Result) -> float:
+    """Largest distance of two points that a joint holds together (less its eccentricity), over the largest position."""
+    scene = json.loads(result.attributes["scene"])
+    centres = {b["name"]: b["com"] for b in scene["bodies"]} | {"ground": (0.0, 0.0)}
+    worst, size = 0.0, 1e-300
+
+    def place(point):
+        if point["body"] == "ground":
+            return point["x"], point["y"]
+        body = result[point["body"]]
+        x, y = point["x"] - centres[point["body"]][0], point["y"] - centres[point["body"]][1]
+        c, s = np.cos(body.theta), np.sin(body.theta)
+        return body.x + c * x - s * y, body.y + s * x + c * y
+
+    for joint in scene["joints"]:
+        (ax, ay), (bx, by) = place(joint["a"]), place(joint["b"])
+        size = max(size, float(np.max(np.abs([ax, ay]))))
+        if joint["type"] == "Prismatic":
+            continue
+        ex = ey = 0.0
+        if joint["type"] == "ClearanceRevolute":
+            channels = result.joint(joint["name"])
+            ex, ey = channels.eccentricity_x, channels.eccentricity_y
+        if np.size(bx - ax):
+            worst = max(worst, float(np.max(np.hypot(bx - ax - ex, by - ay - ey))))
+    return worst / size
+
+
+def stress(
+    case: str | None = None, *, quick: bool = False, workers: int | None = None,
+    progress: Callable[[int, int, str], None] = lambda done, total, name: None,
+) -> list[Verdict]:  # fmt: skip
+    """Run the matrix, each cell in one of `workers` processes; verdicts in the order of the cells."""
+    cells = matrix(case, quick)
+    verdicts: dict[int, Verdict] = {}
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers or os.cpu_count(), mp_context=context) as pool:
+        futures = {pool.submit(judge, c): i for i, c in enumerate(cells)}
+        for future in as_completed(futures):
+            i = futures[future]
+            try:
+                verdicts[i] = future.result()
+            except BrokenProcessPool:
+                verdicts[i] = Verdict(cells[i].row, cells[i].column, "fault", "its process died")
+            progress(len(verdicts), len(cells), f"{cells[i].column}, {cells[i].row}")
+    return [verdicts[i] for i in range(len(cells))]
+
+
+# --- showing
+def _short(v: Verdict) -> str:
+    if v.kind == "done":
+        return f"{v.energy:.0e}"
+    return {"named": "stops", "fault": "FAULT"}[v.kind]
+
+
+def table(verdicts: list[Verdict]) -> list[str]:
+    """The matrix as Markdown: energy residual share of what was done, or the number of a reason below the table."""
+    rows, columns = list(dict.fromkeys(v.row for v in verdicts if "random" not in v.row)), []
+    columns = list(dict.fromkeys(v.column for v in verdicts if "random" not in v.row))
+    found = {(v.row, v.column): v for v in verdicts}
+    reasons: list[str] = []
+
+    def shown(v: Verdict | None) -> str:
+        if v is None:
+            return ""
+        if v.kind == "done":
+            return _short(v)
+        reasons.append(f"[{len(reasons) + 1}] {v.column}, {v.row}: {v.reason}")
+        return f"{_short(v)} [{len(reasons)}]"
+
+    lines = []
+    if rows:
+        lines = ["| energy residual | " + " | ".join(columns) + " |", "|---" * (len(columns) + 1) + "|"]
+        lines += [f"| {r} | " + " | ".join(shown(found.get((r, c))) for c in columns) + " |" for r in rows]
+    random = [v for v in verdicts if "random" in v.row]
+    if random:
+        lines += ["", "Random scenes: " + ", ".join(shown(v) for v in random)]
+    closures = [v.closure for v in verdicts if v.kind == "done"]
+    done = sum(v.kind == "done" for v in verdicts)
+    named, faults = (sum(v.kind == kind for v in verdicts) for kind in ("named", "fault"))
+    closed = f"joints closed to {max(closures, default=0):.0e} of the mechanism's size"
+    lines += ["", f"{done} of {len(verdicts)} done, {named} with a named reason, {faults} faults; {closed}."]
+    return lines + [""] * bool(reasons) + [f"- {r}" for r in reasons]
+
+
+def save(verdicts: list[Verdict], folder: str | Path) -> Path:
+    """All verdicts as one HDF5 table."""
+    names = {
+        "row": ("1", "what is extreme"), "column": ("1", "case, model"), "kind": ("1", "done, named or fault"),
+        "reason": ("1", "why it stopped"), "energy": ("1", "largest residual over the energy turned over"),
+        "closure": ("1", "largest gap of a joint over the mechanism's size"), "seconds": ("s", "run time"),
+        "steps": ("1", "accepted steps"), "contacts": ("1", "contacts"),
+    }  # fmt: skip
+    columns = {n: (*said, np.array([getattr(v, n) for v in verdicts])) for n, said in names.items()}
+    return save_tables(Path(folder) / "stress.h5", "clearance-stress", {}, {"cells": ({}, columns)})
