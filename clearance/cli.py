@@ -155,6 +155,7 @@ def list_cases(options) -> int:
 
 
 def run_case(options) -> int:
+    from clearance.evidence.statistics import over_turns
     from clearance.simulation import SimulationError, simulate
 
     case, values, scene = _scene(options)
@@ -181,6 +182,9 @@ def run_case(options) -> int:
     summary = _summary(case, values, result, began)
     if failure is None and (sentence := _horizon(scene, result, options.rtol)):
         summary["horizon"] = sentence
+        if means := over_turns(result, scene.turn):
+            summary["statistics"] = {n: {"mean": m.value, "standard_error": m.error} for n, m in means.items()}
+            summary["statistics_turns"] = next(iter(means.values())).turns
     if options.plot:
         summary["plot"] = str(_plot(result, output))
     if failure is not None:
@@ -295,16 +299,21 @@ def _readable(summary: dict) -> str:
         lines.append(f"  events       {sum(s['contacts'].values())} contacts, start and end located")
     if "horizon" in s:
         lines.append(f"  horizon      {s['horizon']}")
+    if "statistics" in s:
+        lines.append(f"  statistics   mean and standard error over {s['statistics_turns']} turns, the first left out")
+        lines += [f"    {n:<32} {m['mean']:.5g} +- {m['standard_error']:.2g}" for n, m in s["statistics"].items()]
     lines += [f"  warning      {w}" for w in s["warnings"]]
     lines += [f"  file         {s['file']}"] + ([f"  picture      {s['plot']}"] if "plot" in s else [])
     return "\n".join(lines)
 
 
 def explain_case(options) -> int:
+    from clearance.evidence import ablation
     from clearance.evidence.explain import explain
 
     case, values, scene = _scene(options)
-    found = {"parameters_given": values, **explain(scene)}
+    parts = ablation.ablation(scene, options.cost, _Line(options))
+    found = {"parameters_given": values, **explain(scene), "cost": ablation.plain(parts)}
     if options.json:
         print(json.dumps(found))
         return DONE
@@ -326,6 +335,7 @@ def explain_case(options) -> int:
     print(f"  modules    {', '.join(found['modules'])}")
     print(f"  left out   {', '.join(found['left_out'])}")
     print(f"  store      {found['store']}")
+    print("\n" + "\n".join(ablation.table(parts)))
     return DONE
 
 

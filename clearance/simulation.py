@@ -168,7 +168,9 @@ class Run:
         states, joints = mechanism.size or size, len(scene.clearance_joints)
         self.y, self.f = mechanism.y0.copy(), np.zeros(size)
         self.work = np.concatenate([mechanism.work0, np.zeros(1)])
+        self.roles = kernel_roles(mechanism, self.method)
         self.scale = np.concatenate([mechanism.scale, np.full(size - mechanism.size, self._energy_scale())])
+        self._scale_film_rates()
         self.band = loop.BAND * np.array([j.clearance for j in scene.clearance_joints])
         self.control, self.counts = np.zeros(t.CONTROL_SIZE), np.zeros(t.COUNTS_SIZE, np.int64)
         self.control[t.RTOL], self.control[t.ORDER] = rtol, self.stepper.ORDER
@@ -193,7 +195,6 @@ class Run:
         self.matrix = np.zeros((self.stepper.ROWS + states, max(size, 1)))
         self.complexes = np.zeros((2 * (states + 2), max(states, 1)), np.complex128)
         self.scratch = np.zeros((7, max(size, 3 * joints, 1)))
-        self.roles = kernel_roles(mechanism, self.method)
         # the loop takes a kernel for every role; one that is not needed is never called, so any will do
         order = ("rhs", "jacobian", "events", "commit", "observe")
         if not outputs:
@@ -209,6 +210,29 @@ class Run:
     def _energy_scale(self) -> float:
         mass = sum(b.mass for b in self.mechanism.scene.bodies)
         return mass * (self.mechanism.start.size * self.mechanism.frequency) ** 2
+
+    def _scale_film_rates(self) -> None:
+        """A thick film gives way slowly: its natural rate is acceleration over damping, not clearance times speed.
+
+        Otherwise a rate that is right to rtol of its natural size would leave the film's force, damping times rate,
+        wrong by much more.
+        """
+        mechanism, scene = self.mechanism, self.mechanism.scene
+        acceleration = mechanism.start.size * mechanism.frequency**2 + math.hypot(*scene.gravity)
+        rhs, work, at = mechanism.kernel("rhs"), self.work, mechanism.size // 2
+        rest = mechanism.y0.copy()
+        first = at + len(mechanism.structure.plan.free)
+        rest[first - at : at] = rest[first : 2 * at] = 0.0
+        before, after = np.zeros_like(rest), np.zeros_like(rest)
+        rhs(0.0, rest, mechanism.par, work, before)
+        for i, joint in enumerate(mechanism.eccentric):
+            for k in (first + 2 * i, first + 2 * i + 1) if joint.film is not None else ():
+                moved = rest.copy()
+                moved[k] = self.scale[k]
+                rhs(0.0, moved, mechanism.par, work, after)
+                damping = abs(after[k] - before[k]) / self.scale[k]
+                if damping * self.scale[k] > acceleration:
+                    self.scale[k] = acceleration / damping
 
     def advance(self) -> int:
         """One call of the compiled loop."""

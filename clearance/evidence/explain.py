@@ -64,15 +64,19 @@ def _solved(group) -> str:
     }.get(group.form, f"in closed form (dyad {group.form})")
 
 
+def operations(role: str, text: str) -> int:
+    """Arithmetic operations and calls of a kernel, the insides of laws not counted."""
+    body = text.rpartition(f"def {role}(")[2]
+    return sum(Counter(m for found in _OPERATION.findall(body) for m in found if m).values())
+
+
 def _kernel(role: str, text: str) -> dict:
     body = text.rpartition(f"def {role}(")[2]
-    operations = Counter(m for found in _OPERATION.findall(body) for m in found if m)
-    calls = sorted(set(re.findall(r"= (\w+)\(", body)))
     return {
         "key": key(text),
         "lines": len(text.splitlines()),
-        "operations": sum(operations.values()),
-        "calls": calls,
+        "operations": operations(role, text),
+        "calls": sorted(set(re.findall(r"= (\w+)\(", body))),
         "in_store": is_known(role, text),
     }
 

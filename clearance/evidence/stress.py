@@ -20,14 +20,15 @@ from pathlib import Path
 import numpy as np
 
 from clearance.catalogue import find_case
+from clearance.evidence.variants import rebuilt
 from clearance.joints import ClearanceRevolute, Joint, Prismatic, Revolute
 from clearance.loads import Drive
 from clearance.results import Result, save_tables
-from clearance.scene import Body, Point, Scene, ground
+from clearance.scene import Body, Scene, ground
 from clearance.simulation import SimulationError, simulate
 from clearance.units import rpm
 
-STEP_BUDGET = 2_000_000
+STEP_BUDGET = 10_000_000
 TIME_BUDGET = 60.0  # seconds a cell
 TURNS = 2.0
 RANDOM_SCENES = 12
@@ -111,6 +112,7 @@ def _cells() -> Iterator[Cell]:
                 yield Cell("all joints, 12000 rpm", case, model, {"joints": ALL_JOINTS[case], "speed": rpm(12000)})
             yield Cell("no gravity", case, model, gravity=(0.0, 0.0))
             yield Cell("mass ratio 1e4", case, model, masses=1e-4)
+            yield Cell("rtol 1e-1", case, model, rtol=1e-1)
             yield Cell("rtol 1e-3", case, model, rtol=1e-3)
             yield Cell("rtol 1e-12", case, model, rtol=1e-12, turns=1.0)
             yield Cell("1000 turns", case, model, rtol=1e-4, turns=1000.0)
@@ -142,41 +144,28 @@ def _random_cells() -> Iterator[Cell]:
 
 
 # --- scenes
-def altered(scene: Scene, joint: dict, laws: dict, masses: float, gravity) -> Scene:
-    """A scene with other numbers in its joints, laws, bodies: bodies get masses from 1 down to `masses` of theirs."""
+def altered(scene: Scene, changes: dict, laws: dict, masses: float, gravity) -> Scene:
+    """A scene with other numbers: bodies get masses from 1 down to `masses` of theirs.
+
+    `changes` are fields of clearance joints (eccentricity as a ratio), `laws` parameters of their contact laws.
+    """
     count = max(len(scene.bodies) - 1, 1)
-    bodies = {
-        b: dataclasses.replace(b, mass=b.mass * masses ** (i / count), inertia=b.inertia * masses ** (i / count))
-        for i, b in enumerate(scene.bodies)
-    } | {ground: ground}
-    joints = {j: _other_joint(j, bodies, joint, laws) for j in scene.joints}
+    share = {b.name: masses ** (i / count) for i, b in enumerate(scene.bodies)}
 
-    def moved(value):
-        if isinstance(value, Point):
-            return dataclasses.replace(value, body=bodies[value.body])
-        return joints.get(value, value) if isinstance(value, Joint) else bodies.get(value, value) if isinstance(
-            value, Body) else value  # fmt: skip
+    def body(b: Body) -> Body:
+        return dataclasses.replace(b, mass=b.mass * share[b.name], inertia=b.inertia * share[b.name])
 
-    loads = [
-        dataclasses.replace(load, **{f.name: moved(getattr(load, f.name)) for f in dataclasses.fields(load) if f.init})
-        for load in scene.loads
-    ]
-    return Scene(*joints.values(), *loads, gravity=scene.gravity if gravity is None else gravity, name=scene.name)
+    def joint(j: Joint) -> Joint:
+        if not isinstance(j, ClearanceRevolute):
+            return j
+        own = dict(changes)
+        if "eccentricity" in own:
+            own["eccentricity"] = tuple(k * own["eccentricity"] * j.clearance for k in (0.6, -0.8))
+        if laws and j.contact is not None:
+            own["contact"] = j.contact.law(**(j.contact.parameters | laws))
+        return dataclasses.replace(j, **own)
 
-
-def _other_joint(joint: Joint, bodies: dict, changes: dict, laws: dict) -> Joint:
-    ends = {side: dataclasses.replace(p, body=bodies[p.body]) for side, p in (("a", joint.a), ("b", joint.b))}
-    if not isinstance(joint, ClearanceRevolute):
-        return dataclasses.replace(joint, **ends)
-    own = dict(changes)
-    if "eccentricity" in own:
-        own["eccentricity"] = (
-            0.6 * own["eccentricity"] * joint.clearance,
-            -0.8 * own["eccentricity"] * joint.clearance,
-        )
-    if laws and joint.contact is not None:
-        own["contact"] = joint.contact.law(**(joint.contact.parameters | laws))
-    return dataclasses.replace(joint, **ends, **own)
+    return rebuilt(scene, body=body, joint=joint, gravity=gravity)
 
 
 def random_scene(seed: int, model: str) -> Scene:

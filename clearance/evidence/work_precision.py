@@ -17,12 +17,14 @@ import numpy as np
 from clearance.evidence.exudyn import EXUDYN_STEPS, Exudyn
 from clearance.evidence.peers import PEERS
 from clearance.evidence.problem import DISPLACEMENT, NotSolved, Problem, parting
+from clearance.evidence.statistics import Mean, over_turns
 from clearance.results import save_tables
 from clearance.scene import Scene
-from clearance.simulation import METHODS, choose_method
+from clearance.simulation import METHODS, SimulationError, choose_method, simulate
 
 RTOLS = tuple(10.0**-k for k in range(3, 13))
 LEVELS = tuple(10.0**-k for k in range(2, 9))
+STATISTICS_TURNS, STATISTICS_RTOLS = 40, (1e-4, 1e-6, 1e-8)
 REPEATS = 7
 ENOUGH = 1.5  # seconds after which a measurement is not repeated any more
 PATIENCE = 20.0  # seconds: a solver that needed longer is not asked for more digits
@@ -66,6 +68,7 @@ class Study:
     doubt: float
     curves: list[Curve]
     remarks: list[str]
+    statistics: dict[float, dict[str, Mean]] = field(default_factory=dict)  # by rtol, beyond the horizon
 
     def best(self, level: float) -> float:
         """Cheapest own run at an error level."""
@@ -88,9 +91,12 @@ def work_precision(
     if not (math.isfinite(until) and until > 0.0):
         raise ValueError(f"the span must be positive, got {until!r} s")
     problem, remarks = Problem(scene, until), []
+    statistics: dict[float, dict[str, Mean]] = {}
     if problem.contacts:
         progress("horizon")
-        problem = _comparable(problem, remarks)
+        whole, problem = problem, _comparable(problem, remarks)
+        if problem is not whole:
+            statistics = _statistics(scene, progress)
     progress("reference")
     doubt = problem.doubt
     solvers = [(m, True, _own(m)) for m in METHODS if m == "dop853" or not (problem.contacts and not problem.films)]
@@ -107,8 +113,22 @@ def work_precision(
     remarks.append(f"simulate and run would choose {chosen}")
     return Study(
         title, problem.measure, problem.until, problem.until / turn if turn else None, problem.reference_methods, doubt,
-        curves, remarks,
+        curves, remarks, statistics,
     )  # fmt: skip
+
+
+def _statistics(scene: Scene, progress: Callable[[str], None]) -> dict[float, dict[str, Mean]]:
+    """What remains comparable beyond the horizon: means over turns at several tolerances."""
+    found = {}
+    for rtol in STATISTICS_RTOLS if scene.turn else ():
+        progress(f"statistics over {STATISTICS_TURNS} turns at {rtol:.0e}")
+        try:
+            result = simulate(scene, turns=STATISTICS_TURNS, rtol=rtol)
+        except SimulationError as reason:
+            result = reason.result
+        found[rtol] = over_turns(result, scene.turn)
+        result.close()
+    return found
 
 
 def _comparable(problem: Problem, remarks: list[str]) -> Problem:
@@ -227,7 +247,20 @@ def describe(study: Study) -> list[str]:
         f"reference {study.reference[0]} at its tightest, {study.doubt:.1g} away from {study.reference[1]}",
     ]
     lines += study.remarks
+    if study.statistics:
+        lines += ["", *statistics_table(study), ""]
     return lines + [f"{c.name}: {note}" for c in study.curves for note in c.notes]
+
+
+def statistics_table(study: Study) -> list[str]:
+    """Means over turns and their standard errors at several tolerances: they should agree within their errors."""
+    tolerances = list(study.statistics)
+    title = f"| mean over {STATISTICS_TURNS - 1} turns +- its standard error | "
+    lines = [title + " | ".join(f"rtol {r:.0e}" for r in tolerances) + " |", "|---" * (len(tolerances) + 1) + "|"]
+    for name in next(iter(study.statistics.values())):
+        cells = (str(study.statistics[r].get(name, "-")) for r in tolerances)
+        lines.append(f"| {name} | " + " | ".join(cells) + " |")
+    return lines
 
 
 def plain(study: Study) -> dict:
@@ -235,6 +268,10 @@ def plain(study: Study) -> dict:
     return {
         "title": study.title, "measure": study.measure, "until_s": study.until, "turns": study.turns,
         "reference": list(study.reference), "reference_doubt": study.doubt, "remarks": study.remarks,
+        "statistics": [
+            {"rtol": r, "means": {n: {"mean": m.value, "standard_error": m.error} for n, m in found.items()}}
+            for r, found in study.statistics.items()
+        ],
         "curves": [
             {"name": c.name, "own": c.own, "prepared_s": c.prepared_s, "rtol": c.rtol, "error": c.error,
              "seconds": c.seconds, "evaluations": c.evaluations, "notes": c.notes}

@@ -49,8 +49,11 @@ LOG_COLUMNS = 3  # time at the end, step, error over tolerance
 
 PROBES = 8  # interior places where a step is searched for contact
 FLIP_LIMIT = 100  # contact changes without advance in time before the run counts as stuck
+SQUEEZE = 0.05  # smallest part of a film that a step may leave
+DOMAIN_LEFT = 3  # refusal of a step that takes a journal out of its film
 FREE = -1.0  # in the place of the impact speed: this joint is not in contact
 BAND = 1e-13  # dead band of a touch, relative to the clearance
+SMALLEST = 4e-16  # step over time that still advances the clock; the layer a film forms at the start needs short ones
 SAFETY, SHRINK, GROW = 0.9, 0.2, 4.0
 DOUBTED = 0.3  # power of the error that a step refused again goes by: solutions are less smooth at a contact's ends
 NEWTON_FAILED = 0.5  # the step after one whose equations could not be solved
@@ -484,9 +487,12 @@ def accept(call, s, t, h):
 
 @inline
 def outside(s):
-    """A joint whose journal has left its film with nothing to carry it, or -1."""
+    """A joint whose journal has left its film with nothing to carry it, or come too near to the wall at once; or -1.
+
+    The error of a step may exceed the film left: without the second a step could end anywhere next to the wall.
+    """
     for j in range(s.contacts.shape[0]):
-        if s.contacts[j, IS_CONTACT] == 0.0 and s.after[3 * j] >= 0.0:
+        if s.contacts[j, IS_CONTACT] == 0.0 and s.after[3 * j] >= SQUEEZE * s.before[3 * j]:
             return j
     return -1
 
@@ -496,8 +502,11 @@ def advance(call, s):
     """One trial step: rejected, or accepted up to its first contact event. Returns a status code."""
     t = s.clock[TIME]
     h = proposed(s, t)
-    if h <= 4e-16 * max(abs(t), abs(s.clock[END])) and s.clock[END] - t > h:
-        return status.NOT_FINITE if s.place[LAST_REFUSAL] == 2 else status.STEP_TOO_SMALL
+    if h <= SMALLEST * max(abs(t), 1e-6 * s.clock[END]) and s.clock[END] - t > h:
+        refusal = s.place[LAST_REFUSAL]
+        if refusal == DOMAIN_LEFT:
+            return status.FILM_LEFT
+        return status.NOT_FINITE if refusal == 2 else status.STEP_TOO_SMALL
     code = attempt(call, s, t, h)
     if code != 0:
         shrink(s, h, NEWTON_FAILED, code)
@@ -509,6 +518,11 @@ def advance(call, s):
     if s.contacts.shape[0] > 0:
         call.events(t, s.y, s.par, s.work, s.before)
         call.events(t + h, s.y_new, s.par, s.work, s.after)
+        s.place[FAILED_JOINT] = outside(s)
+        if s.place[FAILED_JOINT] >= 0:
+            invalidate(s)
+            shrink(s, h, SHRINK, DOMAIN_LEFT)
+            return status.RUNNING
         if near_contact(s, h):
             interpolate(call, s, t, h)
             event, theta = first_event(call, s, t, h)
@@ -528,8 +542,7 @@ def advance(call, s):
     grow(s, h)
     if event >= 0:
         change_phase(call, s, event, s.clock[TIME])
-    s.place[FAILED_JOINT] = outside(s)
-    return status.FILM_LEFT if s.place[FAILED_JOINT] >= 0 else status.RUNNING
+    return status.RUNNING
 
 
 @compiled(KERNEL.signature)

@@ -1,0 +1,57 @@
+"""Scenes made from a scene: the same mechanism with other bodies or joints."""
+
+import dataclasses
+from collections.abc import Callable
+
+from clearance.joints import ClearanceRevolute, Joint, Revolute
+from clearance.scene import Body, Point, Scene, ground
+
+
+def rebuilt(
+    scene: Scene, *, body: Callable[[Body], Body] = lambda b: b, joint: Callable[[Joint], Joint] = lambda j: j,
+    gravity: tuple[float, float] | None = None,
+) -> Scene:  # fmt: skip
+    """The scene with every body and joint passed through a function; loads follow to the new ones."""
+    bodies = {b: body(b) for b in scene.bodies} | {ground: ground}
+
+    def followed(value):
+        if isinstance(value, Point):
+            return dataclasses.replace(value, body=bodies[value.body])
+        if isinstance(value, Joint):
+            return joints[value]
+        return bodies[value] if isinstance(value, Body) else value
+
+    joints = {}
+    for j in scene.joints:
+        joints[j] = joint(dataclasses.replace(j, a=followed(j.a), b=followed(j.b)))
+    loads = [
+        dataclasses.replace(
+            load, **{f.name: followed(getattr(load, f.name)) for f in dataclasses.fields(load) if f.init}
+        )
+        for load in scene.loads
+    ]
+    return Scene(*joints.values(), *loads, gravity=scene.gravity if gravity is None else gravity, name=scene.name)
+
+
+def reduced(scene: Scene) -> dict[str, Scene]:
+    """The scene, and what is left of it when parts are taken out, the smallest last: what each part costs."""
+    found = {"as it is": scene}
+    clearances = scene.clearance_joints
+    if any(j.friction is not None for j in clearances):
+        found["without friction"] = rebuilt(scene, joint=lambda j: _replaced(j, friction=None))
+    if any(j.film is not None and j.film_torques for j in clearances):
+        found["without film torques"] = rebuilt(scene, joint=lambda j: _replaced(j, film_torques=False))
+    if len(clearances) > 1:
+        first = clearances[0].name
+        found[f"clearance in {first} only"] = rebuilt(scene, joint=lambda j: j if j.name == first else _ideal(j))
+    if clearances:
+        found["ideal joints"] = rebuilt(scene, joint=_ideal)
+    return found
+
+
+def _replaced(joint: Joint, **values) -> Joint:
+    return dataclasses.replace(joint, **values) if isinstance(joint, ClearanceRevolute) else joint
+
+
+def _ideal(joint: Joint) -> Joint:
+    return Revolute(joint.a, joint.b, name=joint.name) if isinstance(joint, ClearanceRevolute) else joint
