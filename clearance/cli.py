@@ -8,6 +8,7 @@ import contextlib
 import json
 import logging
 import os
+import re
 import sys
 import time
 from pathlib import Path
@@ -83,7 +84,7 @@ def _quantity(text: str) -> float:
 
 def main(arguments: list[str] | None = None) -> int:
     """Entry point: returns the exit status."""
-    options = parser().parse_args(arguments)
+    options = parser().parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
     action = {
         "cases": list_cases, "run": run_case, "explain": explain_case, "work-precision": measure_case,
         "stress": stress_cases,
@@ -97,6 +98,17 @@ def main(arguments: list[str] | None = None) -> int:
         return _complain(options, str(error), WRONG)
     except KeyboardInterrupt:
         return _complain(options, "interrupted; the result file holds what was computed", FAILED)
+
+
+def _joined(arguments: list[str]) -> list[str]:
+    """`--rtol -1e-6` as `--rtol=-1e-6`: argparse takes only plain negative numbers for values."""
+    found: list[str] = []
+    for argument in arguments:
+        if re.match(r"-\.?\d", argument) and found and re.fullmatch(r"--[a-z-]+", found[-1]):
+            found[-1] += f"={argument}"
+        else:
+            found.append(argument)
+    return found
 
 
 def _complain(options, message: str, status: int, **more) -> int:
@@ -344,6 +356,7 @@ def measure_case(options) -> int:
     from clearance.evidence import physics, pictures, work_precision
 
     case, values, scene = _scene(options)
+    _make_folder(options)
     title = " ".join([case.name, *(f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in values.items())])
     module = physics if options.physics else work_precision
     if options.physics:
@@ -366,6 +379,7 @@ def stress_cases(options) -> int:
 
     if options.workers is not None and options.workers < 1:
         raise ValueError(f"--workers must be at least 1, got {options.workers}")
+    _make_folder(options)
     line = _Line(options)
     verdicts = stress.stress(
         options.case, quick=options.quick, workers=options.workers,
@@ -377,6 +391,12 @@ def stress_cases(options) -> int:
         options, lines, document, lambda folder: stress.save(verdicts, folder), pictures.stress, verdicts, "stress"
     )
     return FAILED if any(v.kind == "fault" for v in verdicts) else DONE
+
+
+def _make_folder(options) -> None:
+    """Before the work, so that a folder nobody can write to is known at once."""
+    if options.output:
+        Path(options.output).mkdir(parents=True, exist_ok=True)
 
 
 def _publish(options, lines: list[str], document: dict, save, draw, study, stem: str) -> int:

@@ -71,6 +71,9 @@ def test_units_and_readable_summary(tmp_path, capsys):
         (["--turns", "-1"], "turns must be positive"),
         (["--turns", "many"], "'many' is not a number"),
         (["--rtol", "0"], "rtol must be positive"),
+        (["--rtol", "-1e-6"], "rtol must be positive, got -1e-06"),
+        (["--turns", "0"], "turns must be positive, got 0.0"),
+        (["--until", "0"], "until must be positive, got 0.0"),
         (["--rtol", "1"], "rtol must lie in [1e-14, 0.1]"),
         (["--method", "euler"], "method must be one of auto, radau, dop853, rodas5p, radau5, radau9; got 'euler'"),
         (["--method", "radau", "-p", "model=ideal"], "no degree of freedom"),
@@ -85,6 +88,36 @@ def test_bad_input_is_one_clear_line(arguments, line, tmp_path, capsys):
     assert err.startswith("clearance: ")
     assert err.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["work-precision", "slider_crank", "--turns", "0"], "turns must be positive, got 0.0"),
+        (["work-precision", "slider_crank", "--until", "-1e-3"], "until must be positive, got -0.001"),
+        (["work-precision", "double_pendulum", "--turns", "1"], "turns needs a constant-speed rotating drive"),
+        (["work-precision", "slider_crank", "--turns", "1", "--until", "1"], "not allowed with argument"),
+        (["work-precision", "six_bar_feeder", "-p", "model=ideal"], "no degree of freedom"),
+        (["work-precision", "slider_crank", "--physics", "--turns", "0"], "turns must be positive, got 0.0"),
+        (["work-precision", "double_pendulum", "--physics"], "has no parameter model"),
+        (["stress", "nosuch"], "the stress matrix knows six_bar_feeder"),
+        (["stress", "--workers", "-1"], "--workers must be at least 1, got -1"),
+        (["explain", "four_bar", "-p", "speed=fast", "--cost"], "'fast' is not a number"),
+    ],
+)
+def test_bad_input_of_the_studies(arguments, line, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    status, out, err = run(*arguments, capsys=capsys)
+    assert (status, out) == (2, "")
+    assert line in err
+    assert err.count("\n") == 1
+
+
+def test_a_folder_that_cannot_be_made_is_known_before_the_work(tmp_path, capsys):
+    (tmp_path / "taken").write_text("")
+    status, _, err = run("work-precision", "slider_crank", "-o", tmp_path / "taken", capsys=capsys)
+    assert status == 2
+    assert "taken" in err
 
 
 @pytest.mark.parametrize("case", ["nosuch", "no/such.py", "nosuch.py"])

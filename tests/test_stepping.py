@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 
 import clearance as cl
 from clearance.simulation import METHODS, SimulationError
@@ -117,6 +119,114 @@ def test_a_near_miss_is_no_contact():
     speed = math.sqrt(2 * g * (c - 1e-9))
     events = cl.simulate(ball(clearance=c, eccentricity_rate=(0.0, speed)), until=speed / g * 1.5, rtol=1e-6).events
     assert len(events["time"]) == 0
+
+
+@given(
+    speed=st.floats(1e-3, 3.0), angle=st.floats(0.0, 2.0 * math.pi), tolerance=st.floats(3.0, 10.0),
+    gravity=st.floats(0.01, 20.0),
+)  # fmt: skip
+@settings(max_examples=40, deadline=None)
+def test_first_touch_is_where_it_must_be(speed, angle, tolerance, gravity):
+    """A throw across the clearance meets the circle at the root of a quartic, whatever tolerance and direction: within
+    1e-12 of the time, with a penetration within the dead band (1e-13 c).
+    """
+    c, vx, vy = 1e-3, speed * math.cos(angle), speed * math.sin(angle)
+    scene = ball(gravity=(0.0, -gravity), clearance=c, eccentricity_rate=(vx, vy))
+    pull = gravity * c / speed**2
+    roots = np.roots([pull**2 / 4.0, -pull * math.sin(angle), 1.0, 0.0, -1.0])  # time over c / speed
+    real = roots[np.abs(roots.imag) < 1e-6].real
+    first = min(r for r in real if r > 0.0) * c / speed
+    for _ in range(3):  # the quartic's roots are found to 1e-10 only
+        x, y = vx * first, vy * first - 0.5 * gravity * first**2
+        slope = 2.0 * (x * vx + y * (vy - gravity * first))
+        first -= (x * x + y * y - c * c) / slope
+    assume(slope > 1e-3 * c * speed)
+    events = cl.simulate(scene, until=1.5 * first, rtol=10.0**-tolerance).events
+    assert len(events["time"]) >= 1
+    assert events["time"][0] == pytest.approx(first, rel=1e-12)
+
+
+def advanced(scene, until, rtol, step):
+    """All states in which a contact has just begun or ended, one trial step at a time."""
+    from clearance.mechanism.build import build
+    from clearance.simulation import Run, Span
+
+    run = Run(build(scene), Span(until, 2), rtol, ("dop853", "test"))
+    loop, found, touching = run.loop, [], np.zeros(len(run.contacts))
+    monitor = run.mechanism.kernel("events")
+    values = np.zeros(3 * len(run.contacts))
+    while step(run) == 0:
+        now = run.contacts[:, loop.TOUCHING].copy()
+        if (now != touching).any():
+            monitor(run.clock[loop.TIME], run.y, run.mechanism.par, run.work, values)
+            found.append((run.clock[loop.TIME], np.flatnonzero(now != touching), now, values.copy()))
+        touching = now
+        run.place[loop.ROWS] = run.place[loop.EVENTS] = run.place[loop.LOGGED] = 0
+    return found, run
+
+
+def test_contacts_begin_and_end_within_the_dead_band(monkeypatch):
+    """Every change of phase lies on the wall to the dead band; while a joint is free its law sees no penetration."""
+    from clearance import simulation
+
+    monkeypatch.setattr(simulation, "BUDGET", 1)
+    scene = cl.load_case("six_bar_feeder", model="dry", joints="B,C,E")
+    found, run = advanced(scene, 0.25 * scene.turn, 1e-5, lambda run: run.advance())
+    assert len(found) > 50
+    for _, joints, _, values in found:
+        for j in joints:
+            assert abs(values[3 * j]) <= run.band[j]
+
+
+@pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-10])
+def test_restarts_keep_the_order(rtol):
+    """After ten impacts of a ball that falls the error still follows the tolerance: within 1e4 times."""
+    scene = ball(restitution=0.9, eccentricity_rate=(0.02, 0.0))
+    until = 0.12
+    exact = cl.simulate(scene, until=until, rtol=1e-13, samples=2)
+    found = cl.simulate(scene, until=until, rtol=rtol, samples=2)
+    assert len(exact.events["time"]) == len(found.events["time"]) > 5
+    e = found.joint("J").eccentricity_y[-1] - exact.joint("J").eccentricity_y[-1]
+    assert abs(e) < 1e4 * rtol * 1e-3
+
+
+def test_a_micrometre_with_long_levers_keeps_its_digits():
+    """Eccentricities are coordinates: with c = 1 um between 0.3 m levers two tight methods agree to 1e-9 of c, although
+    positions are rounded to 5e-17 m = 5e-11 c each.
+    """
+    scene = cl.load_case("six_bar_feeder", joints="B,C,E", clearance=1e-6)
+    a, b = (cl.simulate(scene, turns=0.5, rtol=r, method=m) for r, m in ((1e-12, "radau9"), (1e-11, "radau5")))
+    for joint in "BCE":
+        assert np.abs(a.joint(joint).eccentricity_x - b.joint(joint).eccentricity_x).max() < 1e-9 * 1e-6
+
+
+def test_forces_of_very_thick_films_are_right():
+    """Where the film is thousands of times stiffer than the motion needs, joint forces still converge: 1e-3 at 1e-6.
+
+    (Their natural rate is acceleration over damping; clearance times speed would leave the force wrong by 10 %.)
+    """
+    scene = cl.load_case("four_bar", model="lubricated", viscosity=10.0, speed=cl.rpm(30), clearance=1e-6)
+    exact, found = (cl.simulate(scene, turns=1, rtol=r).joint("C") for r in (1e-11, 1e-6))
+    size = np.abs(exact.force_x[20:]).max()
+    assert np.abs(exact.force_x - found.force_x)[20:].max() < 1e-3 * size
+
+
+def test_stiff_and_explicit_methods_agree_in_a_film():
+    """Forced methods solve the same equations: 1e-6 of the clearance at rtol 1e-9; the explicit one is warned about."""
+    scene = cl.load_case("slider_crank", model="lubricated")
+    found = {m: cl.simulate(scene, turns=0.2, rtol=1e-9, method=m) for m in METHODS}
+    for result in found.values():
+        apart = np.abs(result.joint("C").eccentricity_x - found["radau9"].joint("C").eccentricity_x).max()
+        assert apart < 1e-6 * 0.5e-3
+    assert any("explicit" in w for w in found["dop853"].warnings)
+    assert "asked for" in found["dop853"].solver["method_reason"]
+
+
+@pytest.mark.parametrize(("rtol", "method"), [(1e-3, "rodas5p"), (1e-5, "radau5"), (1e-9, "radau9")])
+def test_the_choice_says_why(rtol, method):
+    result = cl.simulate(cl.load_case("slider_crank", model="lubricated"), turns=0.05, rtol=rtol)
+    assert result.solver["method"] == method
+    assert "film of joint C" in result.solver["method_reason"]
 
 
 def test_two_joints_touch_in_one_step():

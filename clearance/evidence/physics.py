@@ -71,7 +71,9 @@ def compare(
 ) -> Comparison:  # fmt: skip
     """Run every choice at a tolerance that leaves only the physics, and measure its distance from the finest."""
     choices = ladder(case, values)
-    span = {"until": until} if until is not None else {"turns": turns or 6.0}
+    if turns is not None and until is not None:
+        raise ValueError("give either turns or until, not both")
+    span = {"until": until} if until is not None else {"turns": 6.0 if turns is None else turns}
     found = {}
     for choice in choices:
         progress(choice.name)

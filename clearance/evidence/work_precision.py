@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from clearance import checks
 from clearance.evidence.exudyn import EXUDYN_STEPS, Exudyn
 from clearance.evidence.peers import PEERS
 from clearance.evidence.problem import DISPLACEMENT, NotSolved, Problem, parting
@@ -87,10 +88,8 @@ def work_precision(
     if until is None:
         if turns is not None and scene.turn is None:
             raise ValueError("turns needs a constant-speed rotating drive with speed != 0; give until=SECONDS instead")
-        until = (turns or 2.0) * (scene.turn or 1.0)
-    if not (math.isfinite(until) and until > 0.0):
-        raise ValueError(f"the span must be positive, got {until!r} s")
-    problem, remarks = Problem(scene, until), []
+        until = (2.0 if turns is None else checks.positive("turns", turns)) * (scene.turn or 1.0)
+    problem, remarks = Problem(scene, checks.positive("until", until)), []
     statistics: dict[float, dict[str, Mean]] = {}
     if problem.contacts:
         progress("horizon")

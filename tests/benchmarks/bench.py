@@ -22,7 +22,10 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT))
 
 import clearance as cl  # noqa: E402
+from clearance.evidence import ablation  # noqa: E402
 from clearance.mechanism.build import build  # noqa: E402
+from clearance.simulation import Run, Span, choose_method  # noqa: E402
+from clearance.stepping import status  # noqa: E402
 from tests.augmented import Augmented, augmented  # noqa: E402
 
 MARK = "<!-- benchmark table -->"
@@ -155,6 +158,55 @@ def runs():
             yield f"| {name} | {rtol:.0e} | {cost} | {steps} | {shown} | {residual:.0e} |"
 
 
+def parts():
+    """Cost a step of what a scene has: clearance joints, friction, energy ledger, outputs."""
+    cases = {
+        "ideal": {"model": "ideal"},
+        "dry B": {"model": "dry", "joints": "B", "friction": "none"},
+        "dry B, friction": {"model": "dry", "joints": "B", "friction": "coulomb"},
+        "lubricated B": {"joints": "B"},
+        "lubricated B, no film torques": {"joints": "B", "film_torques": False},
+        "lubricated B, C, E": {"joints": "B,C,E"},
+        "lubricated A to F": {"joints": "A,B,C,D,E,F"},
+    }
+    rows = [ablation.cost(name, cl.load_case("six_bar_feeder", **options)) for name, options in cases.items()]
+    yield from ablation.table(rows, "six-bar feeder, one turn")
+    one, six = (next(r for r in rows if r.name == n) for n in ("lubricated B", "lubricated A to F"))
+    ratio = six.step * six.steps / (one.step * one.steps)
+    yield ""
+    yield f"Six lubricated joints cost {ratio:.1f} times one over a turn ({six.step / one.step:.1f} times a step)."
+    require(ratio <= 8.0, f"six joints cost {ratio:.1f} times one")
+
+
+def long_runs():
+    """Run time a turn over 1000 turns: of the first and the last hundred."""
+    yield "| 1000 turns, no outputs | steps | a turn of the first 100 | a turn of the last 100 | ratio |"
+    yield "|---|---|---|---|---|"
+    cases = {
+        "feeder, lubricated B, C, E": ("six_bar_feeder", {"joints": "B,C,E"}),
+        "slider-crank, lubricated": ("slider_crank", {"model": "lubricated"}),
+        "slider-crank, dry": ("slider_crank", {"model": "dry"}),
+    }
+    for name, (case, options) in cases.items():
+        scene = cl.load_case(case, **options)
+        mechanism = build(scene, ledger=False)
+        run = Run(mechanism, Span(1000 * scene.turn, 1001), 1e-5, choose_method(mechanism, rtol=1e-5), outputs=False)
+        marks, clock = [(0.0, 0.0)], 0.0
+        code = status.RUNNING
+        while code == status.RUNNING:
+            began = time.perf_counter()
+            code = run.advance()
+            clock += time.perf_counter() - began
+            marks.append((run.clock[run.loop.TIME] / scene.turn, clock))
+            run.place[run.loop.ROWS] = run.place[run.loop.EVENTS] = run.place[run.loop.LOGGED] = 0
+        at = np.interp([0.0, 100.0, 900.0, 1000.0], *np.array(marks).T)
+        first, last = at[1] / 100, (at[3] - at[2]) / 100
+        steps = int(run.counts[run.types.STEPS])
+        yield f"| {name} | {steps} | {first * 1e3:.3f} ms | {last * 1e3:.3f} ms | {last / first:.2f} |"
+        require(code == status.DONE, f"{name}: 1000 turns ended with {code}")
+        require(last < 1.2 * first, f"{name}: a turn costs {last / first:.2f} times more at the end")
+
+
 def memory():
     """Peak memory of a long run, all of the process."""
     yield "| 10,000 turns, feeder, lubricated B, 40 samples a turn | wall | peak memory | file |"
@@ -186,7 +238,8 @@ def main():
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--update", metavar="FILE", help=f"put the tables into FILE, at the mark {MARK}")
     path = options.parse_args().update
-    lines = [*right_hand_sides(), "", *starts(), "", *runs(), "", *memory()]
+    sections = (right_hand_sides, parts, starts, runs, long_runs, memory)
+    lines = [line for section in sections for line in [*section(), ""]][:-1]
     print("\n".join(lines))
     if path:
         head, _, rest = Path(path).read_text().partition(MARK)

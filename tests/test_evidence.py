@@ -1,0 +1,219 @@
+"""The evidence: error against run time, the horizon, statistics, the price of physics, what parts cost."""
+
+import importlib.util
+import json
+import math
+
+import h5py
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance import cli
+from clearance.catalogue import find_case
+from clearance.evidence import ablation, physics, pictures, statistics, work_precision
+from clearance.evidence.peers import PEERS
+from clearance.evidence.problem import NotSolved, Problem, horizon
+from clearance.evidence.variants import rebuilt, reduced
+from clearance.simulation import METHODS
+from tests.test_stepping import ball
+
+
+def oil():
+    return cl.load_case("slider_crank", model="lubricated", viscosity=0.04)
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """Two tolerances, one repeat: the numbers, not the times, are tested."""
+    monkeypatch.setattr(work_precision, "RTOLS", (1e-4, 1e-7))
+    monkeypatch.setattr(work_precision, "REPEATS", 1)
+    monkeypatch.setattr(work_precision, "STATISTICS_TURNS", 6)
+
+
+class TestWorkPrecision:
+    def test_every_solver_agrees_with_the_reference(self, quick):
+        """All own methods and scipy's on one right-hand side: global errors within 3000 times their tolerance (the
+        thin film magnifies local errors by about 100), and tighter is better.
+        """
+        study = work_precision.work_precision("film", oil(), turns=0.5)
+        assert study.doubt < 1e-9
+        assert [c.name for c in study.curves if c.own] == list(METHODS)
+        for curve in study.curves:
+            assert curve.error, f"{curve.name}: {curve.notes}"
+            for rtol, error in zip(curve.rtol, curve.error, strict=True):
+                assert error < 3000.0 * rtol, (curve.name, rtol)
+            assert curve.error[-1] < 0.3 * curve.error[0], curve.name
+
+    def test_the_table_knows_the_fastest(self, quick):
+        """Ratios in the table are those of the curves."""
+        study = work_precision.work_precision("pendulum", cl.load_case("double_pendulum"), until=0.3)
+        best = study.best(1e-3)
+        assert best == min(c.cheapest(1e-3) for c in study.curves if c.own)
+        text = "\n".join(work_precision.table(study))
+        peer = next(c for c in study.curves if not c.own)
+        assert f"({peer.cheapest(1e-3) / best:.2g}x)" in text
+
+    def test_files(self, quick, tmp_path):
+        study = work_precision.work_precision("pendulum", cl.load_case("double_pendulum"), until=0.3)
+        with h5py.File(work_precision.save(study, tmp_path)) as file:
+            assert file.attrs["format"] == "clearance-work-precision"
+            assert file["radau5/error"][:] == pytest.approx(next(c.error for c in study.curves if c.name == "radau5"))
+            assert file["radau5/seconds"].attrs["units"] == "s"
+        assert pictures.work_precision(study, tmp_path / "p.png").stat().st_size > 20_000
+
+    def test_a_chaotic_scene_is_cut_at_its_horizon(self, quick, monkeypatch):
+        """Errors are measured where neighbours stay together (they grow up to 1e5 times); beyond, statistics."""
+        monkeypatch.setattr(work_precision, "PEERS", {})
+        study = work_precision.work_precision("dry", cl.load_case("slider_crank"), turns=3.0)
+        assert study.turns < 3.0
+        assert any("chaotic" in r for r in study.remarks)
+        own = next(c for c in study.curves if c.own)
+        assert own.error[-1] < 1e5 * own.rtol[-1]
+        assert len(study.statistics) == 3
+        for found in study.statistics.values():
+            assert found["C contacts a turn"].error > 0.0
+
+    def test_bad_spans(self):
+        scene = cl.load_case("double_pendulum")
+        with pytest.raises(ValueError, match="turns needs a constant-speed"):
+            work_precision.work_precision("x", scene, turns=1.0)
+        with pytest.raises(ValueError, match="either turns or until"):
+            work_precision.work_precision("x", scene, turns=1.0, until=1.0)
+        for until in (0.0, -1.0, math.inf):
+            with pytest.raises(ValueError, match="until must be"):
+                work_precision.work_precision("x", scene, until=until)
+        with pytest.raises(ValueError, match="turns must be positive, got 0.0"):
+            work_precision.work_precision("x", cl.load_case("slider_crank"), turns=0.0)
+        with pytest.raises(ValueError, match="no degree of freedom"):
+            work_precision.work_precision("x", cl.load_case("six_bar_feeder", model="ideal"), turns=1.0)
+
+    def test_command(self, quick, tmp_path, capsys):
+        status = cli.main(["work-precision", "double_pendulum", "--until", "0.2", "-o", str(tmp_path), "--json"])
+        found = json.loads(capsys.readouterr().out)
+        assert status == 0
+        assert {c["name"] for c in found["curves"] if c["own"]} == set(METHODS)
+        assert all((tmp_path / n).exists() for n in ("work_precision.h5", "work_precision.md", "work_precision.png"))
+
+
+@pytest.mark.parametrize("name", [n for n, (module, _) in PEERS.items() if importlib.util.find_spec(module)])
+def test_peers_solve_the_same_problem(name):
+    """A peer ends where our reference does, or says why it cannot: 1e-2 at rtol 1e-7 through a film at eps = 0.9."""
+    problem = Problem(cl.load_case("slider_crank", model="lubricated", viscosity=0.4), 0.004)
+    try:
+        found = PEERS[name][1](problem)(problem, 1e-7)
+    except NotSolved as reason:
+        pytest.skip(f"{name} cannot: {reason}")
+    assert problem.error(found.states) < 1e-2
+
+
+class TestHorizon:
+    def test_chaos_is_found(self):
+        """Dry slider-crank: neighbours part within two turns, by decades a turn."""
+        scene = cl.load_case("slider_crank")
+        found = horizon(scene, 3 * scene.turn, 1e-6, "dop853")
+        assert 0.1 * scene.turn < found.time < 2.5 * scene.turn
+        assert found.growth * scene.turn > 0.5
+        assert "comparable until turn" in found.sentence(scene.turn)
+
+    def test_a_tighter_tolerance_reaches_further(self):
+        scene = cl.load_case("slider_crank")
+        loose, tight = (horizon(scene, 6 * scene.turn, r, "dop853").time for r in (1e-4, 1e-11))
+        assert tight > loose
+
+    def test_a_regular_motion_has_none(self):
+        """An elastic ball between two walls parts only linearly."""
+        found = horizon(ball(gravity=(0.0, 0.0), eccentricity_rate=(0.3, 0.0)), 0.05, 1e-9, "dop853")
+        assert found.time is None
+        assert "comparable throughout" in found.sentence(None)
+
+    def test_run_reports_it(self, tmp_path, capsys):
+        assert cli.main(["run", "slider_crank", "--turns", "6", "-o", str(tmp_path / "r.h5")]) == 0
+        text = capsys.readouterr().out
+        assert "comparable until turn" in text
+        assert "contacts, start and end located" in text
+        assert "mean and standard error over 5 turns" in text
+
+
+class TestStatistics:
+    def test_independent_samples(self):
+        """Standard error of white noise: s / sqrt(N), within 10 % for N = 4000 (correlation is estimated too)."""
+        values = np.random.default_rng(1).normal(2.0, 3.0, 4000)
+        found = statistics.mean(values)
+        assert found.error == pytest.approx(3.0 / math.sqrt(4000), rel=0.1)
+        assert abs(found.value - 2.0) < 4.0 * found.error
+
+    def test_correlated_samples_count_for_less(self):
+        """A first-order process with r = 0.8 has (1 + r) / (1 - r) = 9 times the variance of the mean, within 25 %."""
+        rng, x = np.random.default_rng(2), [0.0]
+        for noise in rng.normal(size=20000):
+            x.append(0.8 * x[-1] + noise)
+        naive = np.std(x) / math.sqrt(len(x))
+        assert statistics.mean(x).error == pytest.approx(3.0 * naive, rel=0.25)
+
+    def test_constant_values_have_no_error(self):
+        assert statistics.mean([2.0] * 5) == statistics.Mean(2.0, 0.0, 5)
+
+    def test_counts_are_those_of_the_events(self):
+        scene = cl.load_case("slider_crank")
+        result = cl.simulate(scene, turns=6, rtol=1e-5)
+        found = statistics.over_turns(result, scene.turn)
+        times = np.asarray(result.events["time"])
+        inside = (times >= scene.turn) & (times < 6 * scene.turn)
+        assert found["C contacts a turn"].value * 5 == pytest.approx(inside.sum())
+        dissipated = np.interp([scene.turn, 6 * scene.turn], result.time, result.energy.dissipated)
+        assert found["dissipated a turn [J]"].value * 5 == pytest.approx(np.diff(dissipated)[0])
+
+    def test_too_short_for_a_sampling_error(self):
+        scene = cl.load_case("slider_crank")
+        assert statistics.over_turns(cl.simulate(scene, turns=2, rtol=1e-4), scene.turn) == {}
+
+
+class TestAblation:
+    def test_cost_falls_to_what_the_scene_has(self):
+        """States and operations never grow when a part is taken out; friction, film torques and joints each count."""
+        for options in ({"joints": "B,C,E"}, {"model": "dry", "friction": "coulomb"}):
+            rows = ablation.ablation(cl.load_case("six_bar_feeder", **options), measured=False)
+            assert [r.operations for r in rows] == sorted({r.operations for r in rows}, reverse=True)
+            assert [r.states for r in rows] == sorted((r.states for r in rows), reverse=True)
+            assert rows[-1].states == 0
+
+    def test_measured(self):
+        row = ablation.cost("film", oil())
+        assert row.steps > 10
+        assert row.step > 0.0
+        assert row.output_step > 0.0
+
+    def test_reduced_scenes_move_alike(self):
+        """Without clearance the mechanism of the ideal case comes out, load for load."""
+        scene = reduced(cl.load_case("six_bar_feeder", joints="B,C,E"))["ideal joints"]
+        a = cl.simulate(scene, turns=1)
+        b = cl.simulate(cl.load_case("six_bar_feeder", model="ideal"), turns=1)
+        np.testing.assert_array_equal(a["slider"].ax, b["slider"].ax)
+        np.testing.assert_array_equal(a.drive("crank").torque, b.drive("crank").torque)
+
+    def test_rebuilding_changes_nothing(self):
+        scene = cl.load_case("six_bar_feeder", joints="B,C")
+        assert rebuilt(scene).to_json() == scene.to_json()
+
+    def test_explain_prints_it(self, capsys):
+        assert cli.main(["explain", "six_bar_feeder", "-p", "joints=B,C"]) == 0
+        text = capsys.readouterr().out
+        assert "| without film torques | 2 |" in text
+        assert "| clearance in B only | 1 |" in text
+        assert "| ideal joints | 0 | 0 |" in text
+
+
+def test_physics_prices(monkeypatch):
+    """The finest is zero away from itself; ideal joints are further from it than the film without drag."""
+    monkeypatch.setattr(physics, "REPEATS", 1)
+    study = physics.compare(find_case("six_bar_feeder"), {}, 1.0, None)
+    by_name = {c.name: c for c in study.choices}
+    assert by_name[study.finest].distance == 0.0
+    films = [c for c in study.choices if c.model == "lubricated" and c.name != study.finest]
+    assert all(0.0 < c.distance < by_name["ideal joints"].distance for c in films)
+
+
+def test_physics_needs_a_choice():
+    with pytest.raises(ValueError, match="no parameter model"):
+        physics.compare(find_case("double_pendulum"), {}, None, 1.0)

@@ -1,0 +1,109 @@
+"""A reduced stress matrix, and that the matrix tells what went wrong."""
+
+import dataclasses
+import json
+
+import h5py
+import pytest
+
+import clearance as cl
+from clearance import cli
+from clearance.evidence import pictures, stress
+from clearance.evidence.stress import Cell, judge, matrix
+
+#: shorter than the command's, and without what needs minutes
+REDUCED = [
+    dataclasses.replace(c, turns=min(c.turns, 0.3))
+    for c in matrix()
+    if c.turns <= 2.0 and c.case in ("slider_crank", "six_bar_feeder")
+]
+
+
+@pytest.mark.parametrize("cell", REDUCED, ids=lambda c: f"{c.column}: {c.row}")
+def test_extremes_end_well(cell):
+    """Done with a ledger that closes to 1e-3 (at rtol 1e-6; the square root of looser tolerances) and joints closed to
+    1e-12 of the size, or stopped for one of two reasons the scene itself gives.
+    """
+    verdict = judge(cell)
+    if verdict.kind == "named":
+        assert "outside the clearance circle" in verdict.reason or "reached the bearing wall" in verdict.reason
+        return
+    assert verdict.kind == "done", verdict.reason
+    assert verdict.energy < max(1e-3, cell.rtol**0.5)
+    assert verdict.closure < 1e-12
+
+
+@pytest.mark.parametrize("seed", range(100, 104))
+def test_random_scenes_end_well(seed):
+    verdict = judge(Cell("random", "random", "lubricated" if seed % 2 else "dry", seed=seed, turns=0.3))
+    assert verdict.kind == "done", verdict.reason
+    assert verdict.energy < 1e-3
+    assert verdict.closure < 1e-12
+
+
+def test_the_matrix_holds_the_extremes():
+    """Every extreme that is promised is there, for films and for dry contact where it applies."""
+    rows = {(c.row, c.model) for c in matrix("six_bar_feeder")}
+    both = ["c 1 um", "c 1 mm", "30 rpm", "12000 rpm", "all joints", "no gravity", "mass ratio 1e4", "1000 turns"]
+    both += ["rtol 1e-3", "rtol 1e-12", "start at 0.9999 c", "start at 1.01 c"]
+    assert {(r, m) for r in both for m in ("lubricated", "dry")} <= rows
+    assert {("viscosity 1e-4", "lubricated"), ("viscosity 10", "lubricated"), ("stiffness 1e13", "dry")} <= rows
+    assert {("restitution 0", "dry"), ("restitution 1", "dry")} <= rows
+
+
+def test_unknown_case():
+    with pytest.raises(ValueError, match="knows six_bar_feeder, slider_crank, four_bar, random; got 'nothing'"):
+        matrix("nothing")
+
+
+def test_a_fault_is_called_one(monkeypatch):
+    """An exception nobody expected, and a run out of time, are told apart from each other and from a good end."""
+    cell = Cell("as it comes", "slider_crank", "dry", turns=0.1)
+    assert judge(cell).kind == "done"
+
+    def explodes(*arguments, **options):
+        raise ZeroDivisionError("no")
+
+    monkeypatch.setattr(stress, "simulate", explodes)
+    assert judge(cell).kind == "fault"
+    monkeypatch.undo()
+    monkeypatch.setattr(stress, "TIME_BUDGET", -1.0)
+    verdict = judge(cell)
+    assert verdict.kind == "named"
+    assert "out of time" in verdict.reason
+
+
+def test_command(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(stress, "matrix", lambda case, quick: REDUCED[:2])
+    assert cli.main(["stress", "-o", str(tmp_path), "--json", "--workers", "1"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [c["kind"] for c in found["cells"]] == ["done", "done"]
+    with h5py.File(tmp_path / "stress.h5") as file:
+        assert list(file["cells/kind"].asstr()) == ["done", "done"]
+    assert (tmp_path / "stress.png").stat().st_size > 5000
+
+
+def test_bad_workers(capsys):
+    assert cli.main(["stress", "--workers", "0"]) == 2
+    assert "--workers must be at least 1, got 0" in capsys.readouterr().err
+
+
+def test_picture_and_table_of_named_stops(tmp_path):
+    verdicts = [
+        stress.Verdict("a", "x", "done", energy=1e-6, closure=1e-15),
+        stress.Verdict("a", "y", "named", "at t = 1 s: why"),
+        stress.Verdict("b", "x", "fault", "its process died"),
+    ]
+    lines = stress.table(verdicts)
+    assert "| a | 1e-06 | stops [1] |" in lines
+    assert "| b | FAULT [2] |  |" in lines
+    assert "1 of 3 done, 1 with a named reason, 1 faults" in "\n".join(lines)
+    assert pictures.stress(verdicts, tmp_path / "s.png").exists()
+
+
+def test_films_are_never_left_by_a_trial_step():
+    """At a tolerance wider than the film is thin the journal stays inside: steps out of the film are refused."""
+    scene = cl.load_case("slider_crank", model="lubricated", viscosity=1e-4)
+    result = cl.simulate(scene, turns=1, rtol=1e-2)
+    assert result.complete
+    assert result.joint("C").gap.min() > 0.0
