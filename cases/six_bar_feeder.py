@@ -40,7 +40,7 @@ def scene(
     model: ideal, dry or lubricated [-]
     viscosity: dynamic viscosity of the oil [Pa s]
     restitution: coefficient of restitution of the dry contact [-]
-    contact: contact law, lankarani_nikravesh or hunt_crossley [-]
+    contact: contact law, lankarani_nikravesh or hunt_crossley_memoryless [-]
     friction: friction law of the dry contact, none or coulomb [-]
     friction_coefficient: coefficient of friction of the dry contact [-]
     film: film law, pinkus_sternlicht (long bearing; too stiff for this L/D = 1) [-]

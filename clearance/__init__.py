@@ -9,7 +9,7 @@ from clearance.laws import (
     film,
     friction,
     hertz_stiffness,
-    hunt_crossley,
+    hunt_crossley_memoryless,
     lankarani_nikravesh,
     pinkus_sternlicht,
     signal,
@@ -22,7 +22,8 @@ from clearance.units import cP, degree, mm, rpm, um
 __all__ = [
     "Body", "ClearanceRevolute", "Drive", "Force", "Lubricant", "Material", "Point", "Prismatic", "Revolute", "Scene",
     "SimulationError", "SpringDamper", "Torque", "TorsionSpring", "cP", "contact", "coulomb", "degree", "effort",
-    "film", "friction", "ground", "hertz_stiffness", "hunt_crossley", "lankarani_nikravesh", "laws", "load_case", "mm",
+    "film", "friction", "ground", "hertz_stiffness", "hunt_crossley_memoryless",
+    "lankarani_nikravesh", "laws", "load_case", "mm",
     "open_result", "pinkus_sternlicht", "rpm", "signal", "simulate", "steel", "um",
 ]  # fmt: skip
 

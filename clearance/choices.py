@@ -4,14 +4,14 @@ from collections.abc import Callable, Collection
 
 from clearance import checks
 from clearance.joints import ClearanceRevolute, Joint, Revolute
-from clearance.laws import coulomb, hertz_stiffness, hunt_crossley, lankarani_nikravesh, pinkus_sternlicht
+from clearance.laws import coulomb, hertz_stiffness, hunt_crossley_memoryless, lankarani_nikravesh, pinkus_sternlicht
 from clearance.materials import Lubricant, Material, steel
 
 MODELS = ("ideal", "dry", "lubricated")
-#: name -> the law for a stiffness [N/m^1.5] and a restitution (hunt_crossley: that of an impact at 1 m/s)
+#: name -> the law for a stiffness [N/m^1.5] and a restitution (hunt_crossley_memoryless: that of an impact at 1 m/s)
 CONTACTS = {
     "lankarani_nikravesh": lambda k, e: lankarani_nikravesh(stiffness=k, restitution=e),
-    "hunt_crossley": lambda k, e: hunt_crossley(stiffness=k, dissipation=1.0 - e),
+    "hunt_crossley_memoryless": lambda k, e: hunt_crossley_memoryless(stiffness=k, dissipation=1.0 - e),
 }
 FRICTIONS = {"coulomb": coulomb}
 FILMS = {"pinkus_sternlicht": pinkus_sternlicht}

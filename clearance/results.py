@@ -69,9 +69,10 @@ class ResultWriter:
     def _create(self) -> None:
         scale = _dataset(self.file, "time", "s", "time")
         scale.make_scale("time")
-        for c in self.channels:
-            _dataset(self.file, c.path, c.units, c.long_name).dims[0].attach_scale(scale)
-            group = self.file[c.path].parent
+        self.columns = [_dataset(self.file, c.path, c.units, c.long_name) for c in self.channels]  # kept open
+        for column in self.columns:
+            column.dims[0].attach_scale(scale)
+            group = column.parent
             if "time" not in group:
                 group["time"] = scale  # the same dataset under a second name: each group opens with its times
         for group, columns in (("events", EVENT_COLUMNS), ("solver", SOLVER_COLUMNS)):
@@ -100,8 +101,8 @@ class ResultWriter:
             self.ledger.add(times, rows)
         self.last = (times[-1], rows[-1].copy())
         _append(self.file["time"], times)
-        for i, c in enumerate(self.channels):
-            _append(self.file[c.path], rows[:, i])
+        for i, column in enumerate(self.columns):
+            _append(column, rows[:, i])
 
     def _summarise(self, rows: np.ndarray) -> None:
         """Ranges of all channels, peak joint forces, energy turned over: for summaries without reading the file."""
@@ -165,8 +166,8 @@ class ResultWriter:
         self.file.attrs.create("warnings", warnings, dtype=h5py.string_dtype(), shape=(len(warnings),))
         self.file["solver"].attrs.update(solver)
         if self.last is not None:
-            for c, low, high in zip(self.channels, self.low, self.high, strict=True):
-                self.file[c.path].attrs["actual_range"] = (low, high)
+            for column, low, high in zip(self.columns, self.low, self.high, strict=True):
+                column.attrs["actual_range"] = (low, high)
             for group, peak in self.peaks.items():
                 self.file[group].attrs["peak_force"] = peak
                 if f"{group}/gap" in self.file:

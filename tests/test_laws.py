@@ -92,18 +92,18 @@ class TestHuntCrossley:
     def test_restitution_falls_with_the_speed(self, speed):
         """e = 1 - alpha v to first order (Hunt and Crossley 1975); the closed form for chi = 1.5 alpha v to 1e-4."""
         alpha = 0.3
-        law = laws.hunt_crossley(stiffness=1e6, dissipation=alpha)
+        law = laws.hunt_crossley_memoryless(stiffness=1e6, dissipation=alpha)
         found = delivered_restitution(law, speed=speed)
         assert found == pytest.approx(1.0 - alpha * speed, abs=(alpha * speed) ** 2 + 2e-5)
         assert found == pytest.approx(delivered_by(1.5 * alpha * speed), abs=1e-4)
 
     def test_no_dissipation_is_hertz(self):
-        law = laws.hunt_crossley(stiffness=1e6, dissipation=0.0)
+        law = laws.hunt_crossley_memoryless(stiffness=1e6, dissipation=0.0)
         assert law(0.01, -3.0, 1.0) == pytest.approx(1e6 * 0.01**1.5, rel=1e-15)
 
     @given(st.floats(-1e-3, 1e-3), st.floats(-100, 100), st.floats(0, 100), st.floats(0, 1))
     def test_never_pulls_and_does_not_see_the_impact_speed(self, depth, rate, impact, dissipation):
-        law = laws.hunt_crossley(stiffness=1e10, dissipation=dissipation)
+        law = laws.hunt_crossley_memoryless(stiffness=1e10, dissipation=dissipation)
         force = law(depth, rate, impact)
         assert force == law(depth, rate, 0.0)
         assert force >= 0.0

@@ -14,7 +14,7 @@ GREYS = ("#7f7f7f", "#b58900", "#2aa198", "#d33682", "#586e75", "#cb4b16", "#6c7
 
 def work_precision(study, path: str | Path) -> Path:
     """Error against run time, both logarithmic: own methods as thick lines, others thin and dashed."""
-    figure = Figure(figsize=(8.0, 5.5), layout="constrained")
+    figure = Figure(figsize=(9.0, 5.2), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     own = other = 0
@@ -31,7 +31,7 @@ def work_precision(study, path: str | Path) -> Path:
     axes.set_ylabel("run time / ms")
     axes.invert_xaxis()
     axes.grid(True, which="major", color="0.9")
-    axes.legend(fontsize=8, ncol=2)
+    axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
     span = f"{study.turns:.3g} turns" if study.turns else f"{study.until:.3g} s"
     axes.set_title(f"{study.title}, {span}", fontsize=10)
     path = Path(path)
@@ -70,11 +70,13 @@ def physics(study, path: str | Path) -> Path:
     figure = Figure(figsize=(8.0, 5.0), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
-    for i, c in enumerate(study.choices):
-        x = max(c.distance, study.floor)
+    shown = [c for c in study.choices if math.isfinite(c.distance)]
+    nearest = min((c.distance for c in shown if c.distance > 0.0), default=1.0)
+    for i, c in enumerate(shown):
+        x = max(c.distance, 0.1 * nearest)
         axes.loglog(x, 1e3 * c.seconds, "o" if c.model == "lubricated" else "s", color=COLOURS[i % 4], ms=7)
         axes.annotate(c.name, (x, 1e3 * c.seconds), xytext=(6, 4), textcoords="offset points", fontsize=8)
-    axes.set_xlabel(f"distance from '{study.finest}': {study.measure}")
+    axes.set_xlabel(f"distance from '{study.finest}' (itself drawn at the right edge): {study.measure}")
     axes.set_ylabel("run time / ms")
     axes.invert_xaxis()
     axes.margins(0.25)

@@ -191,7 +191,9 @@ def random_scene(seed: int, model: str) -> Scene:
     names = [n for n in "BC" if rng.integers(2)] or ["C"]
     clearance = spread(2e-6, 5e-4)
     radius = max(0.05 * size, 3.0 * clearance)
-    contact, friction = (str(rng.choice(c)) for c in (("lankarani_nikravesh", "hunt_crossley"), ("none", "coulomb")))
+    contact, friction = (
+        str(rng.choice(c)) for c in (("lankarani_nikravesh", "hunt_crossley_memoryless"), ("none", "coulomb"))
+    )
     factory = joint_factory(
         names, ("B", "C"), model=model, clearance=clearance, radius=radius, length=0.05 * size,
         viscosity=spread(1e-3, 1.0), restitution=float(rng.uniform(0.0, 1.0)), contact=contact, friction=friction,

@@ -84,7 +84,7 @@ def _restitution_is_not_delivered(joint, parameters):
 
 
 @contact(stiffness=positive, dissipation=non_negative, exponent=positive)
-def hunt_crossley(penetration, penetration_rate, impact_speed, stiffness, dissipation, exponent=1.5):
+def hunt_crossley_memoryless(penetration, penetration_rate, impact_speed, stiffness, dissipation, exponent=1.5):
     """Normal contact force of Hunt and Crossley [N], never pulling; it does not look at the impact speed.
 
     F = K delta^n (1 + 1.5 alpha delta'),  F = 0 for delta <= 0 and where the bracket is negative

@@ -12,6 +12,7 @@ from clearance.stepping import status
 from clearance.stepping.types import (
     EFFORT,
     ERROR,
+    EVALUATIONS,
     HAS_PREDICTOR,
     INTEGERS,
     JACOBIAN_STATE,
@@ -206,6 +207,16 @@ def first_event(call, s, t, h):
 
 
 @inline
+def nudge(call, s, t, shift):
+    """Move the end of the step by a time so short that the tangent is exact to rounding."""
+    for i in range(s.y.size):
+        s.y_new[i] += shift * s.f_new[i]
+    call.rhs(t, s.y_new, s.par, s.work, s.f_new)
+    s.counts[EVALUATIONS] += 1
+    call.events(t, s.y_new, s.par, s.work, s.after)
+
+
+@inline
 def aligned(call, s, t, h, event, theta):
     """Make the step again so that it ends on the event, correcting its end by the residual penetration.
 
@@ -222,7 +233,11 @@ def aligned(call, s, t, h, event, theta):
         value, rate = s.after[3 * event], s.after[3 * event + 1]
         if abs(value) <= 1e-2 * s.band[event] or not abs(value) < 0.5 * size * abs(rate):
             break
-        size -= value / rate
+        shift = -value / rate
+        size += shift
+        if abs(shift) < min(1e-6, 1e-3 * s.control[RTOL]) * size:
+            nudge(call, s, t + size, shift)
+            break
     return size
 
 

@@ -1,0 +1,106 @@
+"""Error against run time, extremes, the price of physics: `python tests/benchmarks/evidence.py [--update README.md]`.
+
+Runs the commands of the README with all peers (install the extra `peers`), keeps their folders in `--folder` (a study
+whose folder is there is not run again), puts tables into the README at their marks and pictures into paper_figures.
+"""
+
+import argparse
+import math
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+PICTURES = ROOT / "paper_figures"
+
+#: name: arguments of `clearance work-precision ... --peers`
+STUDIES = {
+    "slider_crank": "slider_crank -p model=lubricated",
+    "six_bar_feeder": "six_bar_feeder",
+    "slider_crank_thin": "slider_crank -p model=lubricated -p viscosity=0.04",
+    "feeder_600": "six_bar_feeder -p speed=600rpm",
+    "feeder_300_BCE": "six_bar_feeder -p joints=B,C,E",
+    "feeder_600_BCE": "six_bar_feeder -p joints=B,C,E -p speed=600rpm",
+    "dry": "slider_crank -p model=dry --turns 0.5",
+    "dry_memoryless": "slider_crank -p model=dry -p contact=hunt_crossley_memoryless",
+}
+SHOWN = ("slider_crank", "six_bar_feeder")
+PEERS = ("scipy Radau", "scipy LSODA", "scipy DOP853", "numbalsoda LSODA", "numbalsoda DOP853", "CVODE BDF", "IDA",
+         "Exudyn generalized-alpha")  # fmt: skip
+LEVELS = (1e-4, 1e-6)
+
+
+def command(folder: Path, *arguments: str) -> Path:
+    """Run one command into its folder, unless it is there; the folder."""
+    if not (folder.is_dir() and any(folder.glob("*.md"))):
+        subprocess.run([sys.executable, "-m", "clearance.cli", *arguments, "-o", str(folder)], check=True)
+    return folder
+
+
+def cheapest(file: h5py.File, curve: str, level: float) -> float:
+    if curve not in file:
+        return math.nan
+    pairs = zip(file[curve]["seconds"][:], file[curve]["error"][:], strict=True)
+    return min((s for s, e in pairs if e <= level), default=math.nan)
+
+
+def summary(folders: dict[str, Path]) -> list[str]:
+    """One row a scene: the fastest own method, and how many times longer others need for the same error."""
+    short = [p.replace(" generalized-alpha", "") for p in PEERS]
+    lines = [
+        "| `work-precision` of | error | own | " + " | ".join(short) + " |",
+        "|---" * (len(PEERS) + 3) + "|",
+    ]
+    for name, folder in folders.items():
+        with h5py.File(folder / "work_precision.h5") as file:
+            own = [c for c in file if file[c].attrs["own"]]
+            for level in LEVELS:
+                found = {c: cheapest(file, c, level) for c in own}
+                best = min((c for c in own if found[c] > 0.0), key=found.get)
+                cells = [f"{cheapest(file, p, level) / found[best]:.2g}x" for p in PEERS]
+                cells = ["-" if c == "nanx" else c for c in cells]
+                row = f"| `{STUDIES[name]}` | {level:.0e} | {best} {found[best] * 1e3:.2f} ms | "
+                lines.append(row + " | ".join(cells) + " |")
+    return lines
+
+
+def sections(folder: Path) -> dict[str, list[str]]:
+    """Text for each mark of the README."""
+    folders = {
+        name: command(folder / name, "work-precision", *arguments.split(), "--peers")
+        for name, arguments in STUDIES.items()
+    }
+    stress = command(folder / "stress", "stress")
+    physics = command(folder / "physics", "work-precision", "six_bar_feeder", "--physics")
+    found = {"summary": summary(folders)}
+    for name in SHOWN:
+        found[name] = (folders[name] / "work_precision.md").read_text().splitlines()
+        shutil.copy(folders[name] / "work_precision.png", PICTURES / f"work_precision_{name}.png")
+    for name, path in (("stress", stress), ("physics", physics)):
+        found[name] = (path / f"{name}.md").read_text().splitlines()
+        shutil.copy(path / f"{name}.png", PICTURES / f"{name}.png")
+    return found
+
+
+def main():
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--update", metavar="FILE", help="put the tables into FILE, between its marks")
+    options.add_argument("--folder", default="evidence", help="where results are kept (default evidence)")
+    options = options.parse_args()
+    found = sections(Path(options.folder))
+    for name, lines in found.items():
+        print(f"## {name}", *lines, "", sep="\n")
+    if options.update:
+        text = Path(options.update).read_text()
+        for name, lines in found.items():
+            head, mark, rest = text.partition(f"<!-- evidence: {name} -->")
+            tail = rest[rest.index("<!-- end -->") :]
+            text = f"{head}{mark}\n\n" + "\n".join(lines) + "\n\n" + tail
+        Path(options.update).write_text(text)
+
+
+if __name__ == "__main__":
+    main()
