@@ -44,7 +44,8 @@ class ResultWriter:
             raise ValueError(f"result file {self.path} is a directory; give the name of a file")
         self.partial = self.path.with_name(self.path.name + ".partial")
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        self.file = h5py.File(self.partial, "w")
+        # columns stay open, each with a chunk cache: a small one, for rows are only appended
+        self.file = h5py.File(self.partial, "w", rdcc_nbytes=2 * CHUNK * 8)
         self.file.attrs.update(_provenance() | attributes | {"status": "partial: still running"})
         self.channels = channels
         self.angles = [

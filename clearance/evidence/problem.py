@@ -34,15 +34,15 @@ class Solution:
 
 
 class Problem:
-    """A scene over a span, without the energy ledger, sampled at equal times.
+    """A scene over a span, sampled at equal times, by default without the energy ledger.
 
     The error of a solution is the largest deviation of the compared states (eccentricities over the clearance, else all
     coordinates over their natural size) from the reference.
     """
 
-    def __init__(self, scene: Scene, until: float, samples: int = 201):
+    def __init__(self, scene: Scene, until: float, samples: int = 201, ledger: bool = False):
         self.scene, self.until = scene, until
-        self.mechanism: Mechanism = build(scene, ledger=False)
+        self.mechanism: Mechanism = build(scene, ledger=ledger)
         if self.mechanism.size == 0:
             raise ValueError(
                 "this scene has no degree of freedom: there is nothing to integrate and no error to measure"
@@ -142,7 +142,7 @@ def horizon(scene: Scene, until: float, rtol: float, method: str, longest: int =
     count = 1
     while True:
         end = min(count * unit, until)
-        problem = Problem(scene, end, 200 * count + 1)
+        problem = Problem(scene, end, 200 * count + 1, ledger=True)  # the kernel that the run has compiled already
         time = parting(problem, problem.own(method, rtol).states, problem.own(method, max(rtol / 10.0, 1e-14)).states)
         if time is not None:
             return Horizon(time, growth(problem, method), end)
