@@ -25,27 +25,33 @@ def scene(
     model: str = "lubricated",
     viscosity: float = 0.05,
     restitution: float = 0.9,
-    contact: str = "lankarani_nikravesh",
+    contact: str = "auto",
     friction: str = "coulomb",
     friction_coefficient: float = 0.1,
     film: str = "pinkus_sternlicht",
     film_torques: bool = True,
     roughness: float = 0.8e-6,
+    transition: str = "load_sharing",
+    thresholds: str = "0.4,1,3",
+    asperity: str = "greenwood_tripp",
 ) -> cl.Scene:
     """Six-bar rocking feeder (assumed parameter set feeder-A), crank angle 0 at t = 0.
 
     speed: crank speed [rad/s]
     clearance: radial clearance of the clearance joints [m]
     joints: clearance joints, a comma list of A B C D E F [-]
-    model: ideal, dry or lubricated [-]
+    model: ideal, dry, lubricated or mixed (film, asperities and contact) [-]
     viscosity: dynamic viscosity of the oil [Pa s]
     restitution: coefficient of restitution of the dry contact [-]
-    contact: contact law, lankarani_nikravesh or hunt_crossley_memoryless [-]
-    friction: friction law of the dry contact, none or coulomb [-]
-    friction_coefficient: coefficient of friction of the dry contact [-]
-    film: film law, pinkus_sternlicht (long bearing; too stiff for this L/D = 1) [-]
+    contact: contact law of dry and mixed joints; auto is lankarani_nikravesh when dry, winkler when mixed [-]
+    friction: friction law of contact and asperities: none, coulomb, stribeck, lugre, ... [-]
+    friction_coefficient: coefficient of friction of contact and asperities [-]
+    film: film law: pinkus_sternlicht, long (too stiff for L/D < 2), short, harmonic (finite), sommerfeld [-]
     film_torques: whether the film drags on both bodies [-]
-    roughness: composite rms roughness, for the film thickness ratio; 0 leaves it out [m]
+    roughness: composite rms roughness; 0 leaves out the film thickness ratio, and mixed joints need it [m]
+    transition: how film and contact share a mixed joint: none, flores, fuzzy or load_sharing [-]
+    thresholds: film thickness ratios dry,mixed,full of the fuzzy states [-]
+    asperity: asperity law of load_sharing: greenwood_tripp, greenwood_williamson or none [-]
     """
     crank = cl.Body("crank", mass=0.0942, inertia=3.140e-5, points={"A": (-0.020, 0), "B": (0.020, 0)})
     rod2 = cl.Body("rod2", mass=0.2826, inertia=7.724e-4, points={"B": (-0.080, 0), "C": (0.080, 0)}, angle=0.6)
@@ -58,6 +64,7 @@ def scene(
         joints, "ABCDEF", model=model, clearance=clearance, radius=JOURNAL_RADIUS, length=BEARING_LENGTH,
         viscosity=viscosity, restitution=restitution, contact=contact, friction=friction,
         friction_coefficient=friction_coefficient, film=film, roughness=roughness, film_torques=film_torques,
+        transition=transition, thresholds=thresholds, asperity=asperity,
     )  # fmt: skip
     return cl.Scene(
         joint("A", cl.ground.at(0, 0), crank["A"]),

@@ -20,27 +20,33 @@ def scene(
     model: str = "dry",
     viscosity: float = 0.4,
     restitution: float = 0.9,
-    contact: str = "lankarani_nikravesh",
+    contact: str = "auto",
     friction: str = "none",
     friction_coefficient: float = 0.03,
     film: str = "pinkus_sternlicht",
     film_torques: bool = False,
-    roughness: float = 0.0,
+    roughness: float = 0.8e-6,
+    transition: str = "load_sharing",
+    thresholds: str = "0.4,1,3",
+    asperity: str = "greenwood_tripp",
 ) -> cl.Scene:
     """Slider-crank, crank angle 0 (outer dead centre) at t = 0.
 
     speed: crank speed [rad/s]
     clearance: radial clearance of joint C [m]
     joints: clearance joints, "C" (between rod and slider) [-]
-    model: ideal, dry or lubricated [-]
+    model: ideal, dry, lubricated or mixed (film, asperities and contact) [-]
     viscosity: dynamic viscosity of the oil [Pa s]
     restitution: coefficient of restitution of the dry contact [-]
-    contact: contact law, lankarani_nikravesh or hunt_crossley_memoryless [-]
-    friction: friction law of the dry contact, none or coulomb [-]
-    friction_coefficient: coefficient of friction [-]
-    film: film law, pinkus_sternlicht [-]
+    contact: contact law of dry and mixed joints; auto is lankarani_nikravesh when dry, winkler when mixed [-]
+    friction: friction law of contact and asperities: none, coulomb, stribeck, lugre, ... [-]
+    friction_coefficient: coefficient of friction of contact and asperities [-]
+    film: film law: pinkus_sternlicht, long (too stiff for L/D < 2), short, harmonic (finite), sommerfeld [-]
     film_torques: whether the film drags on both bodies; the benchmark leaves it out [-]
-    roughness: composite rms roughness, for the film thickness ratio; 0 leaves it out [m]
+    roughness: composite rms roughness; 0 leaves out the film thickness ratio, and mixed joints need it [m]
+    transition: how film and contact share a mixed joint: none, flores, fuzzy or load_sharing [-]
+    thresholds: film thickness ratios dry,mixed,full of the fuzzy states [-]
+    asperity: asperity law of load_sharing: greenwood_tripp, greenwood_williamson or none [-]
     """
     crank = cl.Body("crank", mass=0.30, inertia=6.25e-5, points={"shaft": (-0.025, 0), "pin": (0.025, 0)})
     rod = cl.Body("rod", mass=0.21, inertia=2.5e-4, points={"pin": (-0.06, 0), "slider": (0.06, 0)})
@@ -49,6 +55,7 @@ def scene(
         joints, ("C",), model=model, clearance=clearance, radius=BEARING_RADIUS - clearance, length=BEARING_LENGTH,
         viscosity=viscosity, restitution=restitution, contact=contact, friction=friction,
         friction_coefficient=friction_coefficient, film=film, roughness=roughness, film_torques=film_torques,
+        transition=transition, thresholds=thresholds, asperity=asperity,
     )  # fmt: skip
     return cl.Scene(
         cl.Revolute(cl.ground.at(0, 0), crank["shaft"], name="A"),

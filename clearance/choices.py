@@ -1,20 +1,113 @@
 """How a case turns plain words and numbers ("dry", "coulomb", 0.9) into joints: the command line has no others."""
 
 from collections.abc import Callable, Collection
+from dataclasses import dataclass
 
-from clearance import checks
+from clearance import checks, laws
 from clearance.joints import ClearanceRevolute, Joint, Revolute
-from clearance.laws import coulomb, hertz_stiffness, hunt_crossley_memoryless, lankarani_nikravesh, pinkus_sternlicht
 from clearance.materials import Lubricant, Material, steel
 
-MODELS = ("ideal", "dry", "lubricated")
-#: name -> the law for a stiffness [N/m^1.5] and a restitution (hunt_crossley_memoryless: that of an impact at 1 m/s)
-CONTACTS = {
-    "lankarani_nikravesh": lambda k, e: lankarani_nikravesh(stiffness=k, restitution=e),
-    "hunt_crossley_memoryless": lambda k, e: hunt_crossley_memoryless(stiffness=k, dissipation=1.0 - e),
+MODELS = ("ideal", "dry", "lubricated", "mixed")
+LAYER = 0.5  # thickness of Winkler's elastic layer over the journal radius
+STEP_DEPTH = 0.01  # penetration at which IMPACT's damping is whole, over the clearance
+IMPACT_DAMPING = 1.0  # IMPACT's damping [s/m] over the elastic force at that depth
+
+
+@dataclass(frozen=True)
+class Pair:
+    """What a contact law is made from: a journal in a bearing of one material; lengths in m."""
+
+    radius: float
+    clearance: float
+    length: float
+    material: Material
+
+    @property
+    def stiffness(self) -> float:
+        """Hertz's for the pair of radii [N/m^1.5]."""
+        m, r = self.material, self.radius
+        return laws.hertz_stiffness(r, r + self.clearance, m.young, m.poisson, m.young, m.poisson)
+
+    @property
+    def modulus(self) -> float:
+        return laws.contact_modulus(self.material, self.material)
+
+
+def _kelvin_voigt(pair: Pair, e: float):
+    """The chord of Hertz's law at a hundredth of the clearance; no damping belongs to a restitution without a mass."""
+    return laws.kelvin_voigt(stiffness=pair.stiffness * (0.01 * pair.clearance) ** 0.5, damping=0.0)
+
+
+def _johnson(pair: Pair, e: float):
+    return laws.johnson(
+        modulus=pair.modulus, length=pair.length, radius_difference=pair.clearance, restitution=e
+    )  # fmt: skip
+
+
+def _liu(pair: Pair, e: float):
+    return laws.liu(modulus=pair.modulus, length=pair.length, radius_difference=pair.clearance, restitution=e)
+
+
+def _winkler(pair: Pair, e: float):
+    return laws.winkler(
+        layer_modulus=laws.layer_modulus(pair.material, LAYER * pair.radius), length=pair.length, radius=pair.radius,
+        radius_difference=pair.clearance, restitution=e,
+    )  # fmt: skip
+
+
+def _impact(pair: Pair, e: float):
+    depth = STEP_DEPTH * pair.clearance
+    damping = IMPACT_DAMPING * (1.0 - e) * pair.stiffness * depth**1.5
+    return laws.impact(stiffness=pair.stiffness, exponent=1.5, damping=damping, depth=depth)
+
+
+def _by_restitution(law) -> Callable:
+    return lambda pair, e: law(stiffness=pair.stiffness, restitution=e)
+
+
+#: name -> the law for a pair of bodies and a restitution (memoryless laws: that of an impact at 1 m/s)
+CONTACTS: dict[str, Callable] = {
+    "lankarani_nikravesh": _by_restitution(laws.lankarani_nikravesh),
+    "hertz": lambda pair, e: laws.hertz(stiffness=pair.stiffness),
+    "kelvin_voigt": _kelvin_voigt,
+    "hunt_crossley": _by_restitution(laws.hunt_crossley),
+    "hunt_crossley_memoryless": lambda p, e: laws.hunt_crossley_memoryless(stiffness=p.stiffness, dissipation=1.0 - e),
+    "herbert_mcwhannell": _by_restitution(laws.herbert_mcwhannell),
+    "lee_wang": _by_restitution(laws.lee_wang),
+    "gonthier": _by_restitution(laws.gonthier),
+    "zhiying_qishao": _by_restitution(laws.zhiying_qishao),
+    "flores": _by_restitution(laws.flores),
+    "hu_guo": _by_restitution(laws.hu_guo),
+    "exact_restitution": _by_restitution(laws.exact_restitution),
+    "johnson": _johnson,
+    "liu": _liu,
+    "winkler": _winkler,
+    "impact": _impact,
 }
-FRICTIONS = {"coulomb": coulomb}
-FILMS = {"pinkus_sternlicht": pinkus_sternlicht}
+#: name -> the law for a coefficient of friction (static: a quarter more)
+FRICTIONS: dict[str, Callable] = {
+    "coulomb": lambda mu: laws.coulomb(coefficient=mu),
+    "coulomb_tanh": lambda mu: laws.coulomb_tanh(coefficient=mu),
+    "threlfall": lambda mu: laws.threlfall(coefficient=mu),
+    "ambrosio": lambda mu: laws.ambrosio(coefficient=mu),
+    "bengisu_akay": lambda mu: laws.bengisu_akay(static=1.25 * mu, kinetic=mu),
+    "stribeck": lambda mu: laws.stribeck(static=1.25 * mu, kinetic=mu),
+    "coulomb_viscous": lambda mu: laws.coulomb_viscous(coefficient=mu, viscous=1.0),
+    "lugre": lambda mu: laws.lugre(static=1.25 * mu, kinetic=mu),
+}
+#: coarse to fine
+FILMS = {
+    "sommerfeld": laws.full_sommerfeld, "pinkus_sternlicht": laws.pinkus_sternlicht, "long": laws.long_film,
+    "short": laws.short_film, "harmonic": laws.harmonic,
+}  # fmt: skip
+ASPERITIES = {"greenwood_tripp": laws.greenwood_tripp, "greenwood_williamson": laws.greenwood_williamson}
+#: name -> the law for the thresholds dry, mixed, full of the film thickness ratio
+TRANSITIONS: dict[str, Callable] = {
+    "none": lambda dry, mixed, full: laws.superposed(),
+    "flores": lambda dry, mixed, full: laws.flores_hybrid(),
+    "fuzzy": lambda dry, mixed, full: laws.fuzzy(dry=dry, mixed=mixed, full=full),
+    "load_sharing": lambda dry, mixed, full: laws.load_sharing(dry=dry, mixed=mixed, full=full),
+}
 
 
 def one_of(field: str, value: str, known: Collection[str]) -> str:
@@ -36,6 +129,18 @@ def joint_names(joints: str | Collection[str], known: Collection[str]) -> tuple[
     return names
 
 
+def thresholds_of(text: str | Collection[float]) -> tuple[float, ...]:
+    """Three growing film thickness ratios from "0.4,1,3" or from numbers."""
+    given = text.split(",") if isinstance(text, str) else text
+    try:
+        found = tuple(float(t) for t in given)
+    except ValueError:
+        raise ValueError(f"thresholds must be three numbers such as 0.4,1,3, got {text!r}") from None
+    if len(found) != 3 or not 0.0 < found[0] < found[1] < found[2]:
+        raise ValueError(f"thresholds must be three growing positive numbers dry,mixed,full, got {text!r}")
+    return found
+
+
 def joint_factory(
     joints: str | Collection[str],
     known: Collection[str],
@@ -52,11 +157,15 @@ def joint_factory(
     film: str,
     roughness: float,
     film_torques: bool = True,
+    transition: str = "load_sharing",
+    thresholds: str = "0.4,1,3",
+    asperity: str = "greenwood_tripp",
     material: Material = steel,
 ) -> Callable[..., Joint]:
     """`factory(name, a, b)`: a clearance joint for the chosen names, an ideal hinge for all others.
 
-    The contact stiffness is Hertz's for the pair of radii and the material; lengths in m, viscosity in Pa s.
+    Contact stiffness and moduli come from the radii, the length and the material; contact "auto" is
+    lankarani_nikravesh in dry joints and winkler, which is conformal, in mixed ones. Lengths in m, viscosity in Pa s.
     """
     one_of("model", model, MODELS)
     checks.positive("clearance", clearance)
@@ -64,20 +173,26 @@ def joint_factory(
     slots: dict = {"radius": radius, "clearance": clearance, "length": length}
     if checks.non_negative("roughness", roughness) > 0.0:
         slots["roughness"] = roughness
-    one_of("contact", contact, CONTACTS)
+    one_of("contact", contact, ("auto", *CONTACTS))
     one_of("friction", friction, ("none", *FRICTIONS))
     one_of("film", film, FILMS)
-    if model == "dry":
+    one_of("transition", transition, TRANSITIONS)
+    one_of("asperity", asperity, ("none", *ASPERITIES))
+    limits = thresholds_of(thresholds)
+    if model in ("dry", "mixed"):
         if radius <= clearance:
             raise ValueError(f"radius {radius!r} m must be larger than clearance {clearance!r} m")
-        stiffness = hertz_stiffness(
-            radius, radius + clearance, material.young, material.poisson, material.young, material.poisson
-        )
-        slots["contact"] = CONTACTS[contact](stiffness, checks.fraction("restitution", restitution))
+        law = ("lankarani_nikravesh" if model == "dry" else "winkler") if contact == "auto" else contact
+        pair = Pair(radius, clearance, length, material)
+        slots["contact"] = CONTACTS[law](pair, checks.fraction("restitution", restitution))
         if friction != "none":
-            slots["friction"] = FRICTIONS[friction](coefficient=friction_coefficient)
-    elif model == "lubricated":
+            slots["friction"] = FRICTIONS[friction](checks.non_negative("friction_coefficient", friction_coefficient))
+    if model in ("lubricated", "mixed"):
         slots |= {"film": FILMS[film](), "lubricant": Lubricant(viscosity), "film_torques": bool(film_torques)}
+    if model == "mixed":
+        slots["transition"] = TRANSITIONS[transition](*limits)
+        if asperity != "none" and transition == "load_sharing":
+            slots["asperity"] = ASPERITIES[asperity](modulus=pair.modulus)
 
     def factory(name: str, a, b) -> Joint:
         if name not in chosen:

@@ -210,7 +210,7 @@ def _horizon(scene, result, rtol: float) -> str | None:
     """How far a run with dry contacts can be compared with another; None where nothing is chaotic."""
     from clearance.evidence.problem import NotSolved, horizon
 
-    if not any(j.contact is not None for j in scene.clearance_joints) or not result.file["time"].size:
+    if not any(j.impacts for j in scene.clearance_joints) or not result.file["time"].size:
         return None
     until = float(result.file["time"][-1])
     try:

@@ -4,8 +4,8 @@ import math
 from dataclasses import dataclass
 
 from clearance import checks
-from clearance.laws.law import BoundLaw, bound, contact, film, friction
-from clearance.materials import Lubricant
+from clearance.laws.law import BoundLaw, asperity, bound, bristle, contact, film, friction, transition
+from clearance.materials import Lubricant, Material, steel
 from clearance.scene import Body, Point, as_point, ground
 
 
@@ -71,16 +71,26 @@ class Prismatic(Joint):
         self._set("angle", checks.finite(f"{self.label()}: angle", self.angle))
 
 
+#: what a clearance joint may have, and the kinds of law it takes for it
+SLOTS = {
+    "contact": (contact,), "friction": (friction, bristle), "film": (film,), "asperity": (asperity,),
+    "transition": (transition,),
+}  # fmt: skip
+
+
 @dataclass(frozen=True)
 class ClearanceRevolute(Joint):
     """Hinge with radial clearance: the journal (on b) moves inside the bearing (on a).
 
     radius: journal radius R_J [m] (the bearing's is R_J + clearance); clearance: radial clearance c [m]; length of the
     bearing [m], needed by a film.
-    contact, friction, film: bound laws, or None for what the joint has not got; lubricant: the film's oil.
+    contact, friction, film, asperity: bound laws, or None for what the joint has not got; lubricant: the film's oil.
+    transition: how film and contact share the joint, needed where it has both; asperities are part of it.
     film_torques: whether the film drags on both bodies. Leave it on: without it the film's force pair has a net moment.
     Off reproduces published rows that leave the drag out.
     roughness: composite rms roughness [m], switches the film thickness ratio output on.
+    material: of journal and bearing, and layer: thickness [m] of the elastic layer that flattens (default half the
+    journal radius), for the diagnostics of the film only.
     eccentricity [m] and eccentricity_rate [m/s]: start values of the journal's displacement in the bearing, along the
     fixed axes x and y.
     """
@@ -94,9 +104,13 @@ class ClearanceRevolute(Joint):
     contact: BoundLaw | None = None
     friction: BoundLaw | None = None
     film: BoundLaw | None = None
+    asperity: BoundLaw | None = None
+    transition: BoundLaw | None = None
     lubricant: Lubricant | None = None
     film_torques: bool = True
     roughness: float | None = None
+    material: Material = steel
+    layer: float | None = None
     eccentricity: tuple[float, float] = (0.0, 0.0)
     eccentricity_rate: tuple[float, float] = (0.0, 0.0)
 
@@ -107,8 +121,26 @@ class ClearanceRevolute(Joint):
         self._set("radius", checks.positive(f"{label}: radius", self.radius))
         if self.radius <= self.clearance:
             raise ValueError(f"{label}: radius {self.radius!r} m must be larger than clearance {self.clearance!r} m")
-        for slot, family in (("contact", contact), ("friction", friction), ("film", film)):
-            self._set(slot, bound(f"{label}: {slot}", getattr(self, slot), family))
+        for slot, families in SLOTS.items():
+            self._set(slot, bound(f"{label}: {slot}", getattr(self, slot), *families))
+        self._check_slots(label)
+        if self.length is not None:
+            self._set("length", checks.positive(f"{label}: length", self.length))
+        if self.roughness is not None:
+            self._set("roughness", checks.positive(f"{label}: roughness", self.roughness))
+        self._set("eccentricity", checks.pair(f"{label}: eccentricity", self.eccentricity))
+        self._set("eccentricity_rate", checks.pair(f"{label}: eccentricity_rate", self.eccentricity_rate))
+        if self.contact is None and math.hypot(*self.eccentricity) >= self.clearance:
+            raise ValueError(f"{label}: start eccentricity {self.eccentricity} lies outside the clearance circle")
+        if self.layer is not None:
+            self._set("layer", checks.positive(f"{label}: layer", self.layer))
+        for slot in SLOTS:
+            law = getattr(self, slot)
+            if law is not None and law.law.demand and (missing := law.law.demand(self, law.parameters)):
+                raise ValueError(f"{label}: {slot} {law.law.name} {missing}")
+
+    def _check_slots(self, label: str) -> None:
+        """Which laws need which others."""
         if self.contact is None and self.film is None:
             raise ValueError(f"{label}: a clearance joint needs a contact law, a film, or both")
         if self.friction is not None and self.contact is None:
@@ -118,22 +150,29 @@ class ClearanceRevolute(Joint):
                 raise ValueError(f"{label}: film needs lubricant=Lubricant(viscosity), got {self.lubricant!r}")
             if self.length is None:
                 raise ValueError(f"{label}: film needs the bearing length [m]")
-        if self.film is not None and self.contact is not None:
-            raise ValueError(f"{label}: film and contact together need a transition model; give one of the two")
-        if self.length is not None:
-            self._set("length", checks.positive(f"{label}: length", self.length))
-        if self.roughness is not None:
-            self._set("roughness", checks.positive(f"{label}: roughness", self.roughness))
-        self._set("eccentricity", checks.pair(f"{label}: eccentricity", self.eccentricity))
-        self._set("eccentricity_rate", checks.pair(f"{label}: eccentricity_rate", self.eccentricity_rate))
-        if self.contact is None and math.hypot(*self.eccentricity) >= self.clearance:
-            raise ValueError(f"{label}: start eccentricity {self.eccentricity} lies outside the clearance circle")
+        if self.film is not None and self.contact is not None and self.transition is None:
+            raise ValueError(f"{label}: film and contact together need a transition model, such as load_sharing()")
+        if self.transition is not None:
+            missing = [n for n in ("film", "contact") if getattr(self, n) is None]
+            if missing:
+                raise ValueError(f"{label}: transition {self.transition.law.name} needs a {missing[0]} law")
+        if self.asperity is not None:
+            missing = [n for n in ("transition", "roughness") if getattr(self, n) is None]
+            if missing:
+                raise ValueError(f"{label}: asperity {self.asperity.law.name} needs the joint's {missing[0]}")
 
     def doubts(self) -> list[str]:
         """What the joint's laws say about being used here."""
-        laws = [law for law in (self.contact, self.friction, self.film) if law is not None and law.law.doubt]
-        said = [law.law.doubt(self, law.parameters) for law in laws]
-        return [f"{self.label()}: {s}" for s in said if s]
+        laws = [law for law in (getattr(self, s) for s in SLOTS) if law is not None and law.law.doubt]
+        said = [(law, law.law.doubt(self, law.parameters)) for law in laws]
+        return [
+            f"{self.label()}: {s if s.startswith(law.law.name) else f'{law.law.name}: {s}'}" for law, s in said if s
+        ]
+
+    @property
+    def impacts(self) -> bool:
+        """Whether contact starts with a first touch; in most transitions it sets in gradually."""
+        return self.contact is not None and (self.transition is None or self.transition.law.first_touch)
 
     @property
     def viscosity(self) -> float | None:

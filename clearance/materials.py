@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from clearance.checks import finite, positive
+from clearance.checks import finite, non_negative, positive
 
 
 @dataclass(frozen=True)
@@ -23,12 +23,17 @@ class Material:
 
 @dataclass(frozen=True)
 class Lubricant:
-    """Isoviscous oil: dynamic viscosity [Pa s]."""
+    """Isoviscous oil: dynamic viscosity [Pa s].
+
+    pressure_viscosity: Barus coefficient alpha [1/Pa] for the diagnostics of a run (a mineral oil's by default).
+    """
 
     viscosity: float
+    pressure_viscosity: float = 2e-8
 
     def __post_init__(self):
         positive("lubricant: viscosity", self.viscosity)
+        non_negative("lubricant: pressure_viscosity", self.pressure_viscosity)
 
 
 #: the steel of the clearance-joint literature (Flores et al. 2004 to 2009: E = 207 GPa, nu = 0.3)

@@ -151,6 +151,13 @@ def kernel_roles(mechanism: Mechanism, method: str) -> list[str]:
     return [role for role, used in needed.items() if used]
 
 
+def _kind(loop, joint) -> int:
+    """What the time loop has to watch in a joint."""
+    if joint.contact is None:
+        return loop.FILM
+    return loop.CONTACT if joint.impacts else loop.BLENDED
+
+
 class Run:
     """The arrays of one integration and the calls that advance it."""
 
@@ -175,7 +182,7 @@ class Run:
         self.control, self.counts = np.zeros(t.CONTROL_SIZE), np.zeros(t.COUNTS_SIZE, np.int64)
         self.control[t.RTOL], self.control[t.ORDER] = rtol, self.stepper.ORDER
         self.control[t.EVALUATE_LEDGER] = float(size > mechanism.size)
-        self.counts[t.STATES], self.counts[t.COORDINATES] = states, mechanism.size // 2
+        self.counts[t.STATES], self.counts[t.COORDINATES] = states, mechanism.coordinates
         self.control[t.CONVERGENCE], self.control[t.EFFORT] = 1.0, 0.9
         self.control[t.NEWTON_TOLERANCE] = NEWTON_TOLERANCE
         self.clock, self.place = np.zeros(loop.CLOCK_SIZE), np.zeros(loop.PLACE_SIZE, np.int64)
@@ -186,7 +193,7 @@ class Run:
         self.place[loop.STEP_LIMIT] = max_steps or STEP_LIMIT
         self.place[loop.COMMITS] = len(mechanism.structure.kinematics.remembered)
         self.contacts = np.zeros((joints, loop.CONTACT_COLUMNS))
-        self.contacts[:, loop.IS_CONTACT] = [j.contact is not None for j in scene.clearance_joints]
+        self.contacts[:, loop.KIND] = [_kind(loop, j) for j in scene.clearance_joints]
         self.impacts = np.zeros((IMPACT_ROWS, loop.IMPACT_COLUMNS))
         self.log = np.zeros((LOG_ROWS, loop.LOG_COLUMNS))
         self.times, self.rows = np.zeros(ROWS), np.zeros((ROWS, len(mechanism.structure.channels) if outputs else size))
@@ -219,7 +226,7 @@ class Run:
         """
         mechanism, scene = self.mechanism, self.mechanism.scene
         acceleration = mechanism.start.size * mechanism.frequency**2 + math.hypot(*scene.gravity)
-        rhs, work, at = mechanism.kernel("rhs"), self.work, mechanism.size // 2
+        rhs, work, at = mechanism.kernel("rhs"), self.work, mechanism.coordinates
         rest = mechanism.y0.copy()
         first = at + len(mechanism.structure.plan.free)
         rest[first - at : at] = rest[first : 2 * at] = 0.0

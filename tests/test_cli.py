@@ -61,7 +61,7 @@ def test_units_and_readable_summary(tmp_path, capsys):
         (["-p", "speed"], "expected NAME=VALUE"),
         (["-p", "joints=Z"], "joints must be one of A, B, C, D, E, F; got 'Z'"),
         (["-p", "joints="], "joints: name at least one"),
-        (["-p", "model=wet"], "model must be one of ideal, dry, lubricated; got 'wet'"),
+        (["-p", "model=wet"], "model must be one of ideal, dry, lubricated, mixed; got 'wet'"),
         (["-p", "viscosity=0"], "viscosity must be positive, got 0.0"),
         (["-p", "model=dry", "-p", "restitution=2"], r"restitution must lie in [0, 1], got 2.0"),
         (["-p", "speed=0", "--turns", "1"], "turns needs a constant-speed rotating drive"),

@@ -205,13 +205,18 @@ class TestAblation:
 
 
 def test_physics_prices(monkeypatch):
-    """The finest is zero away from itself; ideal joints are further from it than the film without drag."""
+    """The finest is zero away from itself; ideal joints are further from it than any film; every ladder is there."""
     monkeypatch.setattr(physics, "REPEATS", 1)
+    monkeypatch.setattr(physics, "CONTACTS", ("lankarani_nikravesh", "winkler"))
+    monkeypatch.setattr(physics, "FRICTIONS_SHOWN", ("lugre",))
     study = physics.compare(find_case("six_bar_feeder"), {}, 1.0, None)
+    assert not any(c.note for c in study.choices)
     by_name = {c.name: c for c in study.choices}
     assert by_name[study.finest].distance == 0.0
-    films = [c for c in study.choices if c.model == "lubricated" and c.name != study.finest]
-    assert all(0.0 < c.distance < by_name["ideal joints"].distance for c in films)
+    assert study.finest == "mixed, harmonic, transition load_sharing"
+    films = [c for c in study.choices if c.model == "lubricated" and "no drag" not in c.name]
+    assert len(films) == 5
+    assert all(0.0 < c.distance < by_name["ideal joints"].distance for c in films if "sommerfeld" not in c.name)
 
 
 def test_physics_needs_a_choice():

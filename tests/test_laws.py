@@ -168,12 +168,12 @@ class TestPinkusSternlicht:
 
     @given(ratios, st.floats(-100, 100), st.floats(-1e3, 1e3), st.floats(-1e3, 1e3))
     def test_torques_balance_the_force_pair(self, ratio, tangential, journal, bearing):
-        tj, tb = laws.film_torques(ratio, tangential, journal, bearing, *JOINT)
+        tj, tb = laws.film_torques(ratio, tangential, journal, bearing, *JOINT[:4])
         scale = abs(tj) + abs(tb) + 1e-30
         assert tj + tb + ratio * JOINT.clearance * tangential == pytest.approx(0.0, abs=1e-12 * scale)
 
     def test_petroff(self):
-        found = laws.film_torques(0.0, 0.0, 100.0, 0.0, *JOINT)
+        found = laws.film_torques(0.0, 0.0, 100.0, 0.0, *JOINT[:4])
         petroff = 2 * math.pi * 0.05 * 0.01**3 * 0.02 / 1e-4 * 100.0
         assert found == pytest.approx((-petroff, petroff), rel=1e-12)
 

@@ -9,8 +9,10 @@ ROOT = Path(__file__).parent.parent
 #: lowest first; a module may import its own layer and those before it
 LAYERS = [
     ["clearance.checks", "clearance.units"],
+    ["clearance.materials"],
     ["clearance.laws"],
-    ["clearance.materials", "clearance.scene", "clearance.joints", "clearance.loads"],
+    ["clearance.scene", "clearance.joints", "clearance.loads"],
+    ["clearance.regimes"],
     ["clearance.mechanism", "clearance.stepping"],
     ["clearance.results"],
     ["clearance.simulation"],

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.catalogue import Case
-from clearance.choices import CONTACTS, FILMS
+from clearance.choices import CONTACTS, FILMS, TRANSITIONS
 from clearance.mechanism.build import build
 from clearance.results import save_tables
 from clearance.scene import Scene
@@ -45,23 +45,29 @@ class Comparison:
     remarks: list[str]
 
 
+FRICTIONS_SHOWN = ("coulomb", "stribeck", "lugre")
+
+
 def ladder(case: Case, values: dict) -> list[Choice]:
     """What the case lets one choose, coarse to fine; the last is what all are compared with."""
     known = case.parameters
     if "model" not in known:
         raise ValueError(f"case {case.name} has no parameter model: there is no choice of physics to compare")
-    free = {k: v for k, v in values.items() if k not in ("model", "contact", "film", "film_torques", "friction")}
-    choices = [Choice("ideal joints", "ideal", free | {"model": "ideal"})]
-    for contact in CONTACTS:
-        dry = free | {"model": "dry", "contact": contact}
-        choices.append(Choice(f"dry, {contact}", "dry", dry | {"friction": "none"}))
-    choices.append(Choice("dry, with coulomb friction", "dry", free | {"model": "dry", "friction": "coulomb"}))
-    for film in FILMS:
-        for torques in (False, True):
-            name = f"film, {film}" + ("" if torques else ", no drag torques")
-            parameters = free | {"model": "lubricated", "film": film, "film_torques": torques}
-            choices.append(Choice(name, "lubricated", parameters))
-    return choices
+    chosen = ("model", "contact", "film", "film_torques", "friction", "transition")
+    free = {k: v for k, v in values.items() if k not in chosen}
+    finest = list(FILMS)[-1]
+
+    def choice(name: str, model: str, **more) -> Choice:
+        return Choice(name, model, {k: v for k, v in (free | {"model": model} | more).items() if k in known})
+
+    return [
+        choice("ideal joints", "ideal"),
+        *(choice(f"dry, {c}", "dry", contact=c, friction="none") for c in CONTACTS),
+        *(choice(f"dry, friction {f}", "dry", friction=f) for f in FRICTIONS_SHOWN),
+        *(choice(f"film, {f}", "lubricated", film=f) for f in FILMS),
+        choice(f"film, {finest}, no drag torques", "lubricated", film=finest, film_torques=False),
+        *(choice(f"mixed, {finest}, transition {t}", "mixed", film=finest, transition=t) for t in TRANSITIONS),
+    ]
 
 
 def compare(

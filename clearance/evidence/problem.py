@@ -58,12 +58,12 @@ class Problem:
 
     @property
     def contacts(self) -> bool:
-        return any(j.contact is not None for j in self.scene.clearance_joints)
+        return any(j.impacts for j in self.scene.clearance_joints)
 
     @property
     def remembers(self) -> bool:
         """Whether a contact law looks at the impact speed: such a law needs a solver that locates events."""
-        laws = [j.contact.law.function for j in self.scene.clearance_joints if j.contact is not None]
+        laws = [j.contact.law.function for j in self.scene.clearance_joints if j.impacts]
         return any(i.argval == "impact_speed" for f in laws for i in dis.get_instructions(f) if "LOAD" in i.opname)
 
     def start(self, displacement: float = 0.0) -> np.ndarray:

@@ -1,11 +1,81 @@
 """The physics of one joint, as plain functions: one file a family."""
 
-from clearance.laws.contact import hertz_stiffness, hunt_crossley_memoryless, lankarani_nikravesh
-from clearance.laws.film import film_torques, pinkus_sternlicht
-from clearance.laws.friction import coulomb
-from clearance.laws.law import BoundLaw, FilmJoint, Law, contact, effort, film, friction, signal
+from clearance.laws.asperity import (
+    composite_roughness,
+    contact_flow_factor,
+    greenwood_tripp,
+    greenwood_williamson,
+    pressure_flow_factor,
+    shear_flow_factor,
+)
+from clearance.laws.contact import (
+    contact_modulus,
+    delivered_restitution,
+    exact_damping,
+    exact_restitution,
+    flores,
+    gonthier,
+    herbert_mcwhannell,
+    hertz,
+    hertz_stiffness,
+    hu_guo,
+    hunt_crossley,
+    hunt_crossley_memoryless,
+    impact,
+    johnson,
+    kelvin_voigt,
+    lankarani_nikravesh,
+    layer_modulus,
+    lee_wang,
+    liu,
+    winkler,
+    zhiying_qishao,
+)
+from clearance.laws.film import (
+    film_torques,
+    full_sommerfeld,
+    harmonic,
+    long_film,
+    pinkus_sternlicht,
+    short_film,
+)
+from clearance.laws.friction import (
+    ambrosio,
+    bengisu_akay,
+    coulomb,
+    coulomb_tanh,
+    coulomb_viscous,
+    lugre,
+    stribeck,
+    threlfall,
+)
+from clearance.laws.law import (
+    BoundLaw,
+    Derived,
+    FilmJoint,
+    Law,
+    asperity,
+    bristle,
+    contact,
+    effort,
+    film,
+    friction,
+    signal,
+    transition,
+)
+from clearance.laws.transition import flores_hybrid, fuzzy, load_sharing, memberships, superposed
+
+#: the families, to decorate laws of one's own with, and the laws by family
+FAMILIES = (contact, friction, bristle, film, asperity, transition, signal, effort)
 
 __all__ = [
-    "BoundLaw", "FilmJoint", "Law", "contact", "coulomb", "effort", "film", "film_torques", "friction",
-    "hertz_stiffness", "hunt_crossley_memoryless", "lankarani_nikravesh", "pinkus_sternlicht", "signal",
+    "FAMILIES", "BoundLaw", "Derived", "FilmJoint", "Law", "ambrosio", "asperity", "bengisu_akay", "bristle",
+    "composite_roughness", "contact", "contact_flow_factor", "contact_modulus", "coulomb",
+    "coulomb_tanh", "coulomb_viscous", "delivered_restitution", "effort", "exact_damping", "exact_restitution", "film",
+    "film_torques", "flores", "flores_hybrid", "friction", "full_sommerfeld", "fuzzy", "gonthier", "greenwood_tripp",
+    "greenwood_williamson", "harmonic", "herbert_mcwhannell", "hertz", "hertz_stiffness", "hu_guo", "hunt_crossley",
+    "hunt_crossley_memoryless", "impact", "johnson", "kelvin_voigt", "lankarani_nikravesh", "layer_modulus",
+    "lee_wang", "liu", "load_sharing", "long_film", "lugre", "memberships", "pinkus_sternlicht",
+    "pressure_flow_factor", "shear_flow_factor", "short_film", "signal", "stribeck", "superposed", "threlfall",
+    "transition", "winkler", "zhiying_qishao",
 ]  # fmt: skip

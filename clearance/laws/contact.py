@@ -1,9 +1,43 @@
-"""Dry contact of journal and bearing: normal force as a function of penetration and its rate."""
+"""Dry contact of journal and bearing: normal force as a function of penetration and its rate.
+
+Most laws are an elastic force times a hysteresis factor,
+
+    F = F_elastic(delta) max(1 + chi delta' / max(delta'_0, v_g), 0)   for delta > 0, else 0,
+
+with penetration delta [m], its rate delta' [m/s], impact speed delta'_0 [m/s] (the rate at first touch, frozen while
+the contact lasts) and a damping factor chi that each author derives from the restitution e. Impact speeds below the
+grazing speed v_g count as v_g, so that the damping stays finite; the factor is cut at zero, so that a rebound is never
+pulled back. In joints with a transition model, contact has no first touch: v_g is then the reference speed throughout.
+
+Which restitution a factor really delivers does not depend on the elastic force: see `delivered_restitution`.
+"""
 
 import math
 
-from clearance.checks import fraction, non_negative, positive
-from clearance.laws.law import contact
+from clearance.checks import finite, fraction, non_negative, positive
+from clearance.laws.law import Derived, contact
+from clearance.materials import Material
+
+GRAZING_SPEED = 1e-3  # m/s
+
+
+# --- stiffness from material and geometry
+def contact_modulus(a: Material, b: Material) -> float:
+    """E* of two solids [Pa]: 1 / E* = (1 - nu_a^2) / E_a + (1 - nu_b^2) / E_b (Johnson, Contact Mechanics, 1985)."""
+    return 1.0 / ((1.0 - a.poisson**2) / a.young + (1.0 - b.poisson**2) / b.young)
+
+
+def layer_modulus(material: Material, thickness: float) -> float:
+    """Modulus K_w [Pa/m] of an elastic layer of that thickness [m] on a rigid base: the oedometric modulus over it.
+
+    K_w = E (1 - nu) / ((1 + nu) (1 - 2 nu)) / t. Raises ValueError for nu = 0.5, where it is infinite.
+    Source: Johnson, Contact Mechanics (1985), section 4.3; Podra and Andersson, Wear 207 (1997) 79.
+    """
+    poisson = material.poisson
+    if poisson >= 0.5:
+        raise ValueError(f"material {material.name}: an incompressible layer (poisson 0.5) has no Winkler modulus")
+    oedometric = material.young * (1.0 - poisson) / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
+    return oedometric / positive("thickness", thickness)
 
 
 def hertz_stiffness(
@@ -31,10 +65,12 @@ def hertz_stiffness(
     return 4.0 / (3.0 * compliance) * math.sqrt(journal_radius * bearing_radius / (bearing_radius - journal_radius))
 
 
+# --- damping and restitution
 def delivered_restitution(damping: float) -> float:
-    """Restitution e that F = K delta^n (1 + chi delta' / delta'_0) really gives a free impact, for any n and K.
+    """Restitution e that a damping factor chi really gives a free impact, for any elastic force and mass.
 
-    Solves chi (1 + e) = ln((1 + chi) / (1 - chi e)) for the damping factor chi >= 0 by bisection (1e-12).
+    Solves chi (1 + e) = ln((1 + chi) / (1 - chi e)) for e by bisection (1e-12): dividing m v dv = -F ddelta by the
+    hysteresis factor makes both sides integrable.
     """
     low, high = 0.0, min(1.0, 1.0 / damping) if damping > 0.0 else 1.0
     if damping < 1e-9:
@@ -46,6 +82,25 @@ def delivered_restitution(damping: float) -> float:
     return 0.5 * (low + high)
 
 
+def exact_damping(restitution: float) -> float:
+    """Damping factor chi in (0, 1 / e) whose delivered restitution is e: `delivered_restitution` solved for chi."""
+    if restitution >= 1.0:
+        return 0.0
+    low, high = 0.0, 1.0 / restitution
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if delivered_restitution(middle) > restitution else (low, middle)
+    return 0.5 * (low + high)
+
+
+def restitution_above_zero(field: str, value: object) -> float:
+    """A restitution in [0.01, 1]: below, the damping factor of the laws that divide by it grows beyond all bounds."""
+    number = finite(field, value)
+    if not 0.01 <= number <= 1.0:
+        raise ValueError(f"{field} must lie in [0.01, 1] for this law, got {value!r}")
+    return number
+
+
 def elastic_force(penetration, stiffness, exponent):
     """K delta^n; the square root of the usual n = 1.5 costs a third of a general power."""
     if exponent == 1.5:
@@ -53,46 +108,332 @@ def elastic_force(penetration, stiffness, exponent):
     return stiffness * penetration**exponent
 
 
-@contact(stiffness=positive, restitution=fraction, exponent=positive, grazing_speed=positive)
-def lankarani_nikravesh(
-    penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=1e-3
-):
-    """Normal contact force of Lankarani and Nikravesh [N], never pulling.
+def hysteresis(penetration_rate, impact_speed, damping, grazing_speed):
+    """max(1 + chi delta' / max(delta'_0, v_g), 0)."""
+    return max(1.0 + damping * penetration_rate / max(impact_speed, grazing_speed), 0.0)
 
-    F = K delta^n (1 + 3 (1 - e^2) / 4 * delta' / delta'_0),  F = 0 for delta <= 0 and where the bracket is negative
 
-    penetration delta [m], penetration_rate delta' [m/s], impact_speed delta'_0 [m/s] (the rate at first touch, frozen
-    while the contact lasts); stiffness K [N/m^n], restitution e (0 to 1), exponent n. Impact speeds below
-    grazing_speed [m/s] count as grazing_speed, so that the damping stays finite.
-    Valid for e close to 1: the delivered restitution is .913 for .9, but .725 for .5.
-    Source: Lankarani and Nikravesh, J. Mech. Design 112 (1990) 369.
+def _warns_of_other_restitution(law, damping):
+    """Add the doubt that a law delivers another restitution than the one asked for."""
+
+    @law.doubts
+    def doubt(joint, parameters):
+        wanted = parameters["restitution"]
+        given = delivered_restitution(damping(wanted))
+        if abs(given - wanted) > 0.05:
+            return f"{law.name} delivers a restitution of {given:.2f} where {wanted:.2f} is asked for"
+        return None
+
+
+# --- laws
+@contact(stiffness=positive, exponent=positive)
+def hertz(penetration, penetration_rate, impact_speed, stiffness, exponent=1.5):
+    """Elastic contact, F = K delta^n [N]; stiffness K [N/m^n].
+
+    Source: Hertz (1881); for a pin in a hole with `hertz_stiffness`.
     """
     if penetration <= 0.0:
         return 0.0
-    damping = 0.75 * (1.0 - restitution * restitution) / max(impact_speed, grazing_speed)
-    return elastic_force(penetration, stiffness, exponent) * max(1.0 + damping * penetration_rate, 0.0)
+    return elastic_force(penetration, stiffness, exponent)
 
 
-@lankarani_nikravesh.doubts
-def _restitution_is_not_delivered(joint, parameters):
-    """The damping factor was derived for nearly elastic impacts."""
-    wanted = parameters["restitution"]
-    given = delivered_restitution(0.75 * (1.0 - wanted * wanted))
-    if given - wanted > 0.05:
-        return f"lankarani_nikravesh delivers a restitution of {given:.2f} where {wanted:.2f} is asked for"
-    return None
+@contact(stiffness=positive, damping=non_negative)
+def kelvin_voigt(penetration, penetration_rate, impact_speed, stiffness, damping):
+    """Linear spring and damper, F = max(K delta + D delta', 0) [N]; stiffness K [N/m], damping D [N s/m].
+
+    The force jumps at first touch. Source: Kelvin and Voigt; Goldsmith, Impact (1960).
+    """
+    if penetration <= 0.0:
+        return 0.0
+    return max(stiffness * penetration + damping * penetration_rate, 0.0)
 
 
 @contact(stiffness=positive, dissipation=non_negative, exponent=positive)
 def hunt_crossley_memoryless(penetration, penetration_rate, impact_speed, stiffness, dissipation, exponent=1.5):
-    """Normal contact force of Hunt and Crossley [N], never pulling; it does not look at the impact speed.
+    """F = K delta^n max(1 + 1.5 alpha delta', 0) [N]; it does not look at the impact speed.
 
-    F = K delta^n (1 + 1.5 alpha delta'),  F = 0 for delta <= 0 and where the bracket is negative
-
-    penetration delta [m], penetration_rate delta' [m/s]; stiffness K [N/m^n], dissipation alpha [s/m], exponent n.
-    For slow impacts the restitution is 1 - alpha v: it falls with the impact speed v. Valid for alpha v well below 1.
-    Source: Hunt and Crossley, J. Applied Mechanics 42 (1975) 440, eqs. 10 to 14.
+    stiffness K [N/m^n], dissipation alpha [s/m]. For slow impacts the restitution is 1 - alpha v: it falls with the
+    impact speed v. Valid for alpha v well below 1.
+    Source: Hunt and Crossley, J. Applied Mechanics 42 (1975) 440, eqs. 10 to 14; Marhefka and Orin (1999).
     """
     if penetration <= 0.0:
         return 0.0
     return elastic_force(penetration, stiffness, exponent) * max(1.0 + 1.5 * dissipation * penetration_rate, 0.0)
+
+
+@contact(stiffness=positive, restitution=fraction, exponent=positive, grazing_speed=positive)
+def hunt_crossley(
+    penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
+):
+    """chi = 3 (1 - e) / 2 [N]. Valid for e close to 1: delivers .909 for .9, .663 for .5.
+
+    Source: Hunt and Crossley, J. Applied Mechanics 42 (1975) 440, with alpha = (1 - e) / delta'_0.
+    """
+    if penetration <= 0.0:
+        return 0.0
+    factor = hysteresis(penetration_rate, impact_speed, 1.5 * (1.0 - restitution), grazing_speed)
+    return elastic_force(penetration, stiffness, exponent) * factor
+
+
+@contact(stiffness=positive, restitution=fraction, exponent=positive, grazing_speed=positive)
+def herbert_mcwhannell(
+    penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
+):
+    """chi = 6 (1 - e) / ((2 e - 1)^2 + 3) [N]. Delivers .901 for .9, .594 for .5.
+
+    Source: Herbert and McWhannell, J. Eng. for Industry 99 (1977) 688.
+    """
+    if penetration <= 0.0:
+        return 0.0
+    damping = 6.0 * (1.0 - restitution) / ((2.0 * restitution - 1.0) ** 2 + 3.0)
+    factor = hysteresis(penetration_rate, impact_speed, damping, grazing_speed)
+    return elastic_force(penetration, stiffness, exponent) * factor
+
+
+@contact(stiffness=positive, restitution=fraction, exponent=positive, grazing_speed=positive)
+def lee_wang(
+    penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
+):
+    """chi = 3 (1 - e) / 4 [N]. Dissipates too little: delivers .952 for .9, .799 for .5.
+
+    Source: Lee and Wang, J. Mech., Transmissions and Automation in Design 105 (1983) 534.
+    """
+    if penetration <= 0.0:
+        return 0.0
+    factor = hysteresis(penetration_rate, impact_speed, 0.75 * (1.0 - restitution), grazing_speed)
+    return elastic_force(penetration, stiffness, exponent) * factor
+
+
+@contact(stiffness=positive, restitution=fraction, exponent=positive, grazing_speed=positive)
+def lankarani_nikravesh(
+    penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
+):
+    """chi = 3 (1 - e^2) / 4 [N]. Valid for e close to 1: delivers .913 for .9, but .725 for .5.
+
+    Source: Lankarani and Nikravesh, J. Mech. Design 112 (1990) 369.
+    """
+    if penetration <= 0.0:
+        return 0.0
+    damping = 0.75 * (1.0 - restitution * restitution)
+    factor = hysteresis(penetration_rate, impact_speed, damping, grazing_speed)
+    return elastic_force(penetration, stiffness, exponent) * factor
+
+
+@contact(stiffness=positive, restitution=restitution_above_zero, exponent=positive, grazing_speed=positive)
+def gonthier(
+    penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
+):
+    """chi = (1 - e^2) / e [N]. Delivers .876 for .9, .488 for .5.
+
+    Source: Gonthier, McPhee, Lange and Piedboeuf, Multibody Syst. Dyn. 11 (2004) 209.
+    """
+    if penetration <= 0.0:
+        return 0.0
+    damping = (1.0 - restitution * restitution) / restitution
+    factor = hysteresis(penetration_rate, impact_speed, damping, grazing_speed)
+    return elastic_force(penetration, stiffness, exponent) * factor
+
+
+@contact(stiffness=positive, restitution=fraction, exponent=positive, grazing_speed=positive)
+def zhiying_qishao(
+    penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
+):
+    """chi = 3 (1 - e^2) exp(2 (1 - e)) / 4 [N]. Delivers .896 for .9, .483 for .5.
+
+    Source: Qin and Lu, Chinese J. Theor. Appl. Mech. (2006), as listed by Alves et al., Mech. Mach. Theory 85 (2015).
+    """
+    if penetration <= 0.0:
+        return 0.0
+    damping = 0.75 * (1.0 - restitution * restitution) * math.exp(2.0 * (1.0 - restitution))
+    factor = hysteresis(penetration_rate, impact_speed, damping, grazing_speed)
+    return elastic_force(penetration, stiffness, exponent) * factor
+
+
+@contact(stiffness=positive, restitution=restitution_above_zero, exponent=positive, grazing_speed=positive)
+def flores(
+    penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
+):
+    """chi = 8 (1 - e) / (5 e) [N]. For the whole range of e: delivers .894 for .9, .470 for .5.
+
+    Source: Flores, Machado, Silva and Martins, Multibody Syst. Dyn. 25 (2011) 357.
+    """
+    if penetration <= 0.0:
+        return 0.0
+    damping = 1.6 * (1.0 - restitution) / restitution
+    factor = hysteresis(penetration_rate, impact_speed, damping, grazing_speed)
+    return elastic_force(penetration, stiffness, exponent) * factor
+
+
+@contact(stiffness=positive, restitution=restitution_above_zero, exponent=positive, grazing_speed=positive)
+def hu_guo(
+    penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
+):
+    """chi = 3 (1 - e) / (2 e) [N]. For the whole range of e: delivers .900 for .9, .488 for .5.
+
+    Source: Hu and Guo, Nonlinear Dyn. 81 (2015) 1415.
+    """
+    if penetration <= 0.0:
+        return 0.0
+    damping = 1.5 * (1.0 - restitution) / restitution
+    factor = hysteresis(penetration_rate, impact_speed, damping, grazing_speed)
+    return elastic_force(penetration, stiffness, exponent) * factor
+
+
+for _law, _damping in (
+    (hunt_crossley, lambda e: 1.5 * (1.0 - e)), (lee_wang, lambda e: 0.75 * (1.0 - e)),
+    (herbert_mcwhannell, lambda e: 6.0 * (1.0 - e) / ((2.0 * e - 1.0) ** 2 + 3.0)),
+    (lankarani_nikravesh, lambda e: 0.75 * (1.0 - e * e)), (gonthier, lambda e: (1.0 - e * e) / e),
+    (zhiying_qishao, lambda e: 0.75 * (1.0 - e * e) * math.exp(2.0 * (1.0 - e))),
+    (flores, lambda e: 1.6 * (1.0 - e) / e), (hu_guo, lambda e: 1.5 * (1.0 - e) / e),
+):  # fmt: skip
+    _warns_of_other_restitution(_law, _damping)
+
+
+EXACT = Derived(lambda parameters: exact_damping(parameters["restitution"]))
+
+
+@contact(
+    stiffness=positive, restitution=restitution_above_zero, exponent=positive, grazing_speed=positive, damping=EXACT
+)
+def exact_restitution(
+    penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED,
+    damping=None,
+):  # fmt: skip
+    """The hysteresis factor that delivers exactly the restitution asked for [N]; chi is solved for once, when bound.
+
+    chi (1 + e) = ln((1 + chi) / (1 - chi e)), for every stiffness, exponent and mass; e in [0.01, 1].
+    """
+    if penetration <= 0.0:
+        return 0.0
+    factor = hysteresis(penetration_rate, impact_speed, damping, grazing_speed)
+    return elastic_force(penetration, stiffness, exponent) * factor
+
+
+def lambert_w(x):
+    """Lower branch W_-1 of w e^w = x for -1/e <= x < 0 (w <= -1), by Halley's method from a series at the branch point.
+
+    Source: Corless et al., Adv. Comput. Math. 5 (1996) 329.
+    """
+    if x >= -0.25:
+        first = math.log(-x)
+        w = first - math.log(-first)
+    else:
+        root = math.sqrt(max(2.0 * (1.0 + math.e * x), 0.0))
+        w = -1.0 - root - root * root / 3.0
+    for _ in range(8):
+        power = math.exp(w)
+        miss = w * power - x
+        slope = power * (w + 1.0)
+        if abs(slope) < 1e-300:
+            break
+        change = miss / (slope - 0.5 * (w + 2.0) * miss / (w + 1.0))
+        w -= change
+        if abs(change) < 1e-15 * abs(w):
+            break
+    return w
+
+
+def johnson_force(penetration, modulus, length, radius_difference):
+    """Load of Johnson's cylinders [N], solved for the load without iteration over it; see `johnson`."""
+    limit = 0.95 * 4.0 * radius_difference / math.e**2
+    depth = min(penetration, limit)
+    w = lambert_w(-0.25 * math.e * depth / radius_difference)
+    force = -math.pi * modulus * length * depth / w
+    slope = math.pi * modulus * length / (-w - 1.0)
+    return force + slope * max(penetration - limit, 0.0)
+
+
+@contact(
+    modulus=positive, length=positive, radius_difference=positive, restitution=restitution_above_zero,
+    grazing_speed=positive, damping=EXACT,
+)  # fmt: skip
+def johnson(
+    penetration, penetration_rate, impact_speed, modulus, length, radius_difference, restitution=1.0,
+    grazing_speed=GRAZING_SPEED, damping=None,
+):  # fmt: skip
+    """Johnson's cylinder in a cylinder [N], with the exact hysteresis factor.
+
+    delta = f / (pi E*) (ln(4 pi E* DR / f) - 1), f = F / L; solved: f = -pi E* delta / W_-1(-e delta / (4 DR))
+
+    modulus E* [Pa] (`contact_modulus`), bearing length L [m], radius_difference DR = clearance [m], restitution.
+    Valid for delta < 4 DR / e^2 = 0.541 DR, where the compliance reaches zero; from 95 % of that on the force goes on
+    with its slope there, and the joint warns if it is ever taken there.
+    Source: Johnson, Contact Mechanics (1985), section 5.6; Lambert W form after Pereira, Ramalho and Ambrosio (2011).
+    """
+    if penetration <= 0.0:
+        return 0.0
+    factor = hysteresis(penetration_rate, impact_speed, damping, grazing_speed)
+    return johnson_force(penetration, modulus, length, radius_difference) * factor
+
+
+@contact(
+    modulus=positive, length=positive, radius_difference=positive, restitution=restitution_above_zero,
+    grazing_speed=positive, damping=EXACT,
+)  # fmt: skip
+def liu(
+    penetration, penetration_rate, impact_speed, modulus, length, radius_difference, restitution=1.0,
+    grazing_speed=GRAZING_SPEED, damping=None,
+):  # fmt: skip
+    """Liu's conformal cylinders [N], with the exact hysteresis factor.
+
+    F = pi / 2 E* L delta sqrt(delta / (2 (DR + delta)))
+
+    modulus E* [Pa], bearing length L [m], radius_difference DR = clearance [m]. Explicit, for any penetration.
+    Source: Liu, Zhang and Yang, J. Mech. Design 129 (2007) 93.
+    """
+    if penetration <= 0.0:
+        return 0.0
+    share = penetration / (2.0 * (radius_difference + penetration))
+    elastic = 0.5 * math.pi * modulus * length * penetration * math.sqrt(share)
+    return elastic * hysteresis(penetration_rate, impact_speed, damping, grazing_speed)
+
+
+@contact(
+    layer_modulus=positive, length=positive, radius=positive, radius_difference=positive,
+    restitution=restitution_above_zero, grazing_speed=positive, damping=EXACT,
+)  # fmt: skip
+def winkler(
+    penetration, penetration_rate, impact_speed, layer_modulus, length, radius, radius_difference, restitution=1.0,
+    grazing_speed=GRAZING_SPEED, damping=None,
+):  # fmt: skip
+    """Winkler (elastic foundation) contact of a journal in a bearing [N], with the exact hysteresis factor.
+
+    F = K_w L R (e arccos(c / e) - c / e sqrt(e^2 - c^2)) = K_w L R e (2 a - sin 2 a) / 2,  e = c + delta = c / cos a;
+    for small delta F = 4 sqrt(2) / 3 K_w L R delta^1.5 / sqrt(c)
+
+    layer_modulus K_w [Pa/m] (`layer_modulus`), length L, radius R, radius_difference c [m]. Conformal, knows L and c,
+    for any penetration up to half the bore; the layer's thickness is the modelling freedom.
+    Source: elastic foundation after Johnson, Contact Mechanics (1985), section 4.3; integrated over the conformal arc.
+    """
+    if penetration <= 0.0:
+        return 0.0
+    e = radius_difference + penetration
+    root = math.sqrt(penetration * (e + radius_difference))
+    double = 2.0 * math.atan(root / radius_difference)
+    if double < 0.1:
+        area = double**3 / 6.0 * (1.0 - double * double / 20.0 * (1.0 - double * double / 42.0))
+    else:
+        area = double - math.sin(double)
+    elastic = 0.5 * e * area
+    force = layer_modulus * length * radius * elastic
+    return force * hysteresis(penetration_rate, impact_speed, damping, grazing_speed)
+
+
+def adams_step(x, x0, h0, x1, h1):
+    """The STEP function of ADAMS: h0 below x0, h1 above x1, between them h0 + (h1 - h0) s^2 (3 - 2 s)."""
+    s = min(max((x - x0) / (x1 - x0), 0.0), 1.0)
+    return h0 + (h1 - h0) * s * s * (3.0 - 2.0 * s)
+
+
+@contact(stiffness=positive, exponent=positive, damping=non_negative, depth=positive)
+def impact(penetration, penetration_rate, impact_speed, stiffness, exponent=1.5, damping=10.0, depth=1e-5):
+    """The IMPACT function of ADAMS [N]: F = max(K delta^n + STEP(delta, 0, 0, d, C) delta', 0).
+
+    stiffness K [N/m^n], exponent n, damping C [N s/m] reached at the depth d [m]. It does not look at the impact speed
+    and knows no restitution.
+    Source: MSC ADAMS/Solver manual, functions IMPACT and STEP.
+    """
+    if penetration <= 0.0:
+        return 0.0
+    grown = adams_step(penetration, 0.0, 0.0, depth, damping)
+    return max(elastic_force(penetration, stiffness, exponent) + grown * penetration_rate, 0.0)

@@ -1,19 +1,133 @@
-"""Dry friction: tangential force as a function of sliding speed and normal force."""
+"""Dry friction: tangential force as a function of sliding speed and normal force.
+
+A friction law returns the force on the body whose sliding speed v [m/s] it gets, opposed to v [N]; normal force
+F_n >= 0 [N]. Laws written with mu_eff(v) return -mu_eff F_n sgn v. Regularised laws creep instead of sticking; `lugre`
+sticks, and has the deflection of its bristles as a state of the joint.
+"""
 
 import math
 
 from clearance.checks import non_negative, positive
-from clearance.laws.law import friction
+from clearance.laws.law import bristle, friction
 
 
 @friction(coefficient=non_negative, transition_speed=positive)
 def coulomb(sliding_speed, normal_force, coefficient, transition_speed=1e-3):
-    """Smooth Coulomb friction force [N], opposed to the sliding speed.
+    """Smooth Coulomb friction [N], algebraic: F = -mu F_n v / sqrt(v^2 + v_t^2).
 
-    F = -mu F_n v / sqrt(v^2 + v_t^2)
-
-    sliding_speed v [m/s], normal_force F_n >= 0 [N]; coefficient mu, transition_speed v_t [m/s]. Infinitely smooth;
-    reaches 99 % of mu F_n at v = 7 v_t. A regularised law: it creeps instead of sticking.
+    coefficient mu, transition_speed v_t [m/s]. Infinitely smooth; reaches 99 % of mu F_n at v = 7 v_t.
     Source: the usual algebraic regularisation of Coulomb's law; see Marques et al., Nonlinear Dyn. 86 (2016) 1407.
     """
     return -coefficient * normal_force * sliding_speed / math.sqrt(sliding_speed**2 + transition_speed**2)
+
+
+@friction(coefficient=non_negative, transition_speed=positive)
+def coulomb_tanh(sliding_speed, normal_force, coefficient, transition_speed=1e-3):
+    """Smooth Coulomb friction [N]: F = -mu F_n tanh(v / v_t); 99 % of mu F_n at v = 2.65 v_t.
+
+    Source: see Marques et al., Nonlinear Dyn. 86 (2016) 1407.
+    """
+    return -coefficient * normal_force * math.tanh(sliding_speed / transition_speed)
+
+
+@friction(coefficient=non_negative, transition_speed=positive)
+def threlfall(sliding_speed, normal_force, coefficient, transition_speed=1e-3):
+    """Threlfall's friction [N]: mu_eff = mu (1 - exp(-3 |v| / v_0)) up to v_0, 0.95 mu beyond.
+
+    transition_speed v_0 [m/s]. Continuous to 2e-4 at v_0 only. Source: Threlfall, Mech. Mach. Theory 13 (1978) 475.
+    """
+    speed = abs(sliding_speed)
+    if speed <= transition_speed:
+        effective = coefficient * (1.0 - math.exp(-3.0 * speed / transition_speed))
+    else:
+        effective = 0.95 * coefficient
+    return -effective * normal_force * math.copysign(1.0, sliding_speed)
+
+
+@friction(coefficient=non_negative, dead_speed=non_negative, full_speed=positive)
+def ambrosio(sliding_speed, normal_force, coefficient, dead_speed=1e-4, full_speed=1e-3):
+    """Ambrosio's friction [N]: none up to v_0, a linear ramp to mu at v_1, mu beyond.
+
+    dead_speed v_0, full_speed v_1 > v_0 [m/s]. Continuous, no stiction; keeps the sign of v from chattering.
+    Source: Ambrosio, in Virtual Nonlinear Multibody Systems (2003), 57.
+    """
+    ramp = (abs(sliding_speed) - dead_speed) / (full_speed - dead_speed)
+    return -coefficient * min(max(ramp, 0.0), 1.0) * normal_force * math.copysign(1.0, sliding_speed)
+
+
+@ambrosio.demands
+def _ramp_exists(joint, parameters):
+    """The ramp ends above where it begins."""
+    if parameters["full_speed"] <= parameters["dead_speed"]:
+        return f"needs dead_speed < full_speed, got {parameters['dead_speed']:g} and {parameters['full_speed']:g} m/s"
+    return None
+
+
+@friction(static=non_negative, kinetic=non_negative, transition_speed=positive, decay=non_negative)
+def bengisu_akay(sliding_speed, normal_force, static, kinetic, transition_speed=1e-3, decay=100.0):
+    """Bengisu and Akay's friction [N]: a parabola up to mu_s at v_0, then an exponential fall to mu_k.
+
+    mu_eff = mu_s (1 - (|v| / v_0 - 1)^2) for |v| < v_0, mu_k + (mu_s - mu_k) exp(-xi (|v| - v_0)) beyond.
+    transition_speed v_0 [m/s], decay xi [s/m].
+    Source: Bengisu and Akay, J. Vibration and Acoustics 116 (1994) 166.
+    """
+    speed = abs(sliding_speed)
+    if speed < transition_speed:
+        effective = static * (1.0 - (speed / transition_speed - 1.0) ** 2)
+    else:
+        effective = kinetic + (static - kinetic) * math.exp(-decay * (speed - transition_speed))
+    return -effective * normal_force * math.copysign(1.0, sliding_speed)
+
+
+@friction(
+    static=non_negative, kinetic=non_negative, stribeck_speed=positive, exponent=positive, viscous=non_negative,
+    transition_speed=positive,
+)  # fmt: skip
+def stribeck(
+    sliding_speed, normal_force, static, kinetic, stribeck_speed=1e-2, exponent=2.0, viscous=0.0, transition_speed=1e-4
+):
+    """Stribeck friction [N], smoothed at rest: F = -((mu_k + (mu_s - mu_k) exp(-(|v| / v_s)^gamma)) F_n s + sigma v).
+
+    s = tanh(v / v_t); stribeck_speed v_s, transition_speed v_t << v_s [m/s], exponent gamma, viscous sigma [N s/m].
+    Source: Bo and Pavelescu, Wear 82 (1982) 277; Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994).
+    """
+    ratio = abs(sliding_speed) / stribeck_speed
+    effective = kinetic + (static - kinetic) * math.exp(-(ratio**exponent))
+    return -effective * normal_force * math.tanh(sliding_speed / transition_speed) - viscous * sliding_speed
+
+
+@friction(coefficient=non_negative, viscous=non_negative, transition_speed=positive)
+def coulomb_viscous(sliding_speed, normal_force, coefficient, viscous, transition_speed=1e-3):
+    """Coulomb friction, smoothed, and a viscous part [N]: F = -mu F_n tanh(v / v_t) - sigma v.
+
+    viscous sigma [N s/m], transition_speed v_t [m/s]. Source: see Marques et al., Nonlinear Dyn. 86 (2016) 1407.
+    """
+    return -coefficient * normal_force * math.tanh(sliding_speed / transition_speed) - viscous * sliding_speed
+
+
+@bristle(
+    static=positive, kinetic=positive, stribeck_speed=positive, stiffness=positive, damping=positive,
+    viscous=non_negative,
+)  # fmt: skip
+def lugre(
+    deflection, sliding_speed, normal_force, static, kinetic, stribeck_speed=1e-2, stiffness=1e5, damping=300.0,
+    viscous=0.0,
+):  # fmt: skip
+    """LuGre friction: bristles that deflect by z [m]. Returns (z', force [N]).
+
+    z' = v - sigma_0 |v| z / g(v),  g = mu_k + (mu_s - mu_k) exp(-(v / v_s)^2),
+    F = -F_n (sigma_0 z + sigma_1 z' + sigma_2 v);  without contact (F_n = 0) the bristles relax, z' = -sigma_0 z /
+    sigma_1
+
+    per unit of normal force: stiffness sigma_0 [1/m], damping sigma_1 [s/m], viscous sigma_2 [s/m]; stribeck_speed v_s
+    [m/s]. Sliding steadily it is the Stribeck law; it sticks with a stiffness sigma_0 F_n.
+    Source: Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419, scaled by F_n.
+    """
+    if normal_force <= 0.0:
+        return -stiffness * deflection / damping, 0.0
+    level = kinetic + (static - kinetic) * math.exp(-((sliding_speed / stribeck_speed) ** 2))
+    rate = sliding_speed - stiffness * abs(sliding_speed) * deflection / level
+    return rate, -normal_force * (stiffness * deflection + damping * rate + viscous * sliding_speed)
+
+
+lugre.size = lambda parameters: parameters["static"] / parameters["stiffness"]

@@ -11,8 +11,16 @@ from dataclasses import dataclass
 
 from clearance.checks import Check, finite
 
-#: what a film law reads of its joint: journal radius [m], radial clearance [m], bearing length [m], viscosity [Pa s]
-FilmJoint = namedtuple("FilmJoint", "radius clearance length viscosity")
+#: what laws read of their joint: journal radius [m], radial clearance [m], bearing length [m], viscosity [Pa s],
+#: composite rms roughness [m]; zero where the joint has none
+FilmJoint = namedtuple("FilmJoint", "radius clearance length viscosity roughness", defaults=(0.0,))
+
+
+class Derived:
+    """In place of a check: this parameter is not given but computed from the others, once, when the law is bound."""
+
+    def __init__(self, function: Callable[[dict], float]):
+        self.function = function
 
 
 @dataclass(frozen=True)
@@ -48,22 +56,25 @@ class Law:
         if unknown := set(checks) - set(parameters):
             raise TypeError(f"{function.__name__} has no parameter {sorted(unknown)} to check")
         self.family, self.function, self.parameters, self.checks = family, function, parameters, checks
+        self.given = [n for n in parameters if not isinstance(checks.get(n), Derived)]
         self.name = self.__name__ = function.__name__
         self.doubt: Callable | None = None
+        self.demand: Callable | None = None
+        self.size: Callable | None = None  # of laws with a state of their own: its natural size, from the parameters
+        self.first_touch = False  # of transitions: contact starts at the wall, as an event
         self.__doc__ = function.__doc__
         self.__module__ = function.__module__
 
     def __call__(self, **values) -> "BoundLaw":
-        missing = [n for n, d in self.parameters.items() if n not in values and d is inspect.Parameter.empty]
-        unknown = [n for n in values if n not in self.parameters]
+        missing = [n for n in self.given if n not in values and self.parameters[n] is inspect.Parameter.empty]
+        unknown = [n for n in values if n not in self.given]
         if missing or unknown:
-            signature = ", ".join(self.parameters)
-            raise TypeError(f"{self.name}({signature}): missing {missing}, unknown {unknown}")
-        numbers = []
-        for name, default in self.parameters.items():
-            check = self.checks.get(name, finite)
-            numbers.append(check(f"{self.name}: {name}", values.get(name, default)))
-        return BoundLaw(self, tuple(numbers))
+            raise TypeError(f"{self.name}({', '.join(self.given)}): missing {missing}, unknown {unknown}")
+        numbers = {
+            n: self.checks.get(n, finite)(f"{self.name}: {n}", values.get(n, self.parameters[n])) for n in self.given
+        }
+        found = [self.checks[n].function(numbers) if n not in numbers else numbers[n] for n in self.parameters]
+        return BoundLaw(self, tuple(found))
 
     def __reduce__(self) -> str:
         return self.__name__
@@ -73,8 +84,13 @@ class Law:
         self.doubt = function
         return function
 
+    def demands(self, function: Callable) -> Callable:
+        """Decorate `function(joint, parameters) -> str or None`: what makes a joint with this law impossible."""
+        self.demand = function
+        return function
+
     def __repr__(self) -> str:
-        return f"<{self.family.name} law {self.name}({', '.join(self.parameters)})>"
+        return f"<{self.family.name} law {self.name}({', '.join(self.given)})>"
 
 
 @dataclass(frozen=True)
@@ -85,8 +101,14 @@ class BoundLaw:
     numbers: tuple[float, ...]
 
     @property
-    def parameters(self) -> dict[str, float]:
+    def values(self) -> dict[str, float]:
+        """All parameters by name, those derived from others too."""
         return dict(zip(self.law.parameters, self.numbers, strict=True))
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The parameters that were given."""
+        return {n: v for n, v in self.values.items() if n in self.law.given}
 
     def __call__(self, *state):
         if all(not hasattr(s, "__array__") or getattr(s, "ndim", 1) == 0 for s in state):
@@ -102,19 +124,25 @@ class BoundLaw:
 
 contact = Family("contact", ("penetration", "penetration_rate", "impact_speed"), 1)
 friction = Family("friction", ("sliding_speed", "normal_force"), 1)
+#: friction with a state of its own, the deflection of its bristles [m]: returns (its rate [m/s], force [N])
+bristle = Family("bristle", ("deflection", "sliding_speed", "normal_force"), 2)
 film = Family("film", ("eccentricity_ratio", "radial_rate", "entrainment", "joint"), 2)
+#: load that the asperities of the joint's surfaces carry [N]
+asperity = Family("asperity", ("film_thickness_ratio", "joint"), 1)
+#: how film and contact share a joint, from the nominal gap [m]: see laws/transition.py
+transition = Family("transition", ("gap", "joint"), 8)
 #: a function of time, for prescribed motion and time-varying loads
 signal = Family("signal", ("time",), 1)
 #: a torque or force that may depend on time and on the driven coordinate (angle, displacement) and its rate
 effort = Family("effort", ("time", "position", "rate"), 1)
 
 
-def bound(field: str, value: object, family: Family) -> BoundLaw | None:
-    """Check that a physics slot holds a bound law of its family (or None); a law without parameters binds itself."""
-    if isinstance(value, Law) and not value.parameters:
+def bound(field: str, value: object, *families: Family) -> BoundLaw | None:
+    """Check that a physics slot holds a bound law of its families (or None); a law that needs nothing binds itself."""
+    if isinstance(value, Law) and all(value.parameters[n] is not inspect.Parameter.empty for n in value.given):
         value = value()
-    if value is None or isinstance(value, BoundLaw) and value.law.family is family:
+    if value is None or isinstance(value, BoundLaw) and value.law.family in families:
         return value
     if isinstance(value, Law):
-        raise TypeError(f"{field}: give {value.name} its parameters ({', '.join(value.parameters)})")
-    raise TypeError(f"{field} must be a {family.name} law or None, got {value!r}")
+        raise TypeError(f"{field}: give {value.name} its parameters ({', '.join(value.given)})")
+    raise TypeError(f"{field} must be a {families[0].name} law or None, got {value!r}")

@@ -36,7 +36,12 @@ class Mechanism:
     @property
     def size(self) -> int:
         """Number of first-order states without the ledger."""
-        return 2 * self.structure.size
+        return self.structure.states
+
+    @property
+    def coordinates(self) -> int:
+        """Number of second-order degrees of freedom."""
+        return self.structure.size
 
     def kernel(self, role: str) -> Callable:
         """The compiled kernel of a role; compiled on first use only."""
@@ -59,10 +64,13 @@ class Mechanism:
 
     @cached_property
     def scale(self) -> np.ndarray:
-        """Natural size of each state: clearance for eccentricities, 1 rad for angles, the size for lengths."""
+        """Natural size of each state: clearance for eccentricities, 1 rad for angles, the size for lengths; rates times
+        the frequency; of bristles what their law says.
+        """
         lengths = [1.0 if c.what == "angle" else self.start.size for c in self.structure.plan.free]
         lengths += [j.clearance for j in self.eccentric for _ in range(2)]
-        return np.array(lengths + [x * self.frequency for x in lengths])
+        deflections = [j.friction.law.size(j.friction.values) for j in self.structure.bristles]
+        return np.array(lengths + [x * self.frequency for x in lengths] + deflections)
 
 
 def build(scene: Scene, ledger: bool = True) -> Mechanism:
@@ -81,7 +89,8 @@ def build(scene: Scene, ledger: bool = True) -> Mechanism:
     par = np.zeros(len(values) + len(structure.slots.order))
     par[: len(values)] = values
     par[len(values) :] = structure.derive(list(par))[len(values) :]
-    return Mechanism(scene, structure, start, par, _state(scene, plan, start, ledger), _work(scene, structure, start))
+    y0 = _state(scene, plan, start, len(structure.bristles), ledger)
+    return Mechanism(scene, structure, start, par, y0, _work(scene, structure, start))
 
 
 def _values(scene: Scene, structure: Structure, plan: Plan, numbers: Numbers, start: Start) -> list[float]:
@@ -98,7 +107,7 @@ def _values(scene: Scene, structure: Structure, plan: Plan, numbers: Numbers, st
     return values + [mode(k, g) for g in plan.groups if f"mode.{g.label()}" in structure.modes]
 
 
-def _state(scene: Scene, plan: Plan, start: Start, ledger: bool) -> np.ndarray:
+def _state(scene: Scene, plan: Plan, start: Start, bristles: int, ledger: bool) -> np.ndarray:
     placed = {a.body: a.joint for g in plan.groups for a in g.attachments}
     q, u = [], []
     for c in plan.free:
@@ -108,7 +117,7 @@ def _state(scene: Scene, plan: Plan, start: Start, ledger: bool) -> np.ndarray:
     for joint in (j for j in scene.clearance_joints if j not in start.measured):
         q += joint.eccentricity
         u += joint.eccentricity_rate
-    return np.array([*q, *u, *([0.0, 0.0] if ledger else [])])
+    return np.array([*q, *u, *[0.0] * bristles, *([0.0, 0.0] if ledger else [])])
 
 
 def _coordinate(c, joint, start: Start) -> tuple[float, float]:

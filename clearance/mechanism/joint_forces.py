@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 from clearance.joints import ClearanceRevolute
 from clearance.laws.film import film_torques
-from clearance.laws.law import BoundLaw
+from clearance.laws.law import BoundLaw, bristle
 from clearance.mechanism.kinematics import moved
 from clearance.mechanism.library import Library
 from clearance.mechanism.trace import Trace, Value
@@ -25,6 +25,7 @@ class JointForce:
     penetration: Value = 0.0
     penetration_rate: Value = 0.0
     contact_force: Value = 0.0
+    deflection_rate: Value = 0.0  # of the bristles of a friction law that has some
 
 
 class Calls:
@@ -74,40 +75,62 @@ class Calls:
 
 
 def clearance_force(
-    calls: Calls, kinematics, joint: ClearanceRevolute, offset, rate, spins, impact_speed
+    calls: Calls, kinematics, joint: ClearanceRevolute, offset, rate, spins, impact_speed, deflection
 ) -> JointForce:
     """Everything a clearance joint does.
 
     offset, rate: eccentricity vector and its rate along the fixed axes; spins: absolute angular speeds of bodies a
-    (bearing) and b (journal). n points from the bearing's centre to the journal's, t is n turned by +90 degrees.
+    (bearing) and b (journal); deflection: of friction's bristles. n points from the bearing's centre to the
+    journal's, t is n turned by +90 degrees.
     """
-    trace, number = calls.trace, kinematics.number
+    trace = calls.trace
     trace.section = f"joint {joint.name}"
-    clearance, radius = number(f"{joint.key}.clearance"), number(f"{joint.key}.radius")
-    ex, ey = offset
-    distance = trace.sqrt(ex * ex + ey * ey + 1e-300)
-    far = distance - CENTRE * clearance
-    distance = trace.select(far, distance, CENTRE * clearance)
-    inverse = 1.0 / distance
-    nx = trace.select(far, ex * inverse, 1.0)
-    ny = trace.select(far, ey * inverse, 0.0)
-    outward, sideways = rate[0] * nx + rate[1] * ny, rate[1] * nx - rate[0] * ny
+    polar = _polar(trace, kinematics.number, joint, offset, rate)
     result = JointForce((0.0, 0.0), 0.0, 0.0, 0.0)
-    result.penetration, result.penetration_rate = distance - clearance, outward
-    result.channels = {"eccentricity_x": ex, "eccentricity_y": ey, "gap": clearance - distance}
+    result.penetration, result.penetration_rate = -polar.gap, polar.outward
+    result.channels = {"eccentricity_x": offset[0], "eccentricity_y": offset[1], "gap": polar.gap}
     if joint.roughness is not None:
-        ratio = (clearance - distance) / number(f"{joint.key}.roughness")
-        result.channels["film_thickness_ratio"] = ratio
-    polar = _Polar(nx, ny, distance, inverse, outward, sideways)
+        result.channels["film_thickness_ratio"] = polar.gap / kinematics.number(f"{joint.key}.roughness")
+    share = _shares(calls, kinematics.number, joint, polar, result)
     if joint.film is not None:
-        _film(calls, number, joint, polar, spins, result)
+        _film(calls, kinematics.number, joint, polar, spins, share, result)
     if joint.contact is not None:
-        _contact(calls, joint, polar, radius, spins, impact_speed, result)
+        _contact(calls, kinematics.number, joint, polar, spins, share, impact_speed, deflection, result)
     fx, fy = result.force
     work = fx * rate[0] + fy * rate[1] + result.torque_a * spins[0] + result.torque_b * spins[1]
     result.power = -work
     result.channels["power_loss"] = result.power
     return result
+
+
+@dataclass(frozen=True)
+class _Shares:
+    """What a transition makes of film and contact; without one the joint has all of what it has."""
+
+    film: Value = 1.0
+    film_gap: Value | None = None
+    slope: Value = 1.0
+    contact: Value = 1.0
+    penetration: Value | None = None
+
+
+def _shares(calls: Calls, number, joint, polar: "_Polar", result: JointForce) -> _Shares:
+    if joint.transition is None:
+        return _Shares()
+    found = calls(joint.transition, f"{joint.key}.transition", [polar.gap], 1, "FilmJoint", _facts(number, joint))
+    for name, weight in zip(("full_film", "mixed", "dry"), found[5:], strict=True):
+        result.channels[f"membership_{name}"] = weight
+    return _Shares(*found[:5])
+
+
+def _facts(number, joint) -> tuple:
+    """What a law's `joint` argument holds."""
+    with_film = joint.film is not None
+    length, viscosity = (number(f"{joint.key}.{n}") if with_film else 0.0 for n in ("length", "viscosity"))
+    return (
+        number(f"{joint.key}.radius"), number(f"{joint.key}.clearance"), length, viscosity,
+        number(f"{joint.key}.roughness"),
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -118,6 +141,7 @@ class _Polar:
     ny: Value
     distance: Value
     inverse: Value
+    gap: Value
     outward: Value
     sideways: Value
 
@@ -125,43 +149,77 @@ class _Polar:
         return radial * self.nx - tangential * self.ny, radial * self.ny + tangential * self.nx
 
 
-def _film(calls: Calls, number, joint, polar: _Polar, spins, result: JointForce) -> None:
+def _polar(trace: Trace, number, joint, offset, rate) -> _Polar:
+    clearance = number(f"{joint.key}.clearance")
+    ex, ey = offset
+    distance = trace.sqrt(ex * ex + ey * ey + 1e-300)
+    far = distance - CENTRE * clearance
+    distance = trace.select(far, distance, CENTRE * clearance)
+    inverse = 1.0 / distance
+    nx = trace.select(far, ex * inverse, 1.0)
+    ny = trace.select(far, ey * inverse, 0.0)
+    outward, sideways = rate[0] * nx + rate[1] * ny, rate[1] * nx - rate[0] * ny
+    return _Polar(nx, ny, distance, inverse, clearance - distance, outward, sideways)
+
+
+def _film(calls: Calls, number, joint, polar: _Polar, spins, share: _Shares, result: JointForce) -> None:
     """Film force at the journal's centre, its reaction at the bearing's, and both friction torques."""
-    names = ("radius", "clearance", "length", "viscosity")
-    radius, clearance, length, viscosity = (number(f"{joint.key}.{n}") for n in names)
-    eccentricity = polar.distance / clearance
+    facts = _facts(number, joint)
+    radius, clearance, length, viscosity, _ = facts
+    eccentricity = polar.distance / clearance if share.film_gap is None else 1.0 - share.film_gap / clearance
     entrainment = spins[0] + spins[1] - 2.0 * polar.sideways * polar.inverse
-    state = [eccentricity, polar.outward / clearance, entrainment]
-    fixed = (radius, clearance, length, viscosity)
-    radial, tangential = calls(joint.film, f"{joint.key}.film", state, 3, "FilmJoint", fixed)
+    state = [eccentricity, share.slope * polar.outward / clearance, entrainment]
+    radial, tangential = calls(joint.film, f"{joint.key}.film", state, 3, "FilmJoint", facts)
     torque_a = torque_b = 0.0
     if joint.film_torques:
         state = [eccentricity, tangential, spins[1], spins[0], radius, clearance, length, viscosity]
         torque_b, torque_a = calls.function(film_torques, state, (0, 1, 2, 3))
+        if share.film_gap is not None:  # the pair of forces acts at the true centres
+            rest = 0.5 * (polar.distance - eccentricity * clearance) * tangential
+            torque_a, torque_b = share.film * (torque_a - rest), share.film * (torque_b - rest)
+    radial, tangential = share.film * radial, share.film * tangential
     _add(result, polar.vector(radial, tangential), torque_a, torque_b)
     result.channels |= {"film_radial": radial, "film_tangential": tangential}
 
 
-def _contact(calls: Calls, joint, polar: _Polar, radius, spins, impact_speed, result: JointForce) -> None:
+def _contact(
+    calls: Calls, number, joint, polar: _Polar, spins, share: _Shares, impact_speed, deflection, result: JointForce
+) -> None:  # fmt: skip
     """Normal force and friction at the contact point, which both bodies share: the journal's surface.
 
     In free flight (a negative impact speed, see stepping/loop.py) the law feels no penetration: a trial step may cross
-    the wall and stays smooth, so that the contact's start can be found on it.
+    the wall and stays smooth, so that the contact's start can be found on it. A joint without impacts has no flight.
     """
-    trace, touching = calls.trace, impact_speed + 0.5
-    felt = trace.select(touching, result.penetration, trace.select(result.penetration, 0.0, result.penetration))
-    speed = trace.select(touching, impact_speed, 0.0)
+    trace = calls.trace
+    felt = result.penetration if share.penetration is None else share.penetration
+    speed = 0.0
+    if joint.impacts:
+        touching = impact_speed + 0.5
+        felt = trace.select(touching, felt, trace.select(felt, 0.0, felt))
+        speed = trace.select(touching, impact_speed, 0.0)
     (normal,) = calls(joint.contact, f"{joint.key}.contact", [felt, polar.outward, speed], 2)
+    normal = share.contact * normal
+    result.contact_force = normal
+    result.channels["contact_force"] = normal
+    if joint.asperity is not None:
+        ratio = result.channels["film_thickness_ratio"]
+        (load,) = calls(joint.asperity, f"{joint.key}.asperity", [ratio], 1, "FilmJoint", _facts(number, joint))
+        result.channels["asperity_force"] = load
+        normal = normal + load
     tangential = 0.0
     if joint.friction is not None:
+        radius = number(f"{joint.key}.radius")
         bearing_arm = polar.distance + radius
         sliding = polar.sideways + spins[1] * radius - spins[0] * bearing_arm
-        (tangential,) = calls(joint.friction, f"{joint.key}.friction", [sliding, normal], 2)
+        state, name = [sliding, normal], f"{joint.key}.friction"
+        if joint.friction.law.family is bristle:
+            result.deflection_rate, tangential = calls(joint.friction, name, [deflection, *state], 3)
+            result.channels["bristle_deflection"] = deflection
+        else:
+            (tangential,) = calls(joint.friction, name, state, 2)
         _add(result, (0.0, 0.0), -(bearing_arm * tangential), radius * tangential)
         result.channels["friction"] = tangential
     _add(result, polar.vector(-normal, tangential), 0.0, 0.0)
-    result.contact_force = normal
-    result.channels["contact_force"] = normal
 
 
 def _add(result: JointForce, force, torque_a, torque_b) -> None:

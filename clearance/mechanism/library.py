@@ -144,6 +144,8 @@ def fingerprint(function: Callable) -> tuple:
             found.append((name, fingerprint(value) if value is not function else None))
         elif isinstance(value, int | float) or hasattr(value, "__float__"):
             found.append((name, float(value)))
+        elif isinstance(value, tuple):
+            found.append((name, value))
     return code, tuple(found)
 
 
@@ -176,11 +178,13 @@ class _Resolved(ast.NodeTransformer):
         if callable(value) and getattr(math, getattr(value, "__name__", ""), None) is value:
             return ast.Attribute(ast.Name("math", ast.Load()), value.__name__, node.ctx)
         try:
+            if isinstance(value, tuple):
+                return ast.Tuple([_literal(float(v)) for v in value], node.ctx)
             return _literal(float(value) if not isinstance(value, bool | int) else value)
         except (TypeError, ValueError):
             raise ValueError(
-                f"law {self.function.__name__} uses {node.id!r}: only arguments, numbers, math and plain functions are "
-                "allowed"
+                f"law {self.function.__name__} uses {node.id!r}: only arguments, numbers, tuples of numbers, math and "
+                "plain functions are allowed"
             ) from None
 
 

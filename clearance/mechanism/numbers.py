@@ -7,7 +7,7 @@ slide's direction also +-1): those are folded into the code, because most mechan
 import math
 from collections.abc import Iterator
 
-from clearance.joints import ClearanceRevolute, Prismatic
+from clearance.joints import SLOTS, ClearanceRevolute, Prismatic
 from clearance.laws.law import BoundLaw
 from clearance.loads import Drive, Force, SpringDamper, Torque, TorsionSpring
 from clearance.mechanism.library import fingerprint
@@ -65,15 +65,14 @@ def _clearance(joint: ClearanceRevolute) -> Iterator[Row]:
     if joint.film is not None:
         yield f"{joint.key}.length", joint.length, NEVER
         yield f"{joint.key}.viscosity", joint.lubricant.viscosity, NEVER
-    if joint.roughness is not None:
-        yield f"{joint.key}.roughness", joint.roughness, NEVER
-    for slot in ("contact", "friction", "film"):
+    yield f"{joint.key}.roughness", joint.roughness or 0.0, ZERO
+    for slot in SLOTS:
         yield from _law(f"{joint.key}.{slot}", getattr(joint, slot))
 
 
 def _law(name: str, value: float | BoundLaw | None) -> Iterator[Row]:
     if isinstance(value, BoundLaw):
-        for parameter, number in value.parameters.items():
+        for parameter, number in value.values.items():
             yield f"{name}.{parameter}", number, NEVER
     elif value is not None:
         yield name, value, NEVER
@@ -110,7 +109,7 @@ def _structure(scene: Scene) -> tuple:
     """Connectivity and laws."""
     joints = tuple(
         (type(j).__name__, j.name, j.a.body.name, j.b.body.name, getattr(j, "film_torques", None))
-        + tuple(_print_of(getattr(j, s, None)) for s in ("contact", "friction", "film"))
+        + tuple(_print_of(getattr(j, s, None)) for s in SLOTS)
         for j in scene.joints
     )
     loads = tuple(

@@ -4,14 +4,14 @@ Kernels share one signature, (t, y, par, work, out):
   rhs       out = dy/dt                                    observe   out = one row of output channels
   jacobian  out = d(dy/dt)/dy, row by row, no ledger       commit    work = what is carried to the next step
   events    out = penetration, its rate, contact force for each clearance joint
-State y = [free coordinates, eccentricities | their rates | energy input, energy dissipated].
+State y = [free coordinates, eccentricities | their rates | bristles of friction | energy input, energy dissipated].
 work = [impact speed of each clearance joint, negative in free flight | angles and slides of the last step (Newton
 starts there)].
 """
 
 from dataclasses import dataclass
 
-from clearance.laws.law import BoundLaw
+from clearance.laws.law import BoundLaw, bristle
 from clearance.loads import Drive
 from clearance.mechanism import emission
 from clearance.mechanism.dynamics import Dynamics
@@ -66,6 +66,16 @@ class Structure:
         """Number of second-order degrees of freedom."""
         return len(self.plan.free) + 2 * (len(self.scene.clearance_joints) - len(self.measured))
 
+    @property
+    def bristles(self) -> list:
+        """Joints whose friction law has a state of its own."""
+        return [j for j in self.scene.clearance_joints if j.friction is not None and j.friction.law.family is bristle]
+
+    @property
+    def states(self) -> int:
+        """Number of first-order states without the ledger."""
+        return 2 * self.size + len(self.bristles)
+
     def _trace(self) -> None:
         trace, size, everyone = self.trace, self.size, self.scene.clearance_joints
         joints = [j for j in everyone if j not in self.measured]
@@ -76,6 +86,7 @@ class Structure:
         offsets = {j: tuple(position[count + 2 * i : count + 2 * i + 2]) for i, j in enumerate(joints)}
         offset_rates = {j: tuple(rate[count + 2 * i : count + 2 * i + 2]) for i, j in enumerate(joints)}
         impact = {j: trace.load(f"work[{i}]") for i, j in enumerate(everyone) if j.contact is not None}
+        deflection = {j: trace.load(f"y[{2 * size + i}]") for i, j in enumerate(self.bristles)}
         trace.section = "drives"
         driven = {d: self._prescribed(d, time) for d in self.scene.loads if isinstance(d, Drive) and d.prescribes}
         values = dict(zip(self.plan.free, position, strict=False)) | _of_drives(self.plan, driven, 0)
@@ -89,7 +100,7 @@ class Structure:
         for joint in self.measured:
             offsets[joint], offset_rates[joint] = k.separation(joint, motion)
         self.dynamics = d = Dynamics(self.scene, k, motion, self.cut, self.calls, time)
-        self.applied = d.applied(offsets, offset_rates, impact)
+        self.applied = d.applied(offsets, offset_rates, impact, deflection)
         self.acceleration = d.accelerations(self.applied, _of_drives(self.cut, driven, 2))
         trace.section = "state"
         placed = {a.body: a.joint for g in self.plan.groups for a in g.attachments}
@@ -98,7 +109,7 @@ class Structure:
             second += d.offset_acceleration(joint, self.acceleration)
         self.reactions, self.efforts = d.reactions(self.applied, self.acceleration)
         self.driven, self.motion = driven, motion
-        self.state_rate = [*rate, *second]
+        self.state_rate = [*rate, *second, *(self.applied.joints[j].deflection_rate for j in self.bristles)]
         if self.ledger:
             self.state_rate += [self._input_power(), self.applied.ledger.dissipated_power]
 
@@ -121,11 +132,11 @@ class Structure:
 
     # --- text
     def _write(self) -> None:
-        size, trace = self.size, self.trace
-        seeds = {trace.load(f"y[{i}]"): {i: 1.0} for i in range(2 * size)}
+        states, trace = self.states, self.trace
+        seeds = {trace.load(f"y[{i}]"): {i: 1.0} for i in range(states)}
         trace.section = "derivatives"
-        slopes = trace.tangent(self.state_rate[: 2 * size], seeds)
-        jacobian = {row * 2 * size + column: v for row, s in enumerate(slopes) for column, v in s.items()}
+        slopes = trace.tangent(self.state_rate[:states], seeds)
+        jacobian = {row * states + column: v for row, s in enumerate(slopes) for column, v in s.items()}
         self.channels, observed = self._channels()
         roles = {
             "rhs": dict(enumerate(self.state_rate)),
@@ -202,7 +213,7 @@ class Structure:
         yield "energy/kinetic", "J", "kinetic energy", ledger.kinetic
         yield "energy/potential", "J", "potential energy of gravity and springs", ledger.potential
         if self.ledger:
-            work = [self.trace.load(f"y[{2 * self.size + i}]") for i in range(2)]
+            work = [self.trace.load(f"y[{self.states + i}]") for i in range(2)]
             yield "energy/input", "J", "work done by drives and loads", work[0]
             yield "energy/dissipated", "J", "work taken out by joints and dampers (contact: stored and lost)", work[1]
             balance = ledger.kinetic + ledger.potential - work[0] + work[1]
@@ -215,6 +226,11 @@ _JOINT_CHANNELS = {
     "gap": ("m", "nominal minimum film thickness, clearance minus eccentricity"),
     "film_thickness_ratio": ("1", "nominal minimum film thickness over composite roughness"),
     "contact_force": ("N", "normal contact force"),
+    "asperity_force": ("N", "load of the asperities"),
+    "membership_full_film": ("1", "membership of the film thickness ratio in the state full film"),
+    "membership_mixed": ("1", "membership of the film thickness ratio in the state mixed"),
+    "membership_dry": ("1", "membership of the film thickness ratio in the state dry"),
+    "bristle_deflection": ("m", "deflection of the friction law's bristles"),
     "film_radial": ("N", "film force on the journal along the line of centres"),
     "film_tangential": ("N", "film force on the journal across the line of centres"),
     "friction": ("N", "friction force on the journal, positive along the turned line of centres"),

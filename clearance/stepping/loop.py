@@ -43,7 +43,8 @@ SAMPLE, SAMPLES, ROWS, LOGGED, EVENTS, STEP_LIMIT, STARTED, COMMITS, LAST_REFUSA
 REFUSALS, INTERPOLATED = 11, 12
 PLACE_SIZE = 13
 # columns of `contacts`, the running record of each joint, and of `impacts`, the finished ones
-TOUCHING, SINCE, IMPACT_SPEED, PENETRATION, PEAK_FORCE, IS_CONTACT = range(6)
+TOUCHING, SINCE, IMPACT_SPEED, PENETRATION, PEAK_FORCE, KIND = range(6)
+FILM, CONTACT, BLENDED = range(3)  # kinds: never beyond the wall; with a first touch; with neither
 CONTACT_COLUMNS = 6
 IMPACT_COLUMNS = 7  # joint, time, impact speed, peak force, penetration, duration, separation speed
 LOG_COLUMNS = 3  # time at the end, step, error over tolerance
@@ -156,7 +157,7 @@ def crossing(call, s, t, h, joint, low, high, wanted):
 def near_contact(s, h):
     """Whether any contact could start or end inside a step, from values and rates at its ends."""
     for j in range(s.contacts.shape[0]):
-        if s.contacts[j, IS_CONTACT] == 0.0:
+        if s.contacts[j, KIND] != CONTACT:
             continue
         reach = h * max(abs(s.before[3 * j + 1]), abs(s.after[3 * j + 1]))
         if s.contacts[j, TOUCHING] > 0.0:
@@ -195,7 +196,7 @@ def first_event(call, s, t, h):
     for p in range(PROBES):
         best_joint, best = -1, 2.0
         for j in range(joints):
-            if s.contacts[j, IS_CONTACT] > 0.0:
+            if s.contacts[j, KIND] == CONTACT:
                 theta = event_of(call, s, t, h, j, p / PROBES, (p + 1) / PROBES)
                 if theta < best:
                     best_joint, best = j, theta
@@ -432,7 +433,7 @@ def begin(call, s):
     if s.contacts.shape[0] > 0:
         call.events(t, s.y, s.par, s.work, s.before)
         for j in range(s.contacts.shape[0]):
-            if s.contacts[j, IS_CONTACT] > 0.0:
+            if s.contacts[j, KIND] == CONTACT:
                 s.work[j] = FREE
                 if s.before[3 * j] > 0.0:
                     switch(s, j, t, s.before)
@@ -507,7 +508,7 @@ def outside(s):
     The error of a step may exceed the film left: without the second a step could end anywhere next to the wall.
     """
     for j in range(s.contacts.shape[0]):
-        if s.contacts[j, IS_CONTACT] == 0.0 and s.after[3 * j] >= SQUEEZE * s.before[3 * j]:
+        if s.contacts[j, KIND] == FILM and s.after[3 * j] >= SQUEEZE * s.before[3 * j]:
             return j
     return -1
 

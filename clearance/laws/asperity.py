@@ -1,0 +1,141 @@
+"""Rough surfaces: the load their asperities carry, and what roughness does to a film's flow.
+
+Heights are Gaussian; film_thickness_ratio lambda = h_0 / sigma with the nominal minimum film thickness h_0 and the
+composite rms roughness sigma = sqrt(R_q1^2 + R_q2^2) (`composite_roughness`). Pressures over the parabolic gap of a
+conformal joint are integrated in closed form with
+
+    integral of F_n(lambda + u^2) du = B(1/2, n + 1) F_(n + 1/2)(lambda),   F_n(x) = integral_x^inf (s - x)^n phi(s) ds.
+
+Valid for roughness much smaller than the clearance.
+"""
+
+import math
+
+from clearance.checks import positive
+from clearance.laws.law import asperity
+
+SQRT2 = math.sqrt(2.0)
+SQRT2PI = math.sqrt(2.0 * math.pi)
+
+
+def composite_roughness(first: float, second: float) -> float:
+    """rms roughness of two surfaces together: sigma = sqrt(R_q1^2 + R_q2^2) [m]."""
+    return math.hypot(first, second)
+
+
+def normal_density(x):
+    """phi(x), the standard normal density."""
+    return math.exp(-0.5 * x * x) / SQRT2PI
+
+
+def normal_tail(x):
+    """1 - Phi(x), the chance that a standard normal height exceeds x."""
+    return 0.5 * math.erfc(x / SQRT2)
+
+
+def second_moment(x):
+    """F_2(x) = (x^2 + 1) (1 - Phi(x)) - x phi(x)."""
+    return max((x * x + 1.0) * normal_tail(x) - x * normal_density(x), 0.0)
+
+
+def third_moment(x):
+    """F_3(x) = (x^2 + 2) phi(x) - (x^3 + 3 x) (1 - Phi(x))."""
+    return max((x * x + 2.0) * normal_density(x) - (x * x * x + 3.0 * x) * normal_tail(x), 0.0)
+
+
+def gaussian_moment(order: float, x: float) -> float:
+    """F_n(x) for any order n >= 0.5, by the trapezium rule in sqrt(s - x) (1e-9): for tables and checks."""
+    top = math.sqrt(max(-x, 0.0) + 9.0)
+    count = 4000
+    step = top / count
+    total = 0.0
+    for k in range(1, count + 1):
+        u = k * step
+        total += 2.0 * u ** (2.0 * order + 1.0) * normal_density(x + u * u)
+    return total * step
+
+
+@asperity(modulus=positive, roughness_group=positive, slope_ratio=positive)
+def greenwood_tripp(film_thickness_ratio, joint, modulus, roughness_group=0.04, slope_ratio=1e-3):
+    """Load of the asperities of two rough surfaces in a conformal joint [N].
+
+    F = 5 pi / 16 K' E* R L sqrt(2 sigma / e) F_3(lambda),   K' = 16 sqrt(2) pi / 15 (eta beta sigma)^2 sqrt(sigma /
+    beta)
+
+    modulus E* [Pa] (`contact_modulus`, not 2 E*), roughness_group eta beta sigma (0.03 to 0.05), slope_ratio sigma /
+    beta (1e-4 to 1e-2), e = c - lambda sigma the eccentricity. From the pressure K' E* F_5/2. Smooth and monotone.
+    Source: Greenwood and Tripp, Proc. IMechE 185 (1970) 625; integrated over the arc.
+    """
+    strength = 16.0 * SQRT2 * math.pi / 15.0 * roughness_group * roughness_group * math.sqrt(slope_ratio)
+    eccentricity = max(joint.clearance - film_thickness_ratio * joint.roughness, 0.1 * joint.clearance)
+    arc = joint.radius * math.sqrt(2.0 * joint.roughness / eccentricity)
+    return 0.3125 * math.pi * strength * modulus * joint.length * arc * third_moment(film_thickness_ratio)
+
+
+@asperity(modulus=positive, roughness_group=positive, slope_ratio=positive)
+def greenwood_williamson(film_thickness_ratio, joint, modulus, roughness_group=0.04, slope_ratio=1e-3):
+    """Load of the asperities of a rough surface on a smooth one in a conformal joint [N].
+
+    F = pi / 2 E* (eta beta sigma) sqrt(sigma / beta) R L sqrt(2 sigma / e) F_2(lambda)
+
+    parameters as in `greenwood_tripp`. From the pressure 4/3 eta E* sqrt(beta) sigma^1.5 F_3/2 over the arc.
+    Source: Greenwood and Williamson, Proc. R. Soc. A 295 (1966) 300; integrated over the arc.
+    """
+    eccentricity = max(joint.clearance - film_thickness_ratio * joint.roughness, 0.1 * joint.clearance)
+    arc = joint.radius * math.sqrt(2.0 * joint.roughness / eccentricity)
+    strength = 0.5 * math.pi * roughness_group * math.sqrt(slope_ratio)
+    return strength * modulus * joint.length * arc * second_moment(film_thickness_ratio)
+
+
+# --- flow factors, for film models that solve a Reynolds equation
+#: surface pattern gamma: (C, r, smallest valid ratio) and (A1, alpha1, alpha2, alpha3, A2)
+PRESSURE_FACTORS = {
+    1 / 9: (1.48, 0.42, 1.0), 1 / 6: (1.38, 0.42, 1.0), 1 / 3: (1.18, 0.42, 0.75), 1.0: (0.90, 0.56, 0.5),
+    3.0: (0.225, 1.5, 0.5), 6.0: (0.520, 1.5, 0.5), 9.0: (0.870, 1.5, 0.5),
+}  # fmt: skip
+SHEAR_FACTORS = {
+    1 / 9: (2.046, 1.12, 0.78, 0.03, 1.856), 1 / 6: (1.962, 1.08, 0.77, 0.03, 1.754),
+    1 / 3: (1.858, 1.01, 0.76, 0.03, 1.561), 1.0: (1.899, 0.98, 0.92, 0.05, 1.126),
+    3.0: (1.560, 0.85, 1.13, 0.08, 0.556), 6.0: (1.290, 0.62, 1.09, 0.08, 0.388),
+    9.0: (1.011, 0.54, 1.07, 0.08, 0.295),
+}  # fmt: skip
+
+
+def _pattern(table: dict, pattern: float) -> tuple:
+    for known, row in table.items():
+        if math.isclose(known, pattern, rel_tol=1e-6):
+            return row
+    names = "1/9, 1/6, 1/3, 1, 3, 6, 9"
+    raise ValueError(f"surface pattern must be one of {names} (1: isotropic), got {pattern!r}")
+
+
+def pressure_flow_factor(ratio: float, pattern: float = 1.0) -> float:
+    """Patir and Cheng's phi_p at film thickness ratio H = h / sigma: 1 - C exp(-r H), for patterns above 1: 1 + C H^-r.
+
+    Valid for H above 0.5 to 1; below, its value there. Raises ValueError for patterns without coefficients.
+    Source: Patir and Cheng, J. Lubrication Technology 100 (1978) 12.
+    """
+    strength, rate, lowest = _pattern(PRESSURE_FACTORS, pattern)
+    ratio = max(ratio, lowest)
+    return 1.0 - strength * math.exp(-rate * ratio) if pattern <= 1.0 else 1.0 + strength * ratio**-rate
+
+
+def shear_flow_factor(ratio: float, pattern: float = 1.0) -> float:
+    """Patir and Cheng's phi_s of one surface: A1 H^a1 exp(-a2 H + a3 H^2) up to H = 5, A2 exp(-H / 4) beyond.
+
+    Two surfaces: Phi_s = (sigma_1 / sigma)^2 phi_s1 - (sigma_2 / sigma)^2 phi_s2; equal surfaces give 0.
+    Source: Patir and Cheng, J. Lubrication Technology 101 (1979) 220.
+    """
+    a1, power, first, second, a2 = _pattern(SHEAR_FACTORS, pattern)
+    if ratio > 5.0:
+        return a2 * math.exp(-0.25 * ratio)
+    ratio = max(ratio, 0.0)
+    return a1 * ratio**power * math.exp(-first * ratio + second * ratio * ratio)
+
+
+def contact_flow_factor(ratio: float) -> float:
+    """Wu and Zheng's phi_c = dh_T / dh = Phi(H): the share of the surface that is not in contact.
+
+    Source: Wu and Zheng, J. Tribology 111 (1989) 188; their polynomial is a fit of Phi.
+    """
+    return 1.0 - normal_tail(ratio)
