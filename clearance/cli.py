@@ -214,7 +214,7 @@ def _horizon(scene, result, rtol: float) -> str | None:
         return None
     until = float(result.file["time"][-1])
     try:
-        return horizon(scene, until, rtol, str(result.solver["method"])).sentence(scene.turn)
+        return horizon(scene, until, rtol, str(result.solver["method"]).rpartition(", ")[2]).sentence(scene.turn)
     except NotSolved as reason:
         return f"not found: {reason}"
 
@@ -273,6 +273,7 @@ def _summary(case, values: dict, result, began: tuple[float, float]) -> dict:
         "energy_residual": max(map(abs, result.file["energy/residual"].attrs.get("actual_range", [0.0]))),
         "energy_turned_over": float(result.file["energy"].attrs.get("turned_over", 0.0)),
         "contacts": contacts,
+        "open_contacts": sum(str(k) == "open_contact" for k in events["kind"]),
         "joints": _joint_extremes(result),
         "warnings": result.warnings,
     }
@@ -308,7 +309,8 @@ def _readable(summary: dict) -> str:
             line += f", {s['contacts'][name]} contacts"
         lines.append(line)
     if s["contacts"]:
-        lines.append(f"  events       {sum(s['contacts'].values())} contacts, start and end located")
+        still = f" ({s['open_contacts']} not over at the end)" if s["open_contacts"] else ""
+        lines.append(f"  events       {sum(s['contacts'].values())} contacts{still}")
     if "horizon" in s:
         lines.append(f"  horizon      {s['horizon']}")
     if "statistics" in s:
@@ -355,6 +357,8 @@ def measure_case(options) -> int:
     """Error against run time of solvers, or with --physics the price of choices of physics."""
     from clearance.evidence import physics, pictures, work_precision
 
+    if options.physics and options.peers:
+        raise ValueError("--physics compares choices of physics, not solvers: leave out --peers")
     case, values, scene = _scene(options)
     _make_folder(options)
     title = " ".join([case.name, *(f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in values.items())])

@@ -234,23 +234,25 @@ def save_tables(path: str | Path, kind: str, attributes: dict, tables: dict[str,
 class LedgerWatch:
     """Watches the energy residual stretch by stretch, so that a jump shows however long the run is.
 
-    A stretch is long enough for the energy to be turned over once; `worst` is the largest share of it that the residual
-    moved by, `since` the first sample where a share above `limit` was passed.
+    A stretch is long enough to turn over the range of the kinetic energy, or in motions that hardly have any (a journal
+    sinking in oil) a hundredth of what has been put in and taken out; `worst` is the largest share of it that the
+    residual moved by, `since` the first sample where a share above `limit` was passed.
     """
 
     limit = 0.05
+    portion = 0.01  # of all energy put in or taken out so far that a stretch turns over at least
 
     def __init__(self, work: list[int], balance: int):
         self.work, self.balance = work, balance
         self.worst, self.since = 0.0, None
-        self.kinetic = (np.inf, -np.inf)
+        self.low, self.high = np.full(len(work), np.inf), np.full(len(work), -np.inf)  # kinetic first
         self.rows: np.ndarray | None = None  # time, residual, then the energies, of the stretch under way
 
     def add(self, times: np.ndarray, rows: np.ndarray) -> None:
         """Append samples; every stretch in which enough energy has been turned over is judged."""
-        kinetic = rows[:, self.work[0]]
-        self.kinetic = min(self.kinetic[0], kinetic.min()), max(self.kinetic[1], kinetic.max())
-        most = self.kinetic[1] - self.kinetic[0]
+        self.low = np.minimum(self.low, rows[:, self.work].min(axis=0))
+        self.high = np.maximum(self.high, rows[:, self.work].max(axis=0))
+        most = self._most()
         new = np.column_stack([times, rows[:, self.balance], rows[:, self.work]])
         self.rows = new if self.rows is None else np.concatenate([self.rows, new])
         while most > 0.0:
@@ -260,6 +262,11 @@ class LedgerWatch:
             end = int(np.argmax(turned_over >= most))
             self.worst = max(self.worst, self._share(end + 1, turned_over[end]))
             self.rows = self.rows[end:]
+
+    def _most(self) -> float:
+        """Energy that a stretch turns over."""
+        span = self.high - self.low
+        return max(float(span[0]), self.portion * float(span[1:].max(initial=0.0)))
 
     def _turned_over(self) -> np.ndarray:
         steps = np.abs(np.diff(self.rows[:, 2:], axis=0, prepend=self.rows[:1, 2:])).sum(axis=1)
@@ -273,10 +280,10 @@ class LedgerWatch:
         return float(moved.max() / scale)
 
     def share(self) -> float:
-        """Share of the stretch under way, against at least the whole range of the kinetic energy."""
+        """Share of the stretch under way, against at least what a stretch turns over."""
         if self.rows is None:
             return 0.0
-        scale = max(self._turned_over()[-1], self.kinetic[1] - self.kinetic[0])
+        scale = max(self._turned_over()[-1], self._most())
         return self._share(len(self.rows), scale) if scale > 0.0 else 0.0
 
 

@@ -27,12 +27,15 @@ LOG = logging.getLogger("clearance")
 METHODS = ("dop853", "rodas5p", "radau5", "radau9")
 NEWTON_TOLERANCE = 0.05  # error left by Newton's method, of the error tolerance
 LOOSE, TIGHT = 1e-3, 3e-7  # tolerances between which radau5 is the fastest implicit method (clearance work-precision)
+NOT_STIFF = "no film: explicit as long as the scene is not stiff between contacts"
 SAMPLES_PER_TURN = 400
 ROWS = 1024  # output rows, steps and contacts held in memory between two writes
 LOG_ROWS = 4096
 IMPACT_ROWS = 512
 BUDGET = 2000  # steps between two looks at the progress
 STEP_LIMIT = 2**62
+WORST_LEDGER = 0.5  # share of lost energy at which a run ends itself, however loose its tolerance
+THIN = 1e-6  # film left over the clearance at which a run that cannot go on has run out of film
 LOST_ENERGY = 1e-3  # share of the energy turned over whose loss makes a run doubtful
 FULL_FILM = 3.0  # film thickness ratio above which surfaces count as separated
 LARGEST_SHARE = 1.0 / 24.0  # largest step as a share of a turn
@@ -129,7 +132,7 @@ def choose_method(mechanism: Mechanism, method: str = "auto", rtol: float = 1e-6
     if method != "auto":
         return method, "asked for"
     if not films:
-        return "dop853", "no film: the scene is not stiff between contacts"
+        return "dop853", NOT_STIFF
     return _implicit(rtol), f"the film of joint {', '.join(films)} makes the scene stiff; the fastest for this rtol"
 
 
@@ -170,17 +173,15 @@ class Run:
 
         self.mechanism, self.span, self.rtol, self.loop, self.types = mechanism, span, rtol, loop, t
         self.method, self.reason = method
-        self.stepper = import_module(f"clearance.stepping.{self.method}")
+        self.outputs = outputs
         scene, size = mechanism.scene, mechanism.y0.size
         states, joints = mechanism.size or size, len(scene.clearance_joints)
         self.y, self.f = mechanism.y0.copy(), np.zeros(size)
         self.work = np.concatenate([mechanism.work0, np.zeros(1)])
-        self.roles = kernel_roles(mechanism, self.method)
         self.scale = np.concatenate([mechanism.scale, np.full(size - mechanism.size, self._energy_scale())])
-        self._scale_film_rates()
         self.band = loop.BAND * np.array([j.clearance for j in scene.clearance_joints])
         self.control, self.counts = np.zeros(t.CONTROL_SIZE), np.zeros(t.COUNTS_SIZE, np.int64)
-        self.control[t.RTOL], self.control[t.ORDER] = rtol, self.stepper.ORDER
+        self.control[t.RTOL] = rtol
         self.control[t.EVALUATE_LEDGER] = float(size > mechanism.size)
         self.counts[t.STATES], self.counts[t.COORDINATES] = states, mechanism.coordinates
         self.control[t.CONVERGENCE], self.control[t.EFFORT] = 1.0, 0.9
@@ -194,25 +195,50 @@ class Run:
         self.place[loop.COMMITS] = len(mechanism.structure.kinematics.remembered)
         self.contacts = np.zeros((joints, loop.CONTACT_COLUMNS))
         self.contacts[:, loop.KIND] = [_kind(loop, j) for j in scene.clearance_joints]
+        self.contacts[:, loop.CLEARANCE] = [j.clearance for j in scene.clearance_joints]
+        first = len(mechanism.structure.plan.free)
+        places = {j: first + 2 * i for i, j in enumerate(mechanism.eccentric)}
+        self.contacts[:, loop.COORDINATE] = [places.get(j, -1) for j in scene.clearance_joints]
+        self._scale_film_rates()
         self.impacts = np.zeros((IMPACT_ROWS, loop.IMPACT_COLUMNS))
         self.log = np.zeros((LOG_ROWS, loop.LOG_COLUMNS))
         self.times, self.rows = np.zeros(ROWS), np.zeros((ROWS, len(mechanism.structure.channels) if outputs else size))
         self.dense = np.zeros((t.DENSE_ROWS, size))
         self.vector = np.zeros(max(states * states, 1))
-        self.matrix = np.zeros((self.stepper.ROWS + states, max(size, 1)))
         self.complexes = np.zeros((2 * (states + 2), max(states, 1)), np.complex128)
         self.scratch = np.zeros((7, max(size, 3 * joints, 1)))
-        # the loop takes a kernel for every role; one that is not needed is never called, so any will do
-        order = ("rhs", "jacobian", "events", "commit", "observe")
-        if not outputs:
-            self.roles.remove("observe")
-        kernels = [mechanism.kernel(role if role in self.roles else "rhs") for role in order]
-        if not outputs:
-            kernels[-1] = loop.copy_state
-        self.functions = [store.address(f, t.STEP) for f in (self.stepper.step, self.stepper.interpolant)]
-        self.functions += [store.address(k, t.KERNEL) for k in kernels]
+        self.place[loop.MAY_SWITCH] = self.reason == NOT_STIFF and mechanism.size > 0
+        self._take(self.method)
         self.wall, self.contact_count = 0.0, 0
         self.spoilt = ""  # why the outputs cannot be trusted any more
+
+    def _take(self, method: str) -> None:
+        """Use a stepper: its functions, the kernels it needs, its scratch."""
+        mechanism, t = self.mechanism, self.types
+        stepper = import_module(f"clearance.stepping.{method}")
+        self.roles = kernel_roles(mechanism, method)
+        if not self.outputs:
+            self.roles.remove("observe")
+        # the loop takes a kernel for every role; one that is not needed is never called, so any will do
+        order = ("rhs", "jacobian", "events", "commit", "observe")
+        kernels = [mechanism.kernel(role if role in self.roles else "rhs") for role in order]
+        if not self.outputs:
+            kernels[-1] = self.loop.copy_state
+        self.functions = [store.address(f, t.STEP) for f in (stepper.step, stepper.interpolant)]
+        self.functions += [store.address(k, t.KERNEL) for k in kernels]
+        self.control[t.ORDER] = stepper.ORDER
+        states, size = self.counts[t.STATES], self.y.size
+        self.matrix = np.zeros((stepper.ROWS + states, max(size, 1)))
+
+    def _become_implicit(self) -> None:
+        """The explicit method of an automatic choice is held up by stability: go on with an implicit one."""
+        method, t = _implicit(self.rtol, stages_only=True), self.types
+        LOG.info("stiff: going on with %s", method)
+        self.reason = f"explicit at first; stiff, so implicit from t = {self.clock[self.loop.TIME]:.6g} s on"
+        self.method = f"{self.method}, {method}"
+        self.place[self.loop.MAY_SWITCH] = self.place[self.loop.STIFF_STEPS] = 0
+        self.control[t.STIFFNESS] = 0.0
+        self._take(method)
 
     def _energy_scale(self) -> float:
         mass = sum(b.mass for b in self.mechanism.scene.bodies)
@@ -240,14 +266,24 @@ class Run:
                 damping = abs(after[k] - before[k]) / self.scale[k]
                 if damping * self.scale[k] > acceleration:
                     self.scale[k] = acceleration / damping
+        loop, at_joint = self.loop, self.contacts
+        at_joint[:, loop.PULL] = acceleration
+        for i, joint in enumerate(scene.clearance_joints):
+            if joint in mechanism.eccentric:
+                k = first + 2 * mechanism.eccentric.index(joint)
+                at_joint[i, loop.RATE_X], at_joint[i, loop.RATE_Y] = self.scale[k], self.scale[k + 1]
 
     def advance(self) -> int:
         """One call of the compiled loop."""
-        return self.loop.run(
+        code = self.loop.run(
             *self.functions, self.mechanism.par, self.work, self.y, self.f, self.scale, self.band, self.control,
             self.counts, self.clock, self.place, self.contacts, self.impacts, self.log, self.times, self.rows,
             self.dense, self.vector, self.matrix, self.complexes, self.scratch, BUDGET,
         )  # fmt: skip
+        if code == codes.STIFF:
+            self._become_implicit()
+            return codes.RUNNING
+        return code
 
     def trajectory(self) -> tuple[np.ndarray, np.ndarray, int]:
         """Run to the end in memory: times, rows (states, where the run has no outputs) and the last status code.
@@ -280,7 +316,7 @@ class Run:
             while code == codes.RUNNING:
                 code = self.advance()
                 self._drain(writer)
-                if writer.residual_share() > max(LedgerWatch.limit, 1e4 * self.rtol):
+                if writer.residual_share() > max(LedgerWatch.limit, min(1e4 * self.rtol, WORST_LEDGER)):
                     code = codes.LEDGER_BROKEN
                 elif self.spoilt:
                     code = codes.NOT_FINITE
@@ -334,7 +370,7 @@ class Run:
     def _failure(self, code: int, ledger: LedgerWatch | None) -> str:
         """Where and why a run failed: time, joint and state."""
         if code == codes.LEDGER_BROKEN:
-            return f"from t = {ledger.since or 0.0:.9g} s on: {codes.MESSAGES[code]}"
+            return f"from t = {ledger.since or 0.0:.9g} s on: {codes.MESSAGES[code]}: {self._suspects()}"
         if self.spoilt:
             return self.spoilt
         joints, moving = self.mechanism.scene.clearance_joints, self.mechanism.eccentric
@@ -347,9 +383,27 @@ class Run:
             f"{c.body.name} {c.what} = {v:.6g}"
             for c, v in zip(self.mechanism.structure.plan.free, self.y, strict=False)
         ]
-        where = f"joint {joints[self.place[self.loop.FAILED_JOINT]].name}: " if code == codes.FILM_LEFT else ""
+        ended = self.place[self.loop.FAILED_JOINT]
+        thin = [i for i, j in enumerate(joints) if j.contact is None and j in moving and self._gap(j) < THIN]
+        if code == codes.STEP_TOO_SMALL and thin:
+            code, ended = codes.FILM_LEFT, thin[0]
+        where = f"joint {joints[ended].name}: " if code == codes.FILM_LEFT else ""
         time = self.clock[self.loop.TIME]
         return f"at t = {time:.9g} s: {where}{codes.MESSAGES[code]} ({'; '.join(states) or 'no free state'})"
+
+    def _gap(self, joint) -> float:
+        """Film left over the clearance."""
+        first = len(self.mechanism.structure.plan.free) + 2 * self.mechanism.eccentric.index(joint)
+        return 1.0 - math.hypot(*self.y[first : first + 2]) / joint.clearance
+
+    def _suspects(self) -> str:
+        """Why an energy ledger may not close, of what this scene can do."""
+        found = []
+        if any(g.closures for g in self.mechanism.structure.plan.groups):
+            found.append("a loop passed a dead centre and changed its branch")
+        if any(getattr(load, "motion", None) is not None for load in self.mechanism.scene.loads):
+            found.append("a prescribed motion jumped")
+        return " or ".join([*found, "rtol is too loose for this motion"])
 
     def _warnings(self, writer: ResultWriter) -> list[str]:
         """Doubts of the laws used, a method that does not suit the scene, films thinner than the surfaces are rough."""
@@ -357,11 +411,13 @@ class Run:
         found = [doubt for j in joints for doubt in j.doubts()]
         if self.method == "dop853" and any(j.film is not None for j in joints):
             found.append("method dop853 is explicit: a thin film forces it to very small steps; radau suits this scene")
+        elif self.method == "dop853" and self.place[self.loop.STIFF_STEPS] >= self.loop.STIFF_ENOUGH:
+            found.append("method dop853 is explicit and its steps are held up by stability; radau suits this scene")
         residual = writer.residual_share()
         if residual > max(LOST_ENERGY, 100.0 * self.rtol):
             found.append(
-                f"the energy ledger does not close: {residual:.2g} of the energy turned over is missing; a loop may "
-                "have passed a dead centre and changed branch, or rtol is too loose"
+                f"the energy ledger does not close: {residual:.2g} of the energy turned over is missing: "
+                f"{self._suspects()}"
             )
         for joint in (j for j in joints if j.roughness is not None and j.contact is None and writer.last is not None):
             ratio = writer.lowest(f"joints/{joint.name}/film_thickness_ratio")

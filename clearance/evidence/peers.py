@@ -17,6 +17,7 @@ import numpy as np
 from clearance.evidence.problem import NotSolved, Problem, Solution
 
 BIGGEST_STEP = 1.0 / 96.0  # of a turn, where contacts must not be jumped over
+FIRST_STEP = 1e-7  # of a turn, after a contact event: a longer one could jump over the whole contact
 BUDGET = 20.0  # seconds a peer may spend on one solution
 PHASES = 100_000
 FREE = -1.0  # impact speed that stands for free flight, as in stepping/loop.py
@@ -115,7 +116,8 @@ def _scipy(method: str, problem: Problem, phase: Phase, rtol: float):
 
     def leg(t, y, times):
         events = [event(j, -1.0 if phase.touching[j] else 1.0) for j in phase.joints]
-        found = solve_ivp(phase, (t, problem.until), y, t_eval=times, events=events, **options)
+        first = min(FIRST_STEP * (problem.scene.turn or problem.until), problem.until - t)
+        found = solve_ivp(phase, (t, problem.until), y, t_eval=times, events=events, first_step=first, **options)
         if not found.success:
             raise NotSolved(found.message)
         states = np.reshape(found.y, (y.size, -1)).T  # an empty list where no output time was passed
@@ -165,7 +167,8 @@ def _cvode(method: str, problem: Problem, phase: Phase, rtol: float):
     def leg(t, y, times):
         roots.terminal = [True] * len(phase.joints)
         roots.direction = [-1 if phase.touching[j] else 1 for j in phase.joints]
-        solver = CVODE(right, eventsfn=roots, num_events=len(phase.joints), **options)
+        first = min(FIRST_STEP * (problem.scene.turn or problem.until), problem.until - t)
+        solver = CVODE(right, eventsfn=roots, num_events=len(phase.joints), first_step=first, **options)
         grid = np.union1d([t], times)
         padded = grid if len(grid) > 2 else np.linspace(t, problem.until, 3)
         found = solver.solve(padded, y)
@@ -198,7 +201,10 @@ def _ida(problem: Problem, phase: Phase, rtol: float):
 
 # --- numbalsoda
 class NumbaLsoda:
-    """numbalsoda's LSODA or DOP853: compiled throughout, no events. It takes one absolute tolerance for all states."""
+    """numbalsoda's LSODA or DOP853: compiled throughout, no events.
+
+    It takes one absolute tolerance for all states, so it gets them divided by their natural sizes.
+    """
 
     def __init__(self, solver: str, problem: Problem):
         import numba
@@ -210,23 +216,32 @@ class NumbaLsoda:
             raise NotSolved("no events: it cannot do a law that remembers the impact speed")
         m = problem.mechanism
         rhs, size, numbers, works = m.kernel("rhs"), m.y0.size, m.par.size, problem.work().size
+        inputs = numbers + works
 
         @numba.cfunc(numbalsoda.lsoda_sig)
-        def right(t, y, dy, data):
-            own = numba.carray(data, (numbers + works,))
-            rhs(t, numba.carray(y, (size,)), own[:numbers], own[numbers:], numba.carray(dy, (size,)))
+        def right(t, z, dz, data):
+            own = numba.carray(data, (inputs + 3 * size,))
+            scaled, rates = numba.carray(z, (size,)), numba.carray(dz, (size,))
+            sizes, y, f = own[inputs : inputs + size], own[inputs + size : inputs + 2 * size], own[inputs + 2 * size :]
+            for i in range(size):
+                y[i] = scaled[i] * sizes[i]
+            rhs(t, y, own[:numbers], own[numbers:inputs], f)
+            for i in range(size):
+                rates[i] = f[i] / sizes[i]
 
-        self.right, self.data = right, np.concatenate([m.par, problem.work()])
+        self.right, self.sizes = right, m.scale.copy()
+        self.data = np.concatenate([m.par, problem.work(), self.sizes, np.zeros(2 * size)])
         self.solver = getattr(numbalsoda, solver)
         self.limit = {"mxstep": 10_000_000} if solver == "lsoda" else {}
 
     def __call__(self, problem: Problem, rtol: float) -> Solution:
-        atol = float(scales(problem, rtol)[problem.compared].min())
+        start = problem.start() / self.sizes
         with silent():
             began = time.perf_counter()
             states, success = self.solver(
-                self.right.address, problem.start(), problem.times, data=self.data, rtol=rtol, atol=atol, **self.limit
+                self.right.address, start, problem.times, data=self.data, rtol=rtol, atol=rtol, **self.limit
             )
+            states = states * self.sizes
             seconds = time.perf_counter() - began
         if not success or not np.isfinite(states).all():
             raise NotSolved("it stopped before the end")

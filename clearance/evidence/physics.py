@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from clearance import checks
 from clearance.catalogue import Case
 from clearance.choices import CONTACTS, FILMS, TRANSITIONS
 from clearance.mechanism.build import build
@@ -78,6 +79,9 @@ def compare(
     choices = ladder(case, values)
     if turns is not None and until is not None:
         raise ValueError("give either turns or until, not both")
+    for name, value in (("turns", turns), ("until", until)):
+        if value is not None:
+            checks.positive(name, value)
     span = {"until": until} if until is not None else {"turns": 6.0 if turns is None else turns}
     found = {}
     for choice in choices:

@@ -120,10 +120,10 @@ class Horizon:
         unit, length = ("turn", turn) if turn else ("s", 1.0)
         if self.time is None:
             return f"comparable throughout ({self.checked / length:.3g} {unit}{'s' if turn else ''} checked)"
-        return (
-            f"comparable until {unit} {self.time / length:.3g}; neighbouring trajectories part by "
-            f"{self.growth * length:.2g} decades per {unit}: beyond, compare statistics"
-        )
+        parted = f"; neighbouring trajectories part by {self.growth * length:.2g} decades per {unit}"
+        if not math.isfinite(self.growth):
+            parted = ""
+        return f"comparable until {unit} {self.time / length:.3g}{parted}: beyond, compare statistics"
 
 
 def parting(problem: Problem, a: np.ndarray, b: np.ndarray, level: float = PARTED) -> float | None:
@@ -133,7 +133,8 @@ def parting(problem: Problem, a: np.ndarray, b: np.ndarray, level: float = PARTE
 
 
 def horizon(scene: Scene, until: float, rtol: float, method: str, longest: int = 64) -> Horizon:
-    """Time up to which a run at this tolerance can be compared with another: it and one at rtol / 10 have not parted.
+    """Time up to which a run at this tolerance can be compared with another: it and one at rtol / 10 have not parted
+    (at the tightest tolerances: one from a start displaced by 1e-12 of the clearance).
 
     Looked for over 1, 2, 4 ... turns (of the drive, else sixteenths of the span), at most `longest`, at most `until`.
     The growth comes from two runs at tight tolerance whose starts differ by 1e-12 of the clearance.
@@ -143,7 +144,8 @@ def horizon(scene: Scene, until: float, rtol: float, method: str, longest: int =
     while True:
         end = min(count * unit, until)
         problem = Problem(scene, end, 200 * count + 1, ledger=True)  # the kernel that the run has compiled already
-        time = parting(problem, problem.own(method, rtol).states, problem.own(method, max(rtol / 10.0, 1e-14)).states)
+        tighter = problem.own(method, rtol / 10.0) if rtol >= 1e-13 else problem.own(method, rtol, DISPLACEMENT)
+        time = parting(problem, problem.own(method, rtol).states, tighter.states)
         if time is not None:
             return Horizon(time, growth(problem, method), end)
         if end >= until or count >= longest:

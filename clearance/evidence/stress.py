@@ -1,7 +1,7 @@
 """The stress matrix: extremes over the cases. Each cell is done, with residuals, or stops for a named reason.
 
-A row is an extreme, a column a case with one model of its joints. Every cell runs in a process of its own kind (so that
-nothing it does can hurt the others), with a budget of steps and of time.
+A row is an extreme, a column a case with one model of its joints. Cells run in worker processes, with a budget of steps
+and of time; should one bring its process down, the others are run again without it.
 """
 
 import dataclasses
@@ -302,16 +302,25 @@ def stress(
     """Run the matrix, each cell in one of `workers` processes; verdicts in the order of the cells."""
     cells = matrix(case, quick)
     verdicts: dict[int, Verdict] = {}
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers or os.cpu_count(), mp_context=context) as pool:
-        futures = {pool.submit(judge, c): i for i, c in enumerate(cells)}
-        for future in as_completed(futures):
-            i = futures[future]
-            try:
-                verdicts[i] = future.result()
-            except BrokenProcessPool:
-                verdicts[i] = Verdict(cells[i].row, cells[i].column, "fault", "its process died")
-            progress(len(verdicts), len(cells), f"{cells[i].column}, {cells[i].row}")
+
+    def run(todo: list[int], processes: int) -> None:
+        """Judge cells in a pool of their own; those whose pool broke are left out."""
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(min(processes, len(todo)), mp_context=context) as pool:
+            futures = {pool.submit(judge, cells[i]): i for i in todo}
+            for future in as_completed(futures):
+                i = futures[future]
+                try:
+                    verdicts[i] = future.result()
+                except BrokenProcessPool:
+                    continue
+                progress(len(verdicts), len(cells), f"{cells[i].column}, {cells[i].row}")
+
+    run(list(range(len(cells))), workers or os.cpu_count() or 1)
+    for i in [i for i in range(len(cells)) if i not in verdicts]:  # a process died: who was it?
+        run([i], 1)
+        if i not in verdicts:
+            verdicts[i] = Verdict(cells[i].row, cells[i].column, "fault", "its process died")
     return [verdicts[i] for i in range(len(cells))]
 
 

@@ -3,7 +3,7 @@
 import math
 
 from clearance.stepping import tableaus
-from clearance.stepping.types import ERROR, EVALUATIONS, RTOL, STATES, STEP_SIGNATURE, compiled, inline
+from clearance.stepping.types import ERROR, EVALUATIONS, RTOL, STATES, STEP_SIGNATURE, STIFFNESS, compiled, inline
 
 A, B, C, D, E3, E5 = tableaus.A, tableaus.B, tableaus.C, tableaus.D, tableaus.E3, tableaus.E5
 ORDER = 8
@@ -27,7 +27,11 @@ def stages(rhs, t, h, y, par, work, k, first, last):
 
 @compiled(STEP_SIGNATURE)
 def step(rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, k, complexes):
-    """One step from y with f = y' to y_new with f_new; the error over tolerance goes to control[ERROR]. 0 if finite."""
+    """One step from y with f = y' to y_new with f_new; the error over tolerance goes to control[ERROR]. 0 if finite.
+
+    control[STIFFNESS]: step times the largest eigenvalue felt, from the last two slopes (Hairer and Wanner, Solving
+    Ordinary Differential Equations II (1996), IV.2); the method is unstable above about 6.1.
+    """
     size, states = y.size, counts[STATES]
     for i in range(size):
         k[0, i] = f[i]
@@ -51,6 +55,12 @@ def step(rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, contr
     control[ERROR] = 0.0
     if high > 0.0 or low > 0.0:
         control[ERROR] = h * high / math.sqrt((high + 0.01 * low) * states)
+    apart, slopes = 0.0, 0.0
+    for i in range(states):
+        unit = 1.0 / (scale[i] + abs(y_new[i]))
+        apart += ((y_new[i] - k[16, i]) * unit) ** 2
+        slopes += ((f_new[i] - k[STAGES - 1, i]) * unit) ** 2
+    control[STIFFNESS] = h * math.sqrt(slopes / apart) if apart > 0.0 else 0.0
     finite = math.isfinite(control[ERROR]) and math.isfinite(high)
     for i in range(size):
         finite = finite and math.isfinite(y_new[i]) and math.isfinite(f_new[i])

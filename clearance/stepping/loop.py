@@ -10,6 +10,7 @@ from collections import namedtuple
 
 from clearance.stepping import status
 from clearance.stepping.types import (
+    COORDINATES,
     EFFORT,
     ERROR,
     EVALUATIONS,
@@ -26,6 +27,7 @@ from clearance.stepping.types import (
     RTOL,
     STATES,
     STEPS,
+    STIFFNESS,
     VECTOR,
     compiled,
     complex128,
@@ -40,18 +42,21 @@ TIME, STEP_SIZE, END, LARGEST, SAMPLE_EVERY, BEGIN, CONTACT_STEP, FREE_STEP, LAS
 CLOCK_SIZE = 10
 # entries of `place`
 SAMPLE, SAMPLES, ROWS, LOGGED, EVENTS, STEP_LIMIT, STARTED, COMMITS, LAST_REFUSAL, FAILED_JOINT, FLIPS = range(11)
-REFUSALS, INTERPOLATED = 11, 12
-PLACE_SIZE = 13
+REFUSALS, INTERPOLATED, STIFF_STEPS, MILD_STEPS, MAY_SWITCH = range(11, 16)
+PLACE_SIZE = 16
 # columns of `contacts`, the running record of each joint, and of `impacts`, the finished ones
-TOUCHING, SINCE, IMPACT_SPEED, PENETRATION, PEAK_FORCE, KIND = range(6)
+TOUCHING, SINCE, IMPACT_SPEED, PENETRATION, PEAK_FORCE, KIND, COORDINATE, CLEARANCE = range(8)
+RATE_X, RATE_Y, PULL, DAMPING = range(8, 12)  # natural rates, natural acceleration, largest damping of late [1/s]
 FILM, CONTACT, BLENDED = range(3)  # kinds: never beyond the wall; with a first touch; with neither
-CONTACT_COLUMNS = 6
+CONTACT_COLUMNS = 12
 IMPACT_COLUMNS = 7  # joint, time, impact speed, peak force, penetration, duration, separation speed
 LOG_COLUMNS = 3  # time at the end, step, error over tolerance
 
 PROBES = 8  # interior places where a step is searched for contact
 FLIP_LIMIT = 100  # contact changes without advance in time before the run counts as stuck
 SQUEEZE = 0.05  # smallest part of a film that a step may leave
+FILM_ERROR = 0.05  # error of an eccentricity, at most this share of the film left; likewise of its rate
+FORGET = 0.3  # what of a film's damping is remembered from one step to the next
 DOMAIN_LEFT = 3  # refusal of a step that takes a journal out of its film
 FREE = -1.0  # in the place of the impact speed: this joint is not in contact
 BAND = 1e-13  # dead band of a touch, relative to the clearance
@@ -59,6 +64,7 @@ SMALLEST = 4e-16  # step over time that still advances the clock; the layer a fi
 SAFETY, SHRINK, GROW = 0.9, 0.2, 4.0
 DOUBTED = 0.3  # power of the error that a step refused again goes by: solutions are less smooth at a contact's ends
 NEWTON_FAILED = 0.5  # the step after one whose equations could not be solved
+UNSTABLE, STIFF_ENOUGH = 6.1, 200  # stiffness at DOP853's stability limit, and steps there that call for a change
 GOOD_RATE = 0.2  # a rate of convergence that Newton's method should not exceed in the next step
 
 # what a run is made of: the compiled functions it calls, and its arrays
@@ -334,6 +340,31 @@ def sample(call, s, t, h):
 
 # --- step sizes
 @inline
+def weigh_films(s, found):
+    """Natural sizes of the eccentricity of pure film joints and of its rate: less than usual where the film is thin.
+
+    rtol (size + |y|) is at most a share of the film left: a larger error could take the journal through the wall, or
+    throw it back from it. And rtol size of the rate is at most that share of what the film gives way under the
+    mechanism's own acceleration, for a larger error would turn approach into recession. Damping: the Jacobian's,
+    remembered for a few steps, because a receding film has hardly any.
+    """
+    p, n, rtol = s.counts[COORDINATES], s.counts[STATES], s.control[RTOL]
+    for j in range(s.contacts.shape[0]):
+        contact = s.contacts[j]
+        if contact[KIND] != FILM or contact[COORDINATE] < 0.0:
+            continue
+        first, left = int(contact[COORDINATE]), max(-found[3 * j], 1e-15 * contact[CLEARANCE])
+        contact[DAMPING] *= FORGET
+        for k in range(2):
+            i = first + k
+            s.scale[i] = min(contact[CLEARANCE] + abs(s.y[i]), FILM_ERROR * left / rtol) - abs(s.y[i])
+            contact[DAMPING] = max(contact[DAMPING], abs(s.vector[(p + i) * n + p + i]))
+        for k in range(2):
+            usual, damping = contact[RATE_X + k], max(contact[DAMPING], 1e-300)
+            s.scale[p + first + k] = min(usual, FILM_ERROR * contact[PULL] / (damping * rtol))
+
+
+@inline
 def first_step(call, s, t):
     """A first step from the size of y, y' and y'' (Hairer, Norsett, Wanner 1993, section II.4)."""
     states, rtol = s.counts[STATES], s.control[RTOL]
@@ -415,6 +446,19 @@ def grow(s, h):
 
 
 @inline
+def stiff(s):
+    """Whether the method has been held up by stability for many steps; six milder ones in a row clear it."""
+    if s.control[STIFFNESS] > UNSTABLE:
+        s.place[STIFF_STEPS] += 1
+        s.place[MILD_STEPS] = 0
+    else:
+        s.place[MILD_STEPS] += 1
+        if s.place[MILD_STEPS] >= 6:
+            s.place[STIFF_STEPS] = 0
+    return s.place[STIFF_STEPS] >= STIFF_ENOUGH
+
+
+@inline
 def change_phase(call, s, event, t):
     """Switch a contact and choose the next step: the one the last such phase began with, or a fresh first step."""
     switch(s, event, t, s.after)
@@ -437,6 +481,7 @@ def begin(call, s):
                 s.work[j] = FREE
                 if s.before[3 * j] > 0.0:
                     switch(s, j, t, s.before)
+        weigh_films(s, s.before)
     call.rhs(t, s.y, s.par, s.work, s.f)
     for i in range(s.f.size):
         if not math.isfinite(s.f[i]):
@@ -491,6 +536,7 @@ def accept(call, s, t, h):
         s.clock[CONTACT_STEP if in_contact(s) else FREE_STEP] = h
     copy(s.y_new, s.y)
     copy(s.f_new, s.f)
+    weigh_films(s, s.after)
     s.counts[STEPS] += 1
     s.place[FLIPS] = 0
     row = s.log[s.place[LOGGED]]
@@ -558,6 +604,8 @@ def advance(call, s):
     grow(s, h)
     if event >= 0:
         change_phase(call, s, event, s.clock[TIME])
+    if stiff(s) and s.place[MAY_SWITCH] == 1:
+        return status.STIFF
     return status.RUNNING
 
 

@@ -7,19 +7,17 @@ NOT_FINITE = 3
 FILM_LEFT = 4
 TOO_MANY_STEPS = 5
 LEDGER_BROKEN = 6
+STIFF = 7  # an explicit method is held up by stability; an implicit one may go on
 
 MESSAGES = {
     STEP_TOO_SMALL: (
-        "the step size fell below what the clock resolves: a loop at its dead centre, or equations too stiff or "
-        "discontinuous here"
+        "the step size fell below what the clock resolves: a loop at its dead centre, a contact that is stuck, or "
+        "equations too stiff or discontinuous here"
     ),
     NOT_FINITE: (
         "no trial step gives finite numbers: a loop cannot close beyond this position, or a law is not finite here"
     ),
     FILM_LEFT: "the journal reached the bearing wall and the joint has no contact law to carry it",
-    LEDGER_BROKEN: (
-        "the energy ledger does not close and the rows are not to be trusted: a loop passed a dead centre and changed "
-        "its branch, a prescribed motion jumped, or rtol is far too loose"
-    ),
+    LEDGER_BROKEN: ("the energy ledger does not close and the rows are not to be trusted"),
     TOO_MANY_STEPS: "the step limit is reached",
 }

@@ -30,7 +30,7 @@ STUDIES = {
 SHOWN = ("slider_crank", "six_bar_feeder")
 PEERS = ("scipy Radau", "scipy LSODA", "scipy DOP853", "numbalsoda LSODA", "numbalsoda DOP853", "CVODE BDF", "IDA",
          "Exudyn generalized-alpha")  # fmt: skip
-LEVELS = (1e-4, 1e-6)
+LEVELS = (1e-3, 1e-4, 1e-6, 1e-8)
 
 
 def command(folder: Path, *arguments: str) -> Path:
