@@ -192,9 +192,10 @@ def run_case(options) -> int:
         if bar is not None:
             bar.close()
     summary = _summary(case, values, result, began)
-    if failure is None and (sentence := _horizon(scene, result, options.rtol)):
-        summary["horizon"] = sentence
-        if means := over_turns(result, scene.turn):
+    horizon = _horizon(scene, result, options.rtol) if failure is None else None
+    if horizon is not None:
+        summary["horizon"], chaotic = horizon
+        if chaotic and (means := over_turns(result, scene.turn)):
             summary["statistics"] = {n: {"mean": m.value, "standard_error": m.error} for n, m in means.items()}
             summary["statistics_turns"] = next(iter(means.values())).turns
     if options.plot:
@@ -206,17 +207,18 @@ def run_case(options) -> int:
     return DONE
 
 
-def _horizon(scene, result, rtol: float) -> str | None:
-    """How far a run with dry contacts can be compared with another; None where nothing is chaotic."""
+def _horizon(scene, result, rtol: float) -> tuple[str, bool] | None:
+    """How far a run with impacts can be compared with another, and whether it ends there; None without impacts."""
     from clearance.evidence.problem import NotSolved, horizon
 
     if not any(j.impacts for j in scene.clearance_joints) or not result.file["time"].size:
         return None
     until = float(result.file["time"][-1])
     try:
-        return horizon(scene, until, rtol, str(result.solver["method"]).rpartition(", ")[2]).sentence(scene.turn)
+        found = horizon(scene, until, rtol, str(result.solver["method"]).rpartition(", ")[2])
     except NotSolved as reason:
-        return f"not found: {reason}"
+        return f"not found: {reason}", True
+    return found.sentence(scene.turn), found.time is not None
 
 
 def _length(options, scene) -> tuple[float | None, float | None]:
@@ -279,11 +281,17 @@ def _summary(case, values: dict, result, began: tuple[float, float]) -> dict:
     }
 
 
+SHARES = {"share_full_film": "full film", "share_mixed": "mixed", "share_dry": "dry"}
+JOINT_FACTS = (
+    "peak_force", "smallest_gap", "film_pressure", "piezoviscous_number", "flattening_ratio", *SHARES
+)  # fmt: skip
+
+
 def _joint_extremes(result) -> dict:
     """Peak forces and smallest gaps, of samples and contacts; nothing for a run that ended before its first sample."""
     found = {}
     for name, joint in result.file["joints"].items():
-        found[name] = {n: float(joint.attrs[n]) for n in ("peak_force", "smallest_gap") if n in joint.attrs}
+        found[name] = {n: float(joint.attrs[n]) for n in JOINT_FACTS if n in joint.attrs}
         if "actual_range" in getattr(joint.get("film_thickness_ratio"), "attrs", ()) and "film_radial" in joint:
             found[name]["smallest_film_thickness_ratio"] = result.range(f"joints/{name}/film_thickness_ratio")[0]
     return found
@@ -305,6 +313,9 @@ def _readable(summary: dict) -> str:
             line += f", smallest gap {joint['smallest_gap'] * 1e6:.4g} um"
         if "smallest_film_thickness_ratio" in joint:
             line += f", film thickness ratio down to {joint['smallest_film_thickness_ratio']:.3g}"
+        if "share_full_film" in joint:
+            shares = (f"{text} {joint[n]:.0%}" for n, text in SHARES.items() if joint[n] >= 0.005)
+            line += f", {', '.join(shares)}"
         if name in s["contacts"]:
             line += f", {s['contacts'][name]} contacts"
         lines.append(line)

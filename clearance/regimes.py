@@ -1,6 +1,5 @@
 """What regime a lubricated joint is in, and where its model is only formal."""
 
-import math
 from dataclasses import dataclass
 
 from clearance import checks
@@ -86,53 +85,47 @@ def hole_warning(joint: ClearanceRevolute, frequency: float) -> str | None:
     )
 
 
-def peak_film_pressure(force: float, gap: float, joint: ClearanceRevolute) -> float:
-    """Estimate of the largest pressure [Pa] of a film that carries `force` [N] at minimum thickness `gap` [m].
-
-    p = F / (L R min(pi / 2 sqrt(2 h / e), 2)): the squeeze pressure of a parabolic gap, p ~ (1 + u^2)^-2, at most
-    spread over the diameter. An estimate within a factor of two, for warnings.
-    """
-    gap = max(gap, 1e-12)
-    eccentricity = max(joint.clearance - gap, 1e-3 * joint.clearance)
-    width = joint.radius * min(0.5 * math.pi * math.sqrt(2.0 * gap / eccentricity), 2.0)
-    return force / (joint.length * width)
-
-
 @dataclass(frozen=True)
 class Regime:
-    """Extremes of a lubricated joint over a run."""
+    """Extremes of a lubricated joint over a run, and where its model is only formal.
 
-    film_pressure: float  # largest, estimated [Pa]
-    piezoviscous_number: float  # alpha p at that pressure
-    flattening_ratio: float  # elastic flattening over film thickness at that pressure
+    film_pressure: largest, an estimate [Pa]; piezoviscous_number: alpha p at that pressure; flattening_ratio: elastic
+    flattening p t / E_oed over the thinnest film, with the joint's layer t (default half the radius) and
+    E_oed = E (1 - nu) / ((1 + nu) (1 - 2 nu)); film_thickness_ratio: smallest, None without roughness.
+    """
+
+    film_pressure: float
+    piezoviscous_number: float
+    flattening_ratio: float
+    film_thickness_ratio: float | None = None
 
     def warnings(self, joint: ClearanceRevolute) -> list[str]:
-        """Where rigid, isoviscous theory is only formal."""
-        found = []
-        where = f"{joint.label()}: film pressure reaches about {self.film_pressure / 1e6:.3g} MPa"
+        """Where rigid, isoviscous, smooth theory is only formal."""
+        found, pressure = [], f"film pressure reaches about {self.film_pressure / 1e6:.3g} MPa"
+        ratio = self.film_thickness_ratio
+        if ratio is not None and ratio < FULL_FILM and joint.transition is None:
+            found.append(
+                f"the film thickness ratio falls to {ratio:.2g}; below {FULL_FILM:g} asperities share the load and a "
+                "smooth film alone is only formal"
+            )
         if self.piezoviscous_number > PIEZOVISCOUS:
             number = self.piezoviscous_number
-            found.append(f"{where}: piezoviscous number {number:.2g}, the constant viscosity is only formal")
+            found.append(f"{pressure}: piezoviscous number {number:.2g}, a constant viscosity is only formal")
         if self.flattening_ratio > FLATTENING:
             number = self.flattening_ratio
-            found.append(
-                f"{where}: it flattens the surfaces by {number:.2g} of the film, rigid surfaces are only formal"
-            )
-        return found
+            found.append(f"{pressure}: it flattens the surfaces by {number:.2g} of the film: rigid is only formal")
+        return [f"{joint.label()}: {f}" for f in found]
 
 
-def regime(force: float, gap: float, joint: ClearanceRevolute) -> Regime:
-    """Diagnostics at a film force [N] and a minimum film thickness [m].
+def regime(joint: ClearanceRevolute, pressure: float, gap: float) -> Regime:
+    """Diagnostics from the largest film pressure [Pa] and the smallest gap [m] of a run.
 
-    flattening p t / E_oed with the joint's layer t (default half the radius) and E_oed = E (1 - nu) / ((1 + nu) (1 -
-    2 nu)).
+    In rough joints the film is no thinner than the mean gap, about the roughness.
     """
-    pressure = peak_film_pressure(force, gap, joint)
+    thinnest = max(gap, (joint.roughness or 0.0) if joint.transition is not None else 0.0, 1e-9 * joint.clearance)
     layer = joint.layer or 0.5 * joint.radius
     poisson = min(joint.material.poisson, 0.49)
     oedometric = joint.material.young * (1.0 - poisson) / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
-    flattening = pressure * layer / oedometric / max(gap, 1e-12)
-    return Regime(pressure, pressure * joint.lubricant.pressure_viscosity, flattening)
-
-
-__all__ = ["HoleCheck", "Regime", "hole_check", "peak_film_pressure", "radial_load", "regime"]
+    ratio = gap / joint.roughness if joint.roughness is not None else None
+    flattening = pressure * layer / oedometric / thinnest
+    return Regime(pressure, pressure * joint.lubricant.pressure_viscosity, flattening, ratio)

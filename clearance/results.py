@@ -15,6 +15,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from clearance.regimes import Regime, regime
+
 FORMAT = "clearance-result"
 FORMAT_VERSION = 1
 CHUNK = 2048  # rows
@@ -57,6 +59,7 @@ class ResultWriter:
         self.last: tuple[float, np.ndarray] | None = None
         self.zero = 0.0
         self.low, self.high = np.full(len(channels), np.inf), np.full(len(channels), -np.inf)
+        self.totals, self.rows = np.zeros(len(channels)), 0
         self.peaks: dict[str, float] = {}  # largest force by joint, of samples and contacts
         self.depths: dict[str, float] = {}  # largest penetration by joint, of its contacts
         self.turned_over = 0.0
@@ -108,6 +111,7 @@ class ResultWriter:
     def _summarise(self, rows: np.ndarray) -> None:
         """Ranges of all channels, peak joint forces, energy turned over: for summaries without reading the file."""
         self.low, self.high = np.minimum(self.low, rows.min(axis=0)), np.maximum(self.high, rows.max(axis=0))
+        self.totals, self.rows = self.totals + rows.sum(axis=0), self.rows + len(rows)
         for i, c in enumerate(self.channels):
             if c.path.endswith("/force_x"):
                 group = c.path.rpartition("/")[0]
@@ -153,6 +157,23 @@ class ResultWriter:
     def lowest(self, path: str) -> float:
         """Smallest value of a channel so far."""
         return float(self.low[next(i for i, c in enumerate(self.channels) if c.path == path)])
+
+    def highest(self, path: str) -> float:
+        """Largest value of a channel so far."""
+        return float(self.high[next(i for i, c in enumerate(self.channels) if c.path == path)])
+
+    def regime(self, joint) -> Regime:
+        """Diagnostics of a lubricated joint; they also become attributes of its group."""
+        group = f"joints/{joint.name}"
+        found = regime(joint, self.highest(f"{group}/film_pressure"), self.lowest(f"{group}/gap"))
+        for name, value in vars(found).items():
+            if value is not None:
+                self.file[group].attrs[name] = value
+        for state in ("full_film", "mixed", "dry"):
+            for c, total in zip(self.channels, self.totals, strict=True):
+                if c.path == f"{group}/membership_{state}":
+                    self.file[group].attrs[f"share_{state}"] = float(total) / self.rows
+        return found
 
     def residual_share(self) -> float:
         """Largest share of the energy turned over in some stretch of the run that its residual moved by."""

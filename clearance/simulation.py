@@ -19,6 +19,7 @@ import numpy as np
 from clearance import checks
 from clearance.mechanism import store
 from clearance.mechanism.build import Mechanism, build
+from clearance.regimes import hole_warning
 from clearance.results import LedgerWatch, Result, ResultWriter
 from clearance.scene import Scene
 from clearance.stepping import status as codes
@@ -37,7 +38,6 @@ STEP_LIMIT = 2**62
 WORST_LEDGER = 0.5  # share of lost energy at which a run ends itself, however loose its tolerance
 THIN = 1e-6  # film left over the clearance at which a run that cannot go on has run out of film
 LOST_ENERGY = 1e-3  # share of the energy turned over whose loss makes a run doubtful
-FULL_FILM = 3.0  # film thickness ratio above which surfaces count as separated
 LARGEST_SHARE = 1.0 / 24.0  # largest step as a share of a turn
 
 
@@ -419,13 +419,11 @@ class Run:
                 f"the energy ledger does not close: {residual:.2g} of the energy turned over is missing: "
                 f"{self._suspects()}"
             )
-        for joint in (j for j in joints if j.roughness is not None and j.contact is None and writer.last is not None):
-            ratio = writer.lowest(f"joints/{joint.name}/film_thickness_ratio")
-            if ratio < FULL_FILM:
-                found.append(
-                    f"{joint.label()}: the film thickness ratio falls to {ratio:.2g}; below {FULL_FILM:g} asperities "
-                    "share the load and a smooth film alone is only formal"
-                )
+        for joint in joints:
+            if hole := hole_warning(joint, self.mechanism.frequency):
+                found.append(hole)
+            if joint.film is not None and writer.last is not None:
+                found += writer.regime(joint).warnings(joint)
         return found
 
     def _attributes(self) -> dict:

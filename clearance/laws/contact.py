@@ -72,9 +72,9 @@ def delivered_restitution(damping: float) -> float:
     Solves chi (1 + e) = ln((1 + chi) / (1 - chi e)) for e by bisection (1e-12): dividing m v dv = -F ddelta by the
     hysteresis factor makes both sides integrable.
     """
-    low, high = 0.0, min(1.0, 1.0 / damping) if damping > 0.0 else 1.0
     if damping < 1e-9:
         return 1.0
+    low, high = 0.0, min(1.0, (1.0 - 1e-15) / damping)
     for _ in range(100):
         middle = 0.5 * (low + high)
         excess = damping * (1.0 + middle) - math.log((1.0 + damping) / (1.0 - damping * middle))

@@ -84,33 +84,38 @@ def full_sommerfeld(eccentricity_ratio, radial_rate, entrainment, joint):
     return -scale * radial_rate / (gap * root), scale * eps * entrainment / ((2.0 + eps * eps) * root)
 
 
+def sommerfeld_angle(eps, theta):
+    """psi with tan(psi / 2) = sqrt((1 - eps) / (1 + eps)) tan(theta / 2), on the branch of theta in (-pi, 2 pi]."""
+    return 2.0 * math.atan2(
+        math.sqrt(max(1.0 - eps, 0.5 * WALL)) * math.sin(0.5 * theta), math.sqrt(1.0 + eps) * math.cos(0.5 * theta)
+    )
+
+
 def arc_integrals(eps, gap, start):
     """J_10, J_11, J_01, J_02, J_20 with J_ab = integral of sin^a cos^b / (1 + eps cos)^3 over [start, start + pi].
 
-    gap = 1 - eps^2. In closed form; by Gauss points below eps = 0.1, where the closed form would cancel.
+    gap = 1 - eps^2. In Sommerfeld's angle psi the last three are trigonometric polynomials of degree 2, which the Gauss
+    points integrate to rounding; the usual closed forms cancel for small eps and near eps = 1.
     """
     sine, cosine = math.sin(start), math.cos(start)
     edge = gap + eps * eps * sine * sine
-    j10, j11 = 2.0 * cosine / (edge * edge), -2.0 * eps * cosine**3 / (edge * edge)
-    if eps < 0.1:
-        j01, j02, j20 = 0.0, 0.0, 0.0
-        for k in range(2 * HALF):
-            node = NODES[k % HALF] if k < HALF else -NODES[k % HALF]
-            angle = start + 0.5 * math.pi * (1.0 + node)
-            c = math.cos(angle)
-            height = 1.0 + eps * c
-            weight = 0.5 * math.pi * WEIGHTS[k % HALF] / (height * height * height)
-            j01 += weight * c
-            j02 += weight * c * c
-            j20 += weight * (1.0 - c * c)
-        return j10, j11, j01, j02, j20
-    root = math.sqrt(gap)
-    turn = math.pi + 2.0 * math.atan(eps * sine / root)
-    i1 = turn / root
-    i2 = (2.0 * eps * sine / edge + i1) / gap
-    i3 = (2.0 * eps * sine * (1.0 + eps * eps * cosine * cosine) / (edge * edge) + 3.0 * i2 - i1) / (2.0 * gap)
-    j02 = (i1 - 2.0 * i2 + i3) / (eps * eps)
-    return j10, j11, (i2 - i3) / eps, j02, i3 - j02
+    first, last = sommerfeld_angle(eps, start), sommerfeld_angle(eps, start + math.pi)
+    middle, half = 0.5 * (first + last), 0.5 * (last - first)
+    j01, j02, j20 = 0.0, 0.0, 0.0
+    for k in range(2 * HALF):
+        psi = middle + half * (NODES[k % HALF] if k < HALF else -NODES[k % HALF])
+        c, s, weight = math.cos(psi), math.sin(psi), WEIGHTS[k % HALF]
+        j01 += weight * (c - eps) * (1.0 - eps * c)
+        j02 += weight * (c - eps) * (c - eps)
+        j20 += weight * s * s
+    thin = half / (gap * gap * math.sqrt(gap))
+    return (
+        2.0 * cosine / (edge * edge),
+        -2.0 * eps * cosine**3 / (edge * edge),
+        j01 * thin,
+        j02 * thin,
+        j20 * thin * gap,
+    )
 
 
 @film
@@ -178,13 +183,6 @@ def _bearing_is_not_short(joint, parameters):
     if slenderness > 0.5:
         return f"short_film is a short bearing's film; L/D = {slenderness:.3g} makes it too stiff"
     return None
-
-
-def sommerfeld_angle(eps, theta):
-    """psi with tan(psi / 2) = sqrt((1 - eps) / (1 + eps)) tan(theta / 2), on the branch of theta in (-pi, 2 pi]."""
-    return 2.0 * math.atan2(
-        math.sqrt(max(1.0 - eps, 0.5 * WALL)) * math.sin(0.5 * theta), math.sqrt(1.0 + eps) * math.cos(0.5 * theta)
-    )
 
 
 def harmonic_share(x2):
@@ -262,3 +260,15 @@ def film_torques(eccentricity_ratio, tangential, journal_speed, bearing_speed, r
     couette = shear * (journal_speed - bearing_speed)
     moment = 0.5 * eccentricity_ratio * clearance * tangential
     return -(couette + moment), couette - moment
+
+
+def peak_film_pressure(load, thickness, radius, clearance, length):
+    """Estimate of the largest pressure [Pa] of a film that carries `load` [N] at minimum thickness h [m].
+
+    p = F / (L R min(pi / 2 sqrt(2 h / e), 2)): the squeeze pressure of a parabolic gap, p ~ (1 + u^2)^-2, at most
+    spread over the diameter; e = c - h. Within a factor of two, for diagnostics.
+    """
+    thin = max(thickness, 1e-9 * clearance)
+    eccentricity = max(clearance - thin, 1e-3 * clearance)
+    width = radius * min(0.5 * math.pi * math.sqrt(2.0 * thin / eccentricity), 2.0)
+    return load / (length * width)

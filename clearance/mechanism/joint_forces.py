@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from clearance.joints import ClearanceRevolute
-from clearance.laws.film import film_torques
+from clearance.laws.film import film_torques, peak_film_pressure
 from clearance.laws.law import BoundLaw, bristle
 from clearance.mechanism.kinematics import moved
 from clearance.mechanism.library import Library
@@ -179,7 +179,11 @@ def _film(calls: Calls, number, joint, polar: _Polar, spins, share: _Shares, res
             torque_a, torque_b = share.film * (torque_a - rest), share.film * (torque_b - rest)
     radial, tangential = share.film * radial, share.film * tangential
     _add(result, polar.vector(radial, tangential), torque_a, torque_b)
-    result.channels |= {"film_radial": radial, "film_tangential": tangential}
+    thickness = polar.gap if share.film_gap is None else share.film_gap
+    load = calls.trace.sqrt(radial * radial + tangential * tangential + 1e-300)
+    state = [load, thickness, radius, clearance, length]
+    (pressure,) = calls.function(peak_film_pressure, state, ())
+    result.channels |= {"film_radial": radial, "film_tangential": tangential, "film_pressure": pressure}
 
 
 def _contact(

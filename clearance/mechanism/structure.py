@@ -233,6 +233,7 @@ _JOINT_CHANNELS = {
     "bristle_deflection": ("m", "deflection of the friction law's bristles"),
     "film_radial": ("N", "film force on the journal along the line of centres"),
     "film_tangential": ("N", "film force on the journal across the line of centres"),
+    "film_pressure": ("Pa", "estimate of the film's largest pressure"),
     "friction": ("N", "friction force on the journal, positive along the turned line of centres"),
     "power_loss": ("W", "power the joint takes out of the mechanism"),
 }
