@@ -238,6 +238,13 @@ class TestFriction:
         rate, force = laws.lugre(static=0.3, kinetic=0.1)(1e-6, 0.0, 5.0)
         assert (rate, force) == (0.0, pytest.approx(-5.0 * 1e5 * 1e-6))
 
+    @given(speed=st.floats(-10, 10), share=st.floats(-1.0, 1.0))
+    def test_lugre_never_rubs_harder_than_it_may(self, speed, share):
+        """Whatever the bristles hold (up to the static level), an impact's sliding meets at most 1.7 times mu_s F_n."""
+        law = FRICTIONS["lugre"](0.1)
+        _, force = law(share * 0.125 / 1e5, speed, 1.0)
+        assert abs(force) <= 1.7 * 0.125
+
     def test_lugre_forgets_without_contact(self):
         rate, force = laws.lugre(static=0.3, kinetic=0.1, stiffness=1e5, damping=300.0)(1e-6, 1.0, 0.0)
         assert (rate, force) == (pytest.approx(-1e-6 * 1e5 / 300.0), 0.0)
@@ -557,6 +564,7 @@ class TestMixedJoints:
         ({"roughness": None}, "joint J: asperity greenwood_tripp needs the joint's roughness"),
         ({"roughness": None, "asperity": None}, "joint J: transition load_sharing needs the joint's roughness"),
         ({"roughness": -1e-6}, "joint J: roughness must be positive"),
+        ({"roughness": 2e-5}, "joint J: transition load_sharing needs a clearance of at least 6 times the roughness"),
         ({"transition": laws.fuzzy(dry=2.0)}, "joint J: transition fuzzy needs thresholds dry < mixed < full, got 2"),
         ({"friction": laws.ambrosio(coefficient=0.1, dead_speed=1.0)}, "joint J: friction ambrosio needs dead_speed"),
         ({"layer": 0.0}, "joint J: layer must be positive"),
@@ -566,7 +574,7 @@ class TestMixedJoints:
             mixed_joint(**change)
 
     def test_thickness_of_the_film_needs_small_roughness(self):
-        joint = mixed_joint(roughness=2e-5)
+        joint = mixed_joint(roughness=1.6e-5, transition=laws.load_sharing(full=4.0))
         assert any("more than half of the clearance" in d for d in joint.doubts())
 
     def test_hole_check_tells_soft_from_conformal_contact(self):

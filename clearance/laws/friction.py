@@ -110,24 +110,26 @@ def coulomb_viscous(sliding_speed, normal_force, coefficient, viscous, transitio
     viscous=non_negative,
 )  # fmt: skip
 def lugre(
-    deflection, sliding_speed, normal_force, static, kinetic, stribeck_speed=1e-2, stiffness=1e5, damping=300.0,
+    deflection, sliding_speed, normal_force, static, kinetic, stribeck_speed=1e-2, stiffness=1e5, damping=10.0,
     viscous=0.0,
 ):  # fmt: skip
     """LuGre friction: bristles that deflect by z [m]. Returns (z', force [N]).
 
-    z' = v - sigma_0 |v| z / g(v),  g = mu_k + (mu_s - mu_k) exp(-(v / v_s)^2),
-    F = -F_n (sigma_0 z + sigma_1 z' + sigma_2 v);  without contact (F_n = 0) the bristles relax, z' = -sigma_0 z /
-    sigma_1
+    z' = v - sigma_0 |v| z / g(v),   g = mu_k + (mu_s - mu_k) exp(-(v / v_s)^2),
+    F = -F_n (sigma_0 z + sigma_1 exp(-(v / v_s)^2) z' + sigma_2 v)
 
     per unit of normal force: stiffness sigma_0 [1/m], damping sigma_1 [s/m], viscous sigma_2 [s/m]; stribeck_speed v_s
-    [m/s]. Sliding steadily it is the Stribeck law; it sticks with a stiffness sigma_0 F_n.
-    Source: Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419, scaled by F_n.
+    [m/s]. Without contact (F_n = 0) the bristles relax: z' = -sigma_0 z / sigma_1. Sliding steadily it is the Stribeck
+    law; it sticks with a stiffness sigma_0 F_n. The damping fades with the speed: undiminished, fresh bristles of an
+    impact would rub with sigma_1 v, far above any coefficient of friction.
+    Source: Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419, scaled by F_n; with
+    the fading damping that makes it passive, Olsson (1996).
     """
     if normal_force <= 0.0:
         return -stiffness * deflection / damping, 0.0
-    level = kinetic + (static - kinetic) * math.exp(-((sliding_speed / stribeck_speed) ** 2))
-    rate = sliding_speed - stiffness * abs(sliding_speed) * deflection / level
-    return rate, -normal_force * (stiffness * deflection + damping * rate + viscous * sliding_speed)
+    slow = math.exp(-((sliding_speed / stribeck_speed) ** 2))
+    rate = sliding_speed - stiffness * abs(sliding_speed) * deflection / (kinetic + (static - kinetic) * slow)
+    return rate, -normal_force * (stiffness * deflection + damping * slow * rate + viscous * sliding_speed)
 
 
 lugre.size = lambda parameters: parameters["static"] / parameters["stiffness"]

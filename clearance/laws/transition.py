@@ -18,6 +18,7 @@ from clearance.checks import fraction, positive
 from clearance.laws.asperity import normal_density, normal_tail
 from clearance.laws.law import transition
 
+NARROW = 6.0  # clearance over roughness below which asperities touch around a centred journal
 FLOOR = 0.02  # smallest mean gap over the roughness
 
 
@@ -101,6 +102,11 @@ def _ordered(joint, parameters):
         return f"needs thresholds dry < mixed < full, got {low:g}, {middle:g}, {high:g}"
     if joint.roughness is None:
         return "needs the joint's roughness [m] for its film thickness ratio"
+    if joint.clearance < NARROW * joint.roughness:
+        return (
+            f"needs a clearance of at least {NARROW:g} times the roughness, got {joint.clearance!r} m and "
+            f"{joint.roughness!r} m: a centred journal would touch all around"
+        )
     return None
 
 

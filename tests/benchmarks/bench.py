@@ -6,6 +6,7 @@ measured in turn in one run. CPU seconds are of whole fresh processes.
 
 import argparse
 import json
+import math
 import os
 import resource
 import statistics
@@ -13,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -22,8 +24,10 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT))
 
 import clearance as cl  # noqa: E402
+from clearance import choices  # noqa: E402
 from clearance.evidence import ablation  # noqa: E402
 from clearance.mechanism.build import build  # noqa: E402
+from clearance.mechanism.library import Library  # noqa: E402
 from clearance.simulation import Run, Span, choose_method  # noqa: E402
 from clearance.stepping import status  # noqa: E402
 from tests.augmented import Augmented, augmented  # noqa: E402
@@ -158,6 +162,58 @@ def runs():
             yield f"| {name} | {rtol:.0e} | {cost} | {steps} | {shown} | {residual:.0e} |"
 
 
+def compiled_law(law, active, state):
+    """(value, value and Jacobian) of a bound law as compiled functions of the index of a call."""
+    library = Library()
+    name = library.add(law.law.function)
+    found = []
+    for function in (name, library.jacobian(name, tuple(range(active)))):
+        scope = {"math": math}
+        for text in library.sources([function]):
+            exec(text, scope)  # noqa: S102
+            called = text.partition("def ")[2].partition("(")[0]
+            scope[called] = njit(error_model="numpy")(scope[called])
+        source = "def calls(count, first, others):\n    total = 0.0\n    for i in range(count):\n"
+        arguments = ", ".join(["first * (1.0 + 1e-9 * i)", *(f"others[{k}]" for k in range(len(state) - 1))])
+        arguments += "".join(f", {v!r}" for v in law.numbers)
+        count = library.entries[function].outputs
+        parts = [f"found[{k}]" for k in range(count)] if count > 1 else ["found"]  # all are used: none is left out
+        source += f"        found = {function}({arguments})\n        total += {' + '.join(parts)}"
+        exec(source + "\n    return total\n", scope)  # noqa: S102
+        found.append((njit(error_model="numpy")(scope["calls"]), state[0], tuple(state[1:])))
+    return found
+
+
+def law_costs():
+    """Time of one evaluation of each law, and of its values with the exact Jacobian, at a state of the feeder."""
+    facts = cl.laws.FilmJoint(0.01, 1e-4, 0.02, 0.05, 0.8e-6)
+    pair = choices.Pair(0.01, 1e-4, 0.02, cl.steel)
+    cases = {f"film {n}": (law(), (0.7, 20.0, 40.0, facts), 3) for n, law in choices.FILMS.items()}
+    cases |= {f"contact {n}": (make(pair, 0.9), (2e-6, 0.01, 0.1), 2) for n, make in choices.CONTACTS.items()}
+    cases |= {f"friction {n}": (make(0.1), (0.02, 50.0), 2) for n, make in choices.FRICTIONS.items() if n != "lugre"}
+    cases["friction lugre"] = (choices.FRICTIONS["lugre"](0.1), (1e-7, 0.02, 50.0), 3)
+    cases |= {f"asperity {n}": (law(modulus=1e11), (1.2, facts), 1) for n, law in choices.ASPERITIES.items()}
+    cases |= {f"transition {n}": (make(0.4, 1.0, 3.0), (1e-6, facts), 1) for n, make in choices.TRANSITIONS.items()}
+    yield "| law | value | value and Jacobian |"
+    yield "|---|---|---|"
+    cost = {}
+    for name, (law, state, active) in cases.items():
+        times = []
+        for calls, first, others in compiled_law(law, active, state):
+            calls(10, first, others)
+            once = partial(calls, first=first, others=others)
+            times.append(statistics.median(per_call(lambda n, once=once: once(n), 20_000) for _ in range(5)))
+        cost[name] = times
+        yield f"| {name} | {times[0]:.1f} ns | {times[1]:.1f} ns |"
+    names = ("transition load_sharing", "film pinkus_sternlicht", "asperity greenwood_tripp", "contact winkler")
+    shared = [sum(cost[n][k] for n in names) for k in range(2)]
+    together = ", ".join(n.partition(" ")[2] for n in names)
+    yield f"| load sharing in all: {together} | {shared[0]:.1f} ns | {shared[1]:.1f} ns |"
+    require(cost["film pinkus_sternlicht"][1] < 100.0, "Pinkus-Sternlicht above 100 ns")
+    require(shared[1] < 250.0, f"load sharing at {shared[1]:.0f} ns, above 250")
+    require(cost["film harmonic"][1] < 5000.0, "the harmonic film above 5 us")
+
+
 def parts():
     """Cost a step of what a scene has: clearance joints, friction, energy ledger, outputs."""
     cases = {
@@ -238,7 +294,7 @@ def main():
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--update", metavar="FILE", help=f"put the tables into FILE, at the mark {MARK}")
     path = options.parse_args().update
-    sections = (right_hand_sides, parts, starts, runs, long_runs, memory)
+    sections = (right_hand_sides, law_costs, parts, starts, runs, long_runs, memory)
     lines = [line for section in sections for line in [*section(), ""]][:-1]
     print("\n".join(lines))
     if path:
