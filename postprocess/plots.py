@@ -11,21 +11,27 @@ from clearance.results import Result
 
 #: most points drawn per line; of longer records each bin's smallest and largest value is drawn, so no peak is lost
 POINTS = 20000
+#: states of a mixed joint and their colours
+STATES = {"full film": "tab:blue", "mixed": "tab:orange", "dry": "tab:red"}
 
 
 def overview(result: Result, path: str | Path) -> Path:
     """One page: motion, drive, joint forces, journal orbits and the energy balance. Saved under `path`."""
     clearance_joints = [n for n in result.file["joints"] if "eccentricity_x" in result.file["joints"][n]]
-    rows = 2 + bool(clearance_joints)
+    shown = clearance_joints[:3]
+    mixed = [n for n in shown if "membership_dry" in result.file["joints"][n]]
+    rows = 2 + (len(mixed) if mixed else bool(shown))
     figure = Figure(figsize=(11.0, 3.4 * rows), layout="constrained")
     FigureCanvasAgg(figure)
     grid = figure.add_gridspec(rows, 6)
     panels = [(grid[0, :3], motion), (grid[0, 3:], drive), (grid[1, :3], joint_forces), (grid[1, 3:], energy)]
     for place, draw in panels:
         draw(result, figure.add_subplot(place))
-    shown = clearance_joints[:3]
     width = 6 // max(len(shown), 1)
-    for i, name in enumerate(shown):
+    for i, name in enumerate(mixed):
+        orbit(result, name, figure.add_subplot(grid[2 + i, :2]))
+        regimes(result, name, figure.add_subplot(grid[2 + i, 2:]))
+    for i, name in enumerate(shown if not mixed else ()):
         orbit(result, name, figure.add_subplot(grid[2, i * width : (i + 1) * width]))
     figure.suptitle(": ".join(filter(None, (result.attributes["case"], title(result)))))
     path = Path(path)
@@ -39,7 +45,7 @@ def title(result: Result) -> str:
     parts = [f"{d['speed'] * 30.0 / np.pi:.4g} rpm" for d in scene["loads"] if d.get("speed")]
     for joint in scene["joints"]:
         if joint["type"] == "ClearanceRevolute":
-            kind = "lubricated" if joint["film"] else "dry"
+            kind = "mixed" if joint.get("transition") else "lubricated" if joint["film"] else "dry"
             parts.append(f"{joint['name']} {kind} c = {joint['clearance'] * 1e3:.3g} mm")
     return ", ".join([*parts, *([] if result.complete else [result.status])])
 
@@ -114,9 +120,45 @@ def orbit(result: Result, joint: str, axes) -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
     axes.plot(np.cos(angle), np.sin(angle), color="black", lw=0.8)
     every = max(len(e) // POINTS, 1)
-    axes.plot(e[::every, 0], e[::every, 1], lw=0.6)
+    if "membership_dry" in result.file["joints"][joint]:
+        state = _states(result, joint)[::every]
+        for i, (name, colour) in enumerate(STATES.items()):
+            path = np.where(state[:, None] == i, e[::every], np.nan)
+            axes.plot(path[:, 0], path[:, 1], lw=1.0, color=colour, label=name)
+    else:
+        axes.plot(e[::every, 0], e[::every, 1], lw=0.6)
     axes.plot(*e[-1], "o", ms=4, color="tab:red")
     axes.set_aspect("equal")
     axes.set_xlabel("eccentricity x / c [-]")
     axes.set_ylabel("eccentricity y / c [-]")
     axes.set_title(f"journal path, joint {joint}", fontsize="medium")
+
+
+def _states(result: Result, joint: str) -> np.ndarray:
+    """Index of the state (full film, mixed, dry) with the largest membership, for every sample."""
+    channels = result.joint(joint)
+    return np.argmax([channels.membership_full_film, channels.membership_mixed, channels.membership_dry], axis=0)
+
+
+def regimes(result: Result, joint: str, axes, turns: float = 2.0) -> None:
+    """Film thickness ratio over the last turns of a mixed joint, coloured by its state, and who carries the load."""
+    time, channels = result.time, result.joint(joint)
+    speed = next((d["speed"] for d in json.loads(result.attributes["scene"])["loads"] if d.get("speed")), None)
+    late = time >= time[-1] - turns * (2.0 * np.pi / abs(speed) if speed else time[-1] / 4.0)
+    ratio, state = channels.film_thickness_ratio[late], _states(result, joint)[late]
+    for i, (name, colour) in enumerate(STATES.items()):
+        axes.plot(time[late], np.where(state == i, ratio, np.nan), color=colour, lw=1.2, label=name)
+    axes.set_yscale("symlog", linthresh=1.0)
+    for level in (1.0, 3.0):
+        axes.axhline(level, color="0.7", lw=0.6, ls=":")
+    axes.set_title(f"joint {joint}", fontsize="medium", loc="right")
+    _finish(axes, "film thickness ratio [-]")
+    right = axes.twinx()
+    film = np.hypot(channels.film_radial, channels.film_tangential)[late]
+    solid = channels.contact_force[late]
+    if "asperity_force" in result.file["joints"][joint]:
+        solid = solid + channels.asperity_force[late]
+    share = solid / np.maximum(solid + film, 1e-300)
+    right.fill_between(time[late], 0.0, 100.0 * share, color="0.5", alpha=0.25, lw=0)
+    right.set_ylim(0.0, 100.0)
+    right.set_ylabel("load on the solids [%]", color="0.4")

@@ -13,6 +13,7 @@ import clearance as cl
     [
         ("six_bar_feeder", {"joints": "B,C,E"}, {"turns": 0.2}),
         ("slider_crank", {"model": "dry"}, {"turns": 0.2}),
+        ("six_bar_feeder", {"model": "mixed", "transition": "fuzzy", "joints": "B,C"}, {"turns": 0.2}),
         ("four_bar", {"model": "ideal"}, {"turns": 0.2}),
         ("double_pendulum", {}, {"until": 0.5}),
     ],

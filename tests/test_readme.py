@@ -30,7 +30,7 @@ def test_own_law(tmp_path):
     block = next(b for b in BLOCKS if "@contact" in b)
     path.write_text(
         "import clearance as cl\n" + block + "\ndef scene():\n"
-        "    law = kelvin_voigt(stiffness=1e8, damping=200.0)\n"
+        "    law = liner(stiffness=1e8, hardening=1e8, damping=200.0)\n"
         "    return cl.Scene(cl.ClearanceRevolute(cl.ground, cl.Body('ball', 0.5, 1e-4), name='J', radius=0.01,\n"
         "        clearance=1e-4, contact=law))\n"
     )
