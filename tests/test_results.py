@@ -39,7 +39,7 @@ def test_layout(run):
         assert file["joints/A/time"] == file["time"]
         assert set(file["joints/B"]) == {
             "time", "force_x", "force_y", "eccentricity_x", "eccentricity_y", "gap", "film_thickness_ratio",
-            "film_radial", "film_tangential", "power_loss",
+            "film_radial", "film_tangential", "film_pressure", "power_loss",
         }  # fmt: skip
         assert set(file["drives/crank"]) == {"time", "torque", "power"}
         assert set(file["energy"]) == {"time", "kinetic", "potential", "input", "dissipated", "residual"}
@@ -123,7 +123,8 @@ def test_warnings_are_kept_with_the_run(run):
     soft = cl.simulate(cl.load_case("slider_crank", restitution=0.5, roughness=1e-6), until=1e-4)
     assert soft.warnings == ["joint C: lankarani_nikravesh delivers a restitution of 0.73 where 0.50 is asked for"]
     thin = cl.simulate(cl.load_case("slider_crank", model="lubricated", viscosity=0.04, roughness=1e-6), turns=1)
-    assert ["film thickness ratio falls to" in w for w in thin.warnings] == [True]
+    assert ["film thickness ratio falls to" in w for w in thin.warnings] == [True, False, False]
+    assert ["piezoviscous number" in w for w in thin.warnings] == [False, True, False]
     explicit = cl.simulate(cl.load_case("slider_crank", model="lubricated"), until=1e-4, method="dop853")
     assert ["method dop853 is explicit" in w for w in explicit.warnings] == [True]
 
