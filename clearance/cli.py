@@ -283,7 +283,8 @@ def _summary(case, values: dict, result, began: tuple[float, float]) -> dict:
 
 SHARES = {"share_full_film": "full film", "share_mixed": "mixed", "share_dry": "dry"}
 JOINT_FACTS = (
-    "peak_force", "smallest_gap", "film_pressure", "piezoviscous_number", "flattening_ratio", *SHARES
+    "peak_force", "smallest_gap", "film_pressure", "piezoviscous_number", "flattening_ratio", "mean_asperity_share",
+    *SHARES,
 )  # fmt: skip
 
 
@@ -315,7 +316,7 @@ def _readable(summary: dict) -> str:
             line += f", film thickness ratio down to {joint['smallest_film_thickness_ratio']:.3g}"
         if "share_full_film" in joint:
             shares = (f"{text} {joint[n]:.0%}" for n, text in SHARES.items() if joint[n] >= 0.005)
-            line += f", {', '.join(shares)}"
+            line += f", {', '.join(shares)}, {joint['mean_asperity_share']:.0%} of the load on the solids"
         if name in s["contacts"]:
             line += f", {s['contacts'][name]} contacts"
         lines.append(line)
@@ -360,6 +361,8 @@ def explain_case(options) -> int:
     print(f"  modules    {', '.join(found['modules'])}")
     print(f"  left out   {', '.join(found['left_out'])}")
     print(f"  store      {found['store']}")
+    for warning in found["warnings"]:
+        print(f"  warning    {warning}")
     print("\n" + "\n".join(ablation.table(parts)))
     return DONE
 

@@ -169,10 +169,11 @@ class ResultWriter:
         for name, value in vars(found).items():
             if value is not None:
                 self.file[group].attrs[name] = value
-        for state in ("full_film", "mixed", "dry"):
-            for c, total in zip(self.channels, self.totals, strict=True):
-                if c.path == f"{group}/membership_{state}":
-                    self.file[group].attrs[f"share_{state}"] = float(total) / self.rows
+        means = {f"{group}/membership_{s}": f"share_{s}" for s in ("full_film", "mixed", "dry")}
+        means[f"{group}/asperity_share"] = "mean_asperity_share"
+        for c, total in zip(self.channels, self.totals, strict=True):
+            if c.path in means:
+                self.file[group].attrs[means[c.path]] = float(total) / self.rows
         return found
 
     def residual_share(self) -> float:

@@ -154,11 +154,7 @@ def regimes(result: Result, joint: str, axes, turns: float = 2.0) -> None:
     axes.set_title(f"joint {joint}", fontsize="medium", loc="right")
     _finish(axes, "film thickness ratio [-]")
     right = axes.twinx()
-    film = np.hypot(channels.film_radial, channels.film_tangential)[late]
-    solid = channels.contact_force[late]
-    if "asperity_force" in result.file["joints"][joint]:
-        solid = solid + channels.asperity_force[late]
-    share = solid / np.maximum(solid + film, 1e-300)
+    share = channels.asperity_share[late]
     right.fill_between(time[late], 0.0, 100.0 * share, color="0.5", alpha=0.25, lw=0)
     right.set_ylim(0.0, 100.0)
     right.set_ylabel("load on the solids [%]", color="0.4")

@@ -8,10 +8,11 @@ from importlib import import_module
 from clearance.joints import ClearanceRevolute, Joint
 from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.store import folder, is_known, key
+from clearance.regimes import hole_warning
 from clearance.scene import Scene
 from clearance.simulation import choose_method, kernel_roles
 
-SLOTS = ("contact", "friction", "film", "lubricant", "roughness")
+SLOTS = ("contact", "friction", "film", "asperity", "transition", "lubricant", "roughness")
 #: heavy packages a reader may want to see absent
 WATCHED = ("numba", "numpy", "h5py", "scipy", "skfem", "matplotlib", "tqdm", "dask", "xarray")
 _OPERATION = re.compile(r" = .*?([-+*/])|(math\.\w+)|= (\w+)\(")
@@ -32,6 +33,7 @@ def explain(scene: Scene) -> dict:
         "plan": [{"bodies": g.label(), "solved": _solved(g)} for g in structure.plan.groups],
         "kernels": {r: _kernel(r, t) for r, t in structure.texts.items() if r in roles},
         "left_out": _left_out(mechanism, roles),
+        "warnings": scene_warnings(mechanism),
         "parameters": len(structure.index),
         "derived_parameters": len(structure.slots.order),
         "channels": [c.path for c in structure.channels],
@@ -40,6 +42,13 @@ def explain(scene: Scene) -> dict:
         "method_reason": reason,
         "modules": _modules(method),
     }
+
+
+def scene_warnings(mechanism: Mechanism) -> list[str]:
+    """What the joints' laws say about being used here, and force holes: known before anything runs."""
+    joints = mechanism.scene.clearance_joints
+    holes = [hole_warning(j, mechanism.frequency) for j in joints]
+    return [doubt for j in joints for doubt in j.doubts()] + [h for h in holes if h]
 
 
 def _states(mechanism: Mechanism) -> list[str]:
@@ -54,7 +63,8 @@ def _joint(joint: Joint) -> dict:
     if not isinstance(joint, ClearanceRevolute):
         return {"kind": type(joint).__name__, "reality": "ideal"}
     parts = {s: repr(getattr(joint, s)) for s in SLOTS if getattr(joint, s) is not None}
-    return {"kind": "ClearanceRevolute", "reality": "lubricated" if joint.film is not None else "dry", **parts}
+    film = "lubricated" if joint.contact is None else "mixed"
+    return {"kind": "ClearanceRevolute", "reality": film if joint.film is not None else "dry", **parts}
 
 
 def _solved(group) -> str:

@@ -210,6 +210,10 @@ def _contact(
         (load,) = calls(joint.asperity, f"{joint.key}.asperity", [ratio], 1, "FilmJoint", _facts(number, joint))
         result.channels["asperity_force"] = load
         normal = normal + load
+    if joint.film is not None:
+        radial, tangential = result.channels["film_radial"], result.channels["film_tangential"]
+        film = trace.sqrt(radial * radial + tangential * tangential + 1e-300)
+        result.channels["asperity_share"] = normal / (normal + film)
     tangential = 0.0
     if joint.friction is not None:
         radius = number(f"{joint.key}.radius")

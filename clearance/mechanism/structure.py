@@ -227,6 +227,7 @@ _JOINT_CHANNELS = {
     "film_thickness_ratio": ("1", "nominal minimum film thickness over composite roughness"),
     "contact_force": ("N", "normal contact force"),
     "asperity_force": ("N", "load of the asperities"),
+    "asperity_share": ("1", "share of asperities and contact in the load of film, asperities and contact"),
     "membership_full_film": ("1", "membership of the film thickness ratio in the state full film"),
     "membership_mixed": ("1", "membership of the film thickness ratio in the state mixed"),
     "membership_dry": ("1", "membership of the film thickness ratio in the state dry"),
