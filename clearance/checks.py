@@ -40,6 +40,20 @@ def fraction(field: str, value: object) -> float:
     return number
 
 
+def at_least_one(field: str, value: object) -> float:
+    number = finite(field, value)
+    if number < 1.0:
+        raise ValueError(f"{field} must be at least 1, got {value!r}")
+    return number
+
+
+def inner_fraction(field: str, value: object) -> float:
+    number = finite(field, value)
+    if not 0.0 < number < 1.0:
+        raise ValueError(f"{field} must lie between 0 and 1, got {value!r}")
+    return number
+
+
 def pair(field: str, value: object) -> tuple[float, float]:
     """Two finite numbers, returned as a tuple of floats."""
     try:

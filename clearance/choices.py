@@ -92,8 +92,8 @@ FRICTIONS: dict[str, Callable] = {
     "ambrosio": lambda mu: laws.ambrosio(coefficient=mu),
     "bengisu_akay": lambda mu: laws.bengisu_akay(static=1.25 * mu, kinetic=mu),
     "stribeck": lambda mu: laws.stribeck(static=1.25 * mu, kinetic=mu),
-    "coulomb_viscous": lambda mu: laws.coulomb_viscous(coefficient=mu, viscous=1.0),
-    "lugre": lambda mu: laws.lugre(static=1.25 * mu, kinetic=mu),
+    "coulomb_viscous": lambda mu: laws.coulomb_viscous(coefficient=mu, viscous=0.1),
+    "lugre": lambda mu: laws.lugre(static=1.25 * mu, kinetic=mu, damping=100.0 * mu),
 }
 #: coarse to fine
 FILMS = {
@@ -103,8 +103,8 @@ FILMS = {
 ASPERITIES = {"greenwood_tripp": laws.greenwood_tripp, "greenwood_williamson": laws.greenwood_williamson}
 #: name -> the law for the thresholds dry, mixed, full of the film thickness ratio
 TRANSITIONS: dict[str, Callable] = {
-    "none": lambda dry, mixed, full: laws.superposed(),
-    "flores": lambda dry, mixed, full: laws.flores_hybrid(),
+    "none": lambda dry, mixed, full: laws.superposed(dry=dry, mixed=mixed, full=full),
+    "flores": lambda dry, mixed, full: laws.flores_hybrid(dry=dry, mixed=mixed, full=full),
     "fuzzy": lambda dry, mixed, full: laws.fuzzy(dry=dry, mixed=mixed, full=full),
     "load_sharing": lambda dry, mixed, full: laws.load_sharing(dry=dry, mixed=mixed, full=full),
 }
@@ -171,28 +171,32 @@ def joint_factory(
     checks.positive("clearance", clearance)
     chosen = joint_names(joints, known) if model != "ideal" else ()
     slots: dict = {"radius": radius, "clearance": clearance, "length": length}
-    if checks.non_negative("roughness", roughness) > 0.0:
+    if checks.non_negative(f"joint {joints}: roughness", roughness) > 0.0:
         slots["roughness"] = roughness
     one_of("contact", contact, ("auto", *CONTACTS))
     one_of("friction", friction, ("none", *FRICTIONS))
     one_of("film", film, FILMS)
     one_of("transition", transition, TRANSITIONS)
     one_of("asperity", asperity, ("none", *ASPERITIES))
-    limits = thresholds_of(thresholds)
-    if model in ("dry", "mixed"):
-        if radius <= clearance:
-            raise ValueError(f"radius {radius!r} m must be larger than clearance {clearance!r} m")
-        law = ("lankarani_nikravesh" if model == "dry" else "winkler") if contact == "auto" else contact
-        pair = Pair(radius, clearance, length, material)
-        slots["contact"] = CONTACTS[law](pair, checks.fraction("restitution", restitution))
-        if friction != "none":
-            slots["friction"] = FRICTIONS[friction](checks.non_negative("friction_coefficient", friction_coefficient))
-    if model in ("lubricated", "mixed"):
-        slots |= {"film": FILMS[film](), "lubricant": Lubricant(viscosity), "film_torques": bool(film_torques)}
-    if model == "mixed":
-        slots["transition"] = TRANSITIONS[transition](*limits)
-        if asperity != "none" and transition == "load_sharing":
-            slots["asperity"] = ASPERITIES[asperity](modulus=pair.modulus)
+    try:
+        if model in ("dry", "mixed"):
+            if radius <= clearance:
+                raise ValueError(f"radius {radius!r} m must be larger than clearance {clearance!r} m")
+            law = ("lankarani_nikravesh" if model == "dry" else "winkler") if contact == "auto" else contact
+            pair = Pair(radius, clearance, length, material)
+            slots["contact"] = CONTACTS[law](pair, checks.fraction("restitution", restitution))
+            if friction != "none":
+                slots["friction"] = FRICTIONS[friction](
+                    checks.non_negative("friction_coefficient", friction_coefficient)
+                )
+        if model in ("lubricated", "mixed"):
+            slots |= {"film": FILMS[film](), "lubricant": Lubricant(viscosity), "film_torques": bool(film_torques)}
+        if model == "mixed":
+            slots["transition"] = TRANSITIONS[transition](*thresholds_of(thresholds))
+            if asperity != "none" and transition == "load_sharing":
+                slots["asperity"] = ASPERITIES[asperity](modulus=pair.modulus)
+    except ValueError as error:
+        raise ValueError(f"joint {', '.join(chosen)}: {error}") from None
 
     def factory(name: str, a, b) -> Joint:
         if name not in chosen:

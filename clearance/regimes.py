@@ -16,13 +16,16 @@ LOSS = 0.02  # share of the load that a hole check lets go unnoticed
 class HoleCheck:
     """Radial load of a joint over its film thickness ratio, at fixed approach speed and entrainment.
 
-    ratio: from above the full-film threshold down to below the wall; load: towards the centre [N]; lost: largest load
-    [N] that is given up on the way in, and where. A joint without a hole carries more the deeper it goes.
+    ratio: from above the full-film threshold down to where contact carries alone; load: towards the centre [N]; lost:
+    largest load [N] that is given up on the way in; left: the least load [N] after that, and where: its film
+    thickness ratio. A joint without a hole carries more the deeper it goes; a hole matters where `left` is less than
+    the joint has to carry.
     """
 
     ratio: tuple[float, ...]
     load: tuple[float, ...]
     lost: float
+    left: float
     where: float
 
     @property
@@ -58,30 +61,31 @@ def hole_check(joint: ClearanceRevolute, entrainment: float, approach: float = 0
         raise ValueError(f"{joint.label()}: a hole check needs a transition model and a roughness")
     checks.finite("entrainment", entrainment)
     checks.finite("approach", approach)
-    top, count = 2.0 * joint.transition.parameters.get("full", FULL_FILM), 400
-    bottom = -2.0
+    parameters = joint.transition.parameters
+    top = 2.0 * parameters.get("full", FULL_FILM)
+    bottom = min(-2.0, -1.2 * parameters.get("tolerance", 0.0) * joint.clearance / joint.roughness)
+    count = 400
     ratio = [top + (bottom - top) * k / count for k in range(count + 1)]
     load = [radial_load(joint, r * joint.roughness, approach, entrainment) for r in ratio]
-    lost, where, highest = 0.0, ratio[0], load[0]
+    lost, left, where, highest = 0.0, load[0], ratio[0], load[0]
     for r, f in zip(ratio, load, strict=True):
         highest = max(highest, f)
         if highest - f > lost:
-            lost, where = highest - f, r
-    return HoleCheck(tuple(ratio), tuple(load), lost, where)
+            lost, left, where = highest - f, f, r
+    return HoleCheck(tuple(ratio), tuple(load), lost, left, where)
 
 
-def hole_warning(joint: ClearanceRevolute, frequency: float) -> str | None:
-    """The hole check as a warning, at the entrainment 2 x frequency."""
+def hole_warning(joint: ClearanceRevolute, frequency: float, wanted: float) -> str | None:
+    """The hole check as a warning, at the entrainment 2 x frequency: a hole that carries less than `wanted` [N]."""
     if joint.transition is None or joint.roughness is None:
         return None
     found = hole_check(joint, 2.0 * frequency)
-    if found.monotone:
+    if found.monotone or found.left >= wanted:
         return None
-    share = found.lost / max(abs(f) for f in found.load)
     return (
-        f"{joint.label()}: force hole: between full film and contact the joint gives up {found.lost:.3g} N "
-        f"({share:.0%} of its load), down to film thickness ratio {found.where:.2g}; "
-        "the contact law is too soft for this transition"
+        f"{joint.label()}: force hole: from full film to contact the joint comes to carry only {found.left:.3g} N, at "
+        f"film thickness ratio {found.where:.2g}, after {found.left + found.lost:.3g} N, and up to {wanted:.3g} N are "
+        "asked of it: the contact law is too soft for this transition"
     )
 
 
@@ -103,7 +107,8 @@ class Regime:
         """Where rigid, isoviscous, smooth theory is only formal."""
         found, pressure = [], f"film pressure reaches about {self.film_pressure / 1e6:.3g} MPa"
         ratio = self.film_thickness_ratio
-        if ratio is not None and ratio < FULL_FILM and joint.transition is None:
+        rough = joint.transition is not None and joint.transition.law.carries_roughness
+        if ratio is not None and ratio < FULL_FILM and not rough:
             found.append(
                 f"the film thickness ratio falls to {ratio:.2g}; below {FULL_FILM:g} asperities share the load and a "
                 "smooth film alone is only formal"

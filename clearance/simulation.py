@@ -19,7 +19,7 @@ import numpy as np
 from clearance import checks
 from clearance.mechanism import store
 from clearance.mechanism.build import Mechanism, build
-from clearance.regimes import hole_warning
+from clearance.regimes import FULL_FILM, hole_warning
 from clearance.results import LedgerWatch, Result, ResultWriter
 from clearance.scene import Scene
 from clearance.stepping import status as codes
@@ -100,8 +100,18 @@ def simulate(
     if not store.is_known("rhs", mechanism.structure.texts["rhs"]):
         LOG.info("compiling: a structure this machine has not seen (the very first run also compiles the time loop)")
     span = _span(mechanism, turns, until, samples_per_turn, samples)
+    for warning in foreseen(mechanism):
+        LOG.warning(warning)
     run = Run(mechanism, span, rtol, choose_method(mechanism, method, rtol), max_step, max_steps)
     return run.to_file(path, progress)
+
+
+def foreseen(mechanism: Mechanism) -> list[str]:
+    """Force holes that the mechanism's own inertia may find, before anything runs."""
+    scene, frequency = mechanism.scene, mechanism.frequency
+    inertia = sum(b.mass for b in scene.bodies) * (mechanism.start.size * frequency**2 + math.hypot(*scene.gravity))
+    found = (hole_warning(j, frequency, inertia) for j in scene.clearance_joints)
+    return [f for f in found if f]
 
 
 def _span(mechanism: Mechanism, turns, until, samples_per_turn, samples) -> Span:
@@ -152,6 +162,16 @@ def kernel_roles(mechanism: Mechanism, method: str) -> list[str]:
         "observe": True,
     }
     return [role for role, used in needed.items() if used]
+
+
+def _beyond(joint, depth: float) -> str | None:
+    """A contact taken deeper than its law is meant for."""
+    if joint.contact is None or joint.contact.law.limit is None:
+        return None
+    law, limit = joint.contact.law, joint.contact.law.limit(joint.contact.values)
+    if depth <= limit:
+        return None
+    return f"{joint.label()}: penetrations reach {depth:.2g} m; {law.name} is meant up to {limit:.2g} m only"
 
 
 def _kind(loop, joint) -> int:
@@ -419,11 +439,13 @@ class Run:
                 f"the energy ledger does not close: {residual:.2g} of the energy turned over is missing: "
                 f"{self._suspects()}"
             )
-        for joint in joints:
-            if hole := hole_warning(joint, self.mechanism.frequency):
-                found.append(hole)
-            if joint.film is not None and writer.last is not None:
+        for joint in joints if writer.last is not None else ():
+            group = f"joints/{joint.name}"
+            if joint.film is not None:
                 found += writer.regime(joint).warnings(joint)
+            if joint.transition is not None and writer.lowest(f"{group}/gap") < FULL_FILM * (joint.roughness or 0.0):
+                found += filter(None, [hole_warning(joint, self.mechanism.frequency, writer.peaks.get(group, 0.0))])
+            found += filter(None, [_beyond(joint, max(writer.depths.get(group, 0.0), -writer.lowest(f"{group}/gap")))])
         return found
 
     def _attributes(self) -> dict:

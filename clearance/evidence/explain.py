@@ -8,9 +8,8 @@ from importlib import import_module
 from clearance.joints import ClearanceRevolute, Joint
 from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.store import folder, is_known, key
-from clearance.regimes import hole_warning
 from clearance.scene import Scene
-from clearance.simulation import choose_method, kernel_roles
+from clearance.simulation import choose_method, foreseen, kernel_roles
 
 SLOTS = ("contact", "friction", "film", "asperity", "transition", "lubricant", "roughness")
 #: heavy packages a reader may want to see absent
@@ -47,8 +46,7 @@ def explain(scene: Scene) -> dict:
 def scene_warnings(mechanism: Mechanism) -> list[str]:
     """What the joints' laws say about being used here, and force holes: known before anything runs."""
     joints = mechanism.scene.clearance_joints
-    holes = [hole_warning(j, mechanism.frequency) for j in joints]
-    return [doubt for j in joints for doubt in j.doubts()] + [h for h in holes if h]
+    return [doubt for j in joints for doubt in j.doubts()] + foreseen(mechanism)
 
 
 def _states(mechanism: Mechanism) -> list[str]:

@@ -14,6 +14,7 @@ import math
 from clearance.checks import positive
 from clearance.laws.law import asperity
 
+FAR = 12.0  # film thickness ratio at which asperities have long lost touch
 SQRT2 = math.sqrt(2.0)
 SQRT2PI = math.sqrt(2.0 * math.pi)
 
@@ -34,12 +35,16 @@ def normal_tail(x):
 
 
 def second_moment(x):
-    """F_2(x) = (x^2 + 1) (1 - Phi(x)) - x phi(x)."""
+    """F_2(x) = (x^2 + 1) (1 - Phi(x)) - x phi(x); 0 beyond x = 12, where it is below 1e-33."""
+    if x > FAR:
+        return 0.0
     return max((x * x + 1.0) * normal_tail(x) - x * normal_density(x), 0.0)
 
 
 def third_moment(x):
-    """F_3(x) = (x^2 + 2) phi(x) - (x^3 + 3 x) (1 - Phi(x))."""
+    """F_3(x) = (x^2 + 2) phi(x) - (x^3 + 3 x) (1 - Phi(x)); 0 beyond x = 12, where it is below 1e-34."""
+    if x > FAR:
+        return 0.0
     return max((x * x + 2.0) * normal_density(x) - (x * x * x + 3.0 * x) * normal_tail(x), 0.0)
 
 

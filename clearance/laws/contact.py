@@ -7,7 +7,8 @@ Most laws are an elastic force times a hysteresis factor,
 with penetration delta [m], its rate delta' [m/s], impact speed delta'_0 [m/s] (the rate at first touch, frozen while
 the contact lasts) and a damping factor chi that each author derives from the restitution e. Impact speeds below the
 grazing speed v_g count as v_g, so that the damping stays finite; the factor is cut at zero, so that a rebound is never
-pulled back. In joints with a transition model, contact has no first touch: v_g is then the reference speed throughout.
+pulled back. In joints with a transition model contact has no first touch and delta'_0 is a typical speed throughout,
+see transition.py.
 
 Which restitution a factor really delivers does not depend on the elastic force: see `delivered_restitution`.
 """
@@ -137,6 +138,16 @@ def hertz(penetration, penetration_rate, impact_speed, stiffness, exponent=1.5):
     return elastic_force(penetration, stiffness, exponent)
 
 
+@hertz.doubts
+def _point_contact(joint, parameters):
+    """A sphere's formula in a conformal joint of some length."""
+    if joint.length is not None and joint.clearance < 0.1 * joint.radius:
+        return (
+            "a point contact's law without dissipation; for a conformal joint with a length, liu or winkler are meant"
+        )
+    return None
+
+
 @contact(stiffness=positive, damping=non_negative)
 def kelvin_voigt(penetration, penetration_rate, impact_speed, stiffness, damping):
     """Linear spring and damper, F = max(K delta + D delta', 0) [N]; stiffness K [N/m], damping D [N s/m].
@@ -146,6 +157,12 @@ def kelvin_voigt(penetration, penetration_rate, impact_speed, stiffness, damping
     if penetration <= 0.0:
         return 0.0
     return max(stiffness * penetration + damping * penetration_rate, 0.0)
+
+
+@kelvin_voigt.doubts
+def _undamped(joint, parameters):
+    """A linear spring alone."""
+    return "without damping it is a linear spring: impacts are elastic" if parameters["damping"] == 0.0 else None
 
 
 @contact(stiffness=positive, dissipation=non_negative, exponent=positive)
@@ -364,6 +381,9 @@ def johnson(
         return 0.0
     factor = hysteresis(penetration_rate, impact_speed, damping, grazing_speed)
     return johnson_force(penetration, modulus, length, radius_difference) * factor
+
+
+johnson.limit = lambda parameters: 0.95 * 4.0 * parameters["radius_difference"] / math.e**2
 
 
 @contact(

@@ -132,16 +132,16 @@ def long_film(eccentricity_ratio, radial_rate, entrainment, joint):
     eps = min(max(eccentricity_ratio, ECCENTRICITY_FLOOR), 1.0)
     gap = max(1.0 - eps * eps, WALL)
     scale = joint.viscosity * joint.length * joint.radius**3 / joint.clearance**2
-    thick, wedge = 2.0 + eps * eps, eps * entrainment
-    if abs(radial_rate) + abs(wedge) < REST:
-        root = math.sqrt(gap)
-        return -6.0 * math.pi * scale * radial_rate / (gap * root), 6.0 * math.pi * scale * wedge / (thick * root)
-    start = math.atan2(thick * radial_rate, wedge)
+    thick, wedge = 2.0 + eps * eps, eps * abs(entrainment)  # turned around, F_t changes its sign
+    factor, rate = 1.0, radial_rate
+    if abs(radial_rate) + wedge < REST:  # at rest: as slow an approach
+        factor, rate, wedge = radial_rate / REST, REST, 0.0
+    start = math.atan2(thick * rate, wedge)
     j10, j11, j01, j02, j20 = arc_integrals(eps, gap, start)
     flow = 3.0 * wedge * eps / thick
-    radial = -6.0 * scale * (wedge * j11 + 2.0 * radial_rate * j20 + flow * j10)
-    tangential = 6.0 * scale * (wedge * j02 + 2.0 * radial_rate * j11 + flow * j01)
-    return radial, tangential
+    radial = -6.0 * scale * (wedge * j11 + 2.0 * rate * j20 + flow * j10)
+    tangential = 6.0 * scale * (wedge * j02 + 2.0 * rate * j11 + flow * j01)
+    return factor * radial, math.copysign(1.0, entrainment) * factor * tangential
 
 
 @long_film.doubts
@@ -167,13 +167,15 @@ def short_film(eccentricity_ratio, radial_rate, entrainment, joint):
     gap = max(1.0 - eps * eps, WALL)
     slender = joint.length / (2.0 * joint.radius)
     scale = 2.0 * slender * slender * joint.viscosity * joint.length * joint.radius**3 / joint.clearance**2
-    wedge = eps * entrainment
-    if abs(radial_rate) + abs(wedge) < REST:
-        narrow = gap * gap * math.sqrt(gap)
-        return -math.pi * scale * radial_rate / narrow, 0.5 * math.pi * scale * wedge * gap / narrow
-    start = math.atan2(2.0 * radial_rate, wedge)
+    wedge = eps * abs(entrainment)  # turned around, F_t changes its sign
+    factor, rate = 1.0, radial_rate
+    if abs(radial_rate) + wedge < REST:  # at rest: as slow an approach
+        factor, rate, wedge = radial_rate / REST, REST, 0.0
+    start = math.atan2(2.0 * rate, wedge)
     j10, j11, j01, j02, j20 = arc_integrals(eps, gap, start)
-    return scale * (wedge * j11 - 2.0 * radial_rate * j02), scale * (wedge * j20 - 2.0 * radial_rate * j11)
+    factor *= scale
+    tangential = wedge * j20 - 2.0 * rate * j11
+    return factor * (wedge * j11 - 2.0 * rate * j02), math.copysign(1.0, entrainment) * factor * tangential
 
 
 @short_film.doubts
@@ -218,10 +220,11 @@ def harmonic(eccentricity_ratio, radial_rate, entrainment, joint):
     root = math.sqrt(gap)
     slender = joint.length / (2.0 * joint.radius)
     scale = joint.viscosity * joint.length * joint.radius**3 / joint.clearance**2
-    thick, wedge = 2.0 + eps * eps, eps * entrainment
-    if abs(radial_rate) + abs(wedge) < REST:
-        return -scale * radial_rate, scale * wedge
-    at_long, at_short = math.atan2(thick * radial_rate, wedge), math.atan2(2.0 * radial_rate, wedge)
+    thick, wedge = 2.0 + eps * eps, eps * abs(entrainment)  # turned around, F_t changes its sign
+    factor, rate = 1.0, radial_rate
+    if abs(radial_rate) + wedge < REST:  # at rest: as slow an approach
+        factor, rate, wedge = radial_rate / REST, REST, 0.0
+    at_long, at_short = math.atan2(thick * rate, wedge), math.atan2(2.0 * rate, wedge)
     start = sommerfeld_angle(eps, max(at_long, at_short))
     end = sommerfeld_angle(eps, min(at_long, at_short) + math.pi)
     h_l = 1.0 + eps * math.cos(at_long)
@@ -234,15 +237,16 @@ def harmonic(eccentricity_ratio, radial_rate, entrainment, joint):
         stretch = 1.0 - eps * math.cos(psi)
         c, s, h = (math.cos(psi) - eps) / stretch, root * math.sin(psi) / stretch, gap / stretch
         square = 1.0 / (h * h)
-        squeeze = radial_rate * (math.cos(at_long) - c) * (h_l + h) * square / (h_l * h_l)
+        squeeze = rate * (math.cos(at_long) - c) * (h_l + h) * square / (h_l * h_l)
         p_long = 6.0 * (wedge * (s * (1.0 + h) * square / thick - s_l) + squeeze)
-        p_short = 3.0 * slender * slender * (wedge * s - 2.0 * radial_rate * c) * square / h
+        p_short = 3.0 * slender * slender * (wedge * s - 2.0 * rate * c) * square / h
         p_long, p_short = max(p_long, 1e-300), max(p_short, 1e-300)
         pressure = p_long * harmonic_share(p_short / (p_short + p_long))
         weight = WEIGHTS[k % HALF] * half * root / stretch * pressure
         radial += weight * c
         tangential += weight * s
-    return scale * radial, scale * tangential
+    factor *= scale
+    return factor * radial, math.copysign(1.0, entrainment) * factor * tangential
 
 
 def film_torques(eccentricity_ratio, tangential, journal_speed, bearing_speed, radius, clearance, length, viscosity):

@@ -7,8 +7,10 @@ sticks, and has the deflection of its bristles as a state of the joint.
 
 import math
 
-from clearance.checks import non_negative, positive
+from clearance.checks import at_least_one, non_negative, positive
 from clearance.laws.law import bristle, friction
+
+SMALL_FORCE = 1e-3  # N: normal force over which bristles come into touch
 
 
 @friction(coefficient=non_negative, transition_speed=positive)
@@ -80,29 +82,31 @@ def bengisu_akay(sliding_speed, normal_force, static, kinetic, transition_speed=
 
 
 @friction(
-    static=non_negative, kinetic=non_negative, stribeck_speed=positive, exponent=positive, viscous=non_negative,
+    static=non_negative, kinetic=non_negative, stribeck_speed=positive, exponent=at_least_one, viscous=non_negative,
     transition_speed=positive,
 )  # fmt: skip
 def stribeck(
     sliding_speed, normal_force, static, kinetic, stribeck_speed=1e-2, exponent=2.0, viscous=0.0, transition_speed=1e-4
 ):
-    """Stribeck friction [N], smoothed at rest: F = -((mu_k + (mu_s - mu_k) exp(-(|v| / v_s)^gamma)) F_n s + sigma v).
+    """Stribeck friction [N], smoothed at rest: F = -F_n ((mu_k + (mu_s - mu_k) exp(-(|v| / v_s)^gamma)) s + sigma v).
 
-    s = tanh(v / v_t); stribeck_speed v_s, transition_speed v_t << v_s [m/s], exponent gamma, viscous sigma [N s/m].
+    s = tanh(v / v_t); stribeck_speed v_s, transition_speed v_t << v_s [m/s], exponent gamma >= 1, viscous sigma per
+    unit of normal force [s/m].
     Source: Bo and Pavelescu, Wear 82 (1982) 277; Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994).
     """
     ratio = abs(sliding_speed) / stribeck_speed
     effective = kinetic + (static - kinetic) * math.exp(-(ratio**exponent))
-    return -effective * normal_force * math.tanh(sliding_speed / transition_speed) - viscous * sliding_speed
+    return -normal_force * (effective * math.tanh(sliding_speed / transition_speed) + viscous * sliding_speed)
 
 
 @friction(coefficient=non_negative, viscous=non_negative, transition_speed=positive)
 def coulomb_viscous(sliding_speed, normal_force, coefficient, viscous, transition_speed=1e-3):
-    """Coulomb friction, smoothed, and a viscous part [N]: F = -mu F_n tanh(v / v_t) - sigma v.
+    """Coulomb friction, smoothed, and a viscous part [N]: F = -F_n (mu tanh(v / v_t) + sigma v).
 
-    viscous sigma [N s/m], transition_speed v_t [m/s]. Source: see Marques et al., Nonlinear Dyn. 86 (2016) 1407.
+    viscous sigma per unit of normal force [s/m], transition_speed v_t [m/s]. Source: see Marques et al., Nonlinear
+    Dyn. 86 (2016) 1407.
     """
-    return -coefficient * normal_force * math.tanh(sliding_speed / transition_speed) - viscous * sliding_speed
+    return -normal_force * (coefficient * math.tanh(sliding_speed / transition_speed) + viscous * sliding_speed)
 
 
 @bristle(
@@ -119,17 +123,27 @@ def lugre(
     F = -F_n (sigma_0 z + sigma_1 exp(-(v / v_s)^2) z' + sigma_2 v)
 
     per unit of normal force: stiffness sigma_0 [1/m], damping sigma_1 [s/m], viscous sigma_2 [s/m]; stribeck_speed v_s
-    [m/s]. Without contact (F_n = 0) the bristles relax: z' = -sigma_0 z / sigma_1. Sliding steadily it is the Stribeck
-    law; it sticks with a stiffness sigma_0 F_n. The damping fades with the speed: undiminished, fresh bristles of an
-    impact would rub with sigma_1 v, far above any coefficient of friction.
+    [m/s]. Without contact the bristles relax, z' = -sigma_0 z / sigma_1, blended over a normal force of 1 mN. Sliding
+    steadily it is the Stribeck law; it sticks with a stiffness sigma_0 F_n. The damping fades with the speed:
+    undiminished, fresh bristles of an impact would rub with sigma_1 v. Passive for sigma_1 v_s well below 10 mu_k.
     Source: Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419, scaled by F_n; with
-    the fading damping that makes it passive, Olsson (1996).
+    fading damping, Olsson (1996).
     """
-    if normal_force <= 0.0:
-        return -stiffness * deflection / damping, 0.0
     slow = math.exp(-((sliding_speed / stribeck_speed) ** 2))
     rate = sliding_speed - stiffness * abs(sliding_speed) * deflection / (kinetic + (static - kinetic) * slow)
-    return rate, -normal_force * (stiffness * deflection + damping * slow * rate + viscous * sliding_speed)
+    free = math.exp(-max(normal_force, 0.0) / SMALL_FORCE)
+    rate = (1.0 - free) * rate - free * stiffness * deflection / damping
+    force = -normal_force * (stiffness * deflection + damping * slow * rate + viscous * sliding_speed)
+    return rate, force
 
 
 lugre.size = lambda parameters: parameters["static"] / parameters["stiffness"]
+
+
+@lugre.doubts
+def _damping_rubs(joint, parameters):
+    """The damping's part of the force peaks at v_s / sqrt(2)."""
+    most = 0.43 * parameters["damping"] * parameters["stribeck_speed"]
+    if most > 4.0 * parameters["kinetic"]:
+        return f"the bristles' damping rubs with up to {most:.2g} F_n, far above kinetic {parameters['kinetic']:g}"
+    return None

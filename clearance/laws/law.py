@@ -62,6 +62,8 @@ class Law:
         self.demand: Callable | None = None
         self.size: Callable | None = None  # of laws with a state of their own: its natural size, from the parameters
         self.first_touch = False  # of transitions: contact starts at the wall, as an event
+        self.carries_roughness = False  # of transitions: rough surfaces share the load below full film
+        self.limit: Callable | None = None  # of contacts: penetration [m] up to which the law is meant, by parameters
         self.__doc__ = function.__doc__
         self.__module__ = function.__module__
 

@@ -9,12 +9,13 @@ returns what the joint is made of:
     F = film share F_film(film gap, slope eps') - (contact share F_contact(penetration) + F_asperity(lambda)) n
 
 lambda = h_0 / sigma with the composite roughness sigma. The film is never evaluated at or beyond the wall. Contact
-begins without an event in all but `flores_hybrid`: contact laws that look at the impact speed get their grazing speed.
+begins without an event in all but `flores_hybrid`: there, contact laws that look at the impact speed get a typical one,
+clearance times the mechanism's angular frequency or the start's speed if that is larger.
 """
 
 import math
 
-from clearance.checks import fraction, positive
+from clearance.checks import inner_fraction, positive
 from clearance.laws.asperity import normal_density, normal_tail
 from clearance.laws.law import transition
 
@@ -46,30 +47,40 @@ def smooth_floor(value, floor, width):
     return floor + (value - floor + width) ** 2 / (4.0 * width)
 
 
-@transition(smallest_gap=fraction)
-def superposed(gap, joint, smallest_gap=1e-3):
+def where(gap, roughness, dry, mixed, full):
+    """Memberships as a label: of the film thickness ratio; without roughness, inside or beyond the wall."""
+    if roughness > 0.0:
+        return memberships(gap / roughness, dry, mixed, full)
+    inside = 1.0 if gap > 0.0 else 0.0
+    return inside, 0.0, 1.0 - inside
+
+
+@transition(smallest_gap=inner_fraction, dry=positive, mixed=positive, full=positive)
+def superposed(gap, joint, smallest_gap=1e-3, dry=0.4, mixed=1.0, full=3.0):
     """No transition: the whole film, at no less than smallest_gap (over the clearance), and contact beyond the wall.
 
-    Memberships say where the journal is: full film inside, dry beyond the wall.
+    The thresholds only label the states in the output.
     """
     floor = smallest_gap * joint.clearance
-    inside = 1.0 if gap > 0.0 else 0.0
-    return 1.0, smooth_floor(gap, floor, 0.5 * floor), 1.0, 1.0, -gap, inside, 0.0, 1.0 - inside
+    w_full, w_mixed, w_dry = where(gap, joint.roughness, dry, mixed, full)
+    return 1.0, smooth_floor(gap, floor, 0.5 * floor), 1.0, 1.0, -gap, w_full, w_mixed, w_dry
 
 
-@transition(tolerance=positive, largest_ratio=fraction)
-def flores_hybrid(gap, joint, tolerance=0.05, largest_ratio=0.999):
+@transition(tolerance=positive, largest_ratio=inner_fraction, dry=positive, mixed=positive, full=positive)
+def flores_hybrid(gap, joint, tolerance=0.05, largest_ratio=0.999, dry=0.4, mixed=1.0, full=3.0):
     """Flores' hybrid: film inside the clearance, a linear blend over the tolerance e_0 beyond it, dry contact then [-].
 
     F = F_film for e < c;  ((c + e_0 - e) F_film + (e - c) F_dry) / e_0 for c <= e <= c + e_0;  F_dry beyond
 
     tolerance e_0 over the clearance; largest_ratio: eccentricity ratio at which the film is frozen, for it diverges
-    before e = c. Continuous but with kinks at c and c + e_0; e_0 has no physical meaning.
+    before e = c. Continuous but with kinks at c and c + e_0; e_0 has no physical meaning. The thresholds only label the
+    states in the output.
     Source: Flores, Ambrosio and Claro, Multibody Syst. Dyn. 12 (2004) 47; Flores et al. (2006, 2009).
     """
     beyond = min(max(-gap / (tolerance * joint.clearance), 0.0), 1.0)
     film_gap = max(gap, (1.0 - largest_ratio) * joint.clearance)
-    return 1.0 - beyond, film_gap, 1.0, beyond, -gap, 1.0 - beyond, 0.0, beyond
+    w_full, w_mixed, w_dry = where(gap, joint.roughness, dry, mixed, full)
+    return 1.0 - beyond, film_gap, 1.0, beyond, -gap, w_full, w_mixed, w_dry
 
 
 flores_hybrid.first_touch = True
@@ -91,7 +102,7 @@ def fuzzy(gap, joint, dry=0.4, mixed=1.0, full=3.0):
     sigma = joint.roughness
     w_full, w_mixed, w_dry = memberships(gap / sigma, dry, mixed, full)
     floor = mixed * sigma
-    film_gap = smooth_floor(gap, floor, 0.1 * floor)
+    film_gap = smooth_floor(gap, floor, min(0.1 * mixed, full - mixed) * sigma)
     return w_full + w_mixed, film_gap, 1.0, 1.0 - w_full, max(floor - gap, 0.0), w_full, w_mixed, w_dry
 
 
@@ -119,7 +130,15 @@ def _wide(joint, parameters):
 
 
 fuzzy.demands(_ordered)
-fuzzy.doubts(_wide)
+fuzzy.carries_roughness = True
+
+
+@fuzzy.doubts
+def _wide_or_twice(joint, parameters):
+    """Roughness small against the clearance; asperities once."""
+    if joint.asperity is not None:
+        return "the asperity law adds its load to the weighted contact, which stands for it already"
+    return _wide(joint, parameters)
 
 
 @transition(dry=positive, mixed=positive, full=positive)
@@ -143,3 +162,4 @@ def load_sharing(gap, joint, dry=0.4, mixed=1.0, full=3.0):
 
 load_sharing.demands(_ordered)
 load_sharing.doubts(_wide)
+load_sharing.carries_roughness = True

@@ -90,7 +90,11 @@ def build(scene: Scene, ledger: bool = True) -> Mechanism:
     par[: len(values)] = values
     par[len(values) :] = structure.derive(list(par))[len(values) :]
     y0 = _state(scene, plan, start, len(structure.bristles), ledger)
-    return Mechanism(scene, structure, start, par, y0, _work(scene, structure, start))
+    mechanism = Mechanism(scene, structure, start, par, y0, _work(scene, structure, start))
+    for i, joint in enumerate(scene.clearance_joints):
+        if joint.contact is not None and not joint.impacts:  # no first touch: a typical speed instead
+            mechanism.work0[i] = max(mechanism.work0[i], joint.clearance * mechanism.frequency)
+    return mechanism
 
 
 def _values(scene: Scene, structure: Structure, plan: Plan, numbers: Numbers, start: Start) -> list[float]:

@@ -196,7 +196,7 @@ def _contact(
     """
     trace = calls.trace
     felt = result.penetration if share.penetration is None else share.penetration
-    speed = 0.0
+    speed = impact_speed
     if joint.impacts:
         touching = impact_speed + 0.5
         felt = trace.select(touching, felt, trace.select(felt, 0.0, felt))

@@ -74,7 +74,7 @@ def sections(folder: Path) -> dict[str, list[str]]:
         for name, arguments in STUDIES.items()
     }
     stress = command(folder / "stress", "stress")
-    physics = command(folder / "physics", "work-precision", "six_bar_feeder", "--physics")
+    physics = command(folder / "physics", "work-precision", "six_bar_feeder", "-p", "viscosity=5cP", "--physics")
     found = {"summary": summary(folders)}
     for name in SHOWN:
         found[name] = (folders[name] / "work_precision.md").read_text().splitlines()

@@ -76,6 +76,17 @@ def test_every_rung_runs(options):
     assert result.solver["energy_residual_share"] < 1e-3
 
 
+def test_bristles_in_rough_joints_cost_no_more_than_smooth_friction():
+    """Three rough joints, harmonic film, one turn: LuGre takes at most five times the steps of smooth Coulomb."""
+    steps = []
+    for friction in ("coulomb", "lugre"):
+        scene = cl.load_case(
+            "six_bar_feeder", model="mixed", joints="B,C,E", film="harmonic", viscosity=0.005, friction=friction
+        )
+        steps.append(cl.simulate(scene, turns=1, rtol=1e-6).solver["steps"])
+    assert steps[1] < 5 * steps[0]
+
+
 def test_more_clearance_joints_add_up():
     """Interaction of B, C and E in oil: the slider's acceleration moves away from the ideal one joint by joint."""
     ideal = cl.simulate(cl.load_case("six_bar_feeder", model="ideal"), turns=3)["slider"].ax
