@@ -141,6 +141,17 @@ def thresholds_of(text: str | Collection[float]) -> tuple[float, ...]:
     return found
 
 
+def _solids(model: str, pair: Pair, contact: str, restitution: float, friction: str, coefficient: float) -> dict:
+    """Contact and friction of a dry or mixed joint."""
+    if pair.radius <= pair.clearance:
+        raise ValueError(f"radius {pair.radius!r} m must be larger than clearance {pair.clearance!r} m")
+    law = ("lankarani_nikravesh" if model == "dry" else "winkler") if contact == "auto" else contact
+    found = {"contact": CONTACTS[law](pair, checks.fraction("restitution", restitution))}
+    if friction != "none":
+        found["friction"] = FRICTIONS[friction](checks.non_negative("friction_coefficient", coefficient))
+    return found
+
+
 def joint_factory(
     joints: str | Collection[str],
     known: Collection[str],
@@ -179,16 +190,9 @@ def joint_factory(
     one_of("transition", transition, TRANSITIONS)
     one_of("asperity", asperity, ("none", *ASPERITIES))
     try:
+        pair = Pair(radius, clearance, length, material)
         if model in ("dry", "mixed"):
-            if radius <= clearance:
-                raise ValueError(f"radius {radius!r} m must be larger than clearance {clearance!r} m")
-            law = ("lankarani_nikravesh" if model == "dry" else "winkler") if contact == "auto" else contact
-            pair = Pair(radius, clearance, length, material)
-            slots["contact"] = CONTACTS[law](pair, checks.fraction("restitution", restitution))
-            if friction != "none":
-                slots["friction"] = FRICTIONS[friction](
-                    checks.non_negative("friction_coefficient", friction_coefficient)
-                )
+            slots |= _solids(model, pair, contact, restitution, friction, friction_coefficient)
         if model in ("lubricated", "mixed"):
             slots |= {"film": FILMS[film](), "lubricant": Lubricant(viscosity), "film_torques": bool(film_torques)}
         if model == "mixed":

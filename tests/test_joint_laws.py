@@ -500,7 +500,7 @@ class TestAsperities:
     ])  # fmt: skip
     @pytest.mark.parametrize("ratio", [-1.0, 0.5, 2.0])
     def test_load_is_the_pressure_over_the_arc(self, law, order, strength, ratio):
-        """Trap 5: K' E* F_5/2 (4/3 eta sqrt(beta) sigma^1.5 E* F_3/2) over the true gap of the joint; 2 % (parabola)."""
+        """Trap 5: K' E* F_5/2 (4/3 eta sqrt(beta) sigma^1.5 E* F_3/2) over the joint's true gap; 2 % (parabola)."""
         joint, modulus = JOINT, laws.contact_modulus(steel, steel)
         e = joint.clearance - ratio * joint.roughness
         angle = np.linspace(-0.6, 0.6, 401)
