@@ -1,9 +1,11 @@
 """What regime a lubricated joint is in, and where its model is only formal."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 from clearance import checks
 from clearance.joints import ClearanceRevolute
+from clearance.laws.contact import oedometric_modulus
 from clearance.laws.law import FilmJoint
 
 FULL_FILM = 3.0  # film thickness ratio above which surfaces count as separated
@@ -50,6 +52,7 @@ def radial_load(joint: ClearanceRevolute, gap: float, approach: float, entrainme
     return load + (joint.asperity(gap / joint.roughness, known) if joint.asperity is not None else 0.0)
 
 
+@lru_cache(maxsize=64)  # asked before a run and after it
 def hole_check(joint: ClearanceRevolute, entrainment: float, approach: float = 0.0) -> HoleCheck:
     """Scan a mixed joint's radial load from full film to below the wall for a force hole.
 
@@ -129,8 +132,7 @@ def regime(joint: ClearanceRevolute, pressure: float, gap: float) -> Regime:
     """
     thinnest = max(gap, (joint.roughness or 0.0) if joint.transition is not None else 0.0, 1e-9 * joint.clearance)
     layer = joint.layer or 0.5 * joint.radius
-    poisson = min(joint.material.poisson, 0.49)
-    oedometric = joint.material.young * (1.0 - poisson) / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
+    oedometric = oedometric_modulus(joint.material.young, min(joint.material.poisson, 0.49))
     ratio = gap / joint.roughness if joint.roughness is not None else None
     flattening = pressure * layer / oedometric / thinnest
     return Regime(pressure, pressure * joint.lubricant.pressure_viscosity, flattening, ratio)

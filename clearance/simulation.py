@@ -108,9 +108,8 @@ def simulate(
 
 def foreseen(mechanism: Mechanism) -> list[str]:
     """Force holes that the mechanism's own inertia may find, before anything runs."""
-    scene, frequency = mechanism.scene, mechanism.frequency
-    inertia = sum(b.mass for b in scene.bodies) * (mechanism.start.size * frequency**2 + math.hypot(*scene.gravity))
-    found = (hole_warning(j, frequency, inertia) for j in scene.clearance_joints)
+    inertia = sum(b.mass for b in mechanism.scene.bodies) * mechanism.acceleration
+    found = (hole_warning(j, mechanism.frequency, inertia) for j in mechanism.scene.clearance_joints)
     return [f for f in found if f]
 
 
@@ -216,9 +215,7 @@ class Run:
         self.contacts = np.zeros((joints, loop.CONTACT_COLUMNS))
         self.contacts[:, loop.KIND] = [_kind(loop, j) for j in scene.clearance_joints]
         self.contacts[:, loop.CLEARANCE] = [j.clearance for j in scene.clearance_joints]
-        first = len(mechanism.structure.plan.free)
-        places = {j: first + 2 * i for i, j in enumerate(mechanism.eccentric)}
-        self.contacts[:, loop.COORDINATE] = [places.get(j, -1) for j in scene.clearance_joints]
+        self.contacts[:, loop.COORDINATE] = [mechanism.places.get(j, -1) for j in scene.clearance_joints]
         self._scale_film_rates()
         self.impacts = np.zeros((IMPACT_ROWS, loop.IMPACT_COLUMNS))
         self.log = np.zeros((LOG_ROWS, loop.LOG_COLUMNS))
@@ -270,28 +267,27 @@ class Run:
         Otherwise a rate that is right to rtol of its natural size would leave the film's force, damping times rate,
         wrong by much more.
         """
-        mechanism, scene = self.mechanism, self.mechanism.scene
-        acceleration = mechanism.start.size * mechanism.frequency**2 + math.hypot(*scene.gravity)
-        rhs, work, at = mechanism.kernel("rhs"), self.work, mechanism.coordinates
+        mechanism, loop = self.mechanism, self.loop
+        films = {j: at for j, at in mechanism.places.items() if j.film is not None}
+        if not films:
+            return
+        self.contacts[:, loop.PULL] = pull = mechanism.acceleration
+        rhs, work, p = mechanism.kernel("rhs"), self.work, mechanism.coordinates
         rest = mechanism.y0.copy()
-        first = at + len(mechanism.structure.plan.free)
-        rest[first - at : at] = rest[first : 2 * at] = 0.0
+        for at in mechanism.places.values():
+            rest[at : at + 2] = rest[p + at : p + at + 2] = 0.0
         before, after = np.zeros_like(rest), np.zeros_like(rest)
         rhs(0.0, rest, mechanism.par, work, before)
-        for i, joint in enumerate(mechanism.eccentric):
-            for k in (first + 2 * i, first + 2 * i + 1) if joint.film is not None else ():
+        for joint, at in films.items():
+            for k in (p + at, p + at + 1):
                 moved = rest.copy()
                 moved[k] = self.scale[k]
                 rhs(0.0, moved, mechanism.par, work, after)
                 damping = abs(after[k] - before[k]) / self.scale[k]
-                if damping * self.scale[k] > acceleration:
-                    self.scale[k] = acceleration / damping
-        loop, at_joint = self.loop, self.contacts
-        at_joint[:, loop.PULL] = acceleration
-        for i, joint in enumerate(scene.clearance_joints):
-            if joint in mechanism.eccentric:
-                k = first + 2 * mechanism.eccentric.index(joint)
-                at_joint[i, loop.RATE_X], at_joint[i, loop.RATE_Y] = self.scale[k], self.scale[k + 1]
+                if damping * self.scale[k] > pull:
+                    self.scale[k] = pull / damping
+            row = self.contacts[mechanism.scene.clearance_joints.index(joint)]
+            row[loop.RATE_X], row[loop.RATE_Y] = self.scale[p + at], self.scale[p + at + 1]
 
     def advance(self) -> int:
         """One call of the compiled loop."""
@@ -413,8 +409,8 @@ class Run:
 
     def _gap(self, joint) -> float:
         """Film left over the clearance."""
-        first = len(self.mechanism.structure.plan.free) + 2 * self.mechanism.eccentric.index(joint)
-        return 1.0 - math.hypot(*self.y[first : first + 2]) / joint.clearance
+        at = self.mechanism.places[joint]
+        return 1.0 - math.hypot(*self.y[at : at + 2]) / joint.clearance
 
     def _suspects(self) -> str:
         """Why an energy ledger may not close, of what this scene can do."""

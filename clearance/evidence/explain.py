@@ -5,13 +5,13 @@ import sys
 from collections import Counter
 from importlib import import_module
 
-from clearance.joints import ClearanceRevolute, Joint
+from clearance.joints import SLOTS, ClearanceRevolute, Joint
 from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.store import folder, is_known, key
 from clearance.scene import Scene
 from clearance.simulation import choose_method, foreseen, kernel_roles
 
-SLOTS = ("contact", "friction", "film", "asperity", "transition", "lubricant", "roughness")
+PARTS = (*SLOTS, "lubricant", "roughness")
 #: heavy packages a reader may want to see absent
 WATCHED = ("numba", "numpy", "h5py", "scipy", "skfem", "matplotlib", "tqdm", "dask", "xarray")
 _OPERATION = re.compile(r" = .*?([-+*/])|(math\.\w+)|= (\w+)\(")
@@ -60,7 +60,7 @@ def _states(mechanism: Mechanism) -> list[str]:
 def _joint(joint: Joint) -> dict:
     if not isinstance(joint, ClearanceRevolute):
         return {"kind": type(joint).__name__, "reality": "ideal"}
-    parts = {s: repr(getattr(joint, s)) for s in SLOTS if getattr(joint, s) is not None}
+    parts = {s: repr(getattr(joint, s)) for s in PARTS if getattr(joint, s) is not None}
     film = "lubricated" if joint.contact is None else "mixed"
     return {"kind": "ClearanceRevolute", "reality": film if joint.film is not None else "dry", **parts}
 
@@ -95,7 +95,7 @@ def _left_out(mechanism: Mechanism, roles: list[str]) -> list[str]:
     missing = []
     if not joints:
         missing += ["clearance states", "contact events"]
-    for slot in SLOTS:
+    for slot in PARTS:
         if not any(getattr(j, slot) is not None for j in joints):
             missing.append(slot)
     if "jacobian" not in roles:

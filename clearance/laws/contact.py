@@ -28,17 +28,20 @@ def contact_modulus(a: Material, b: Material) -> float:
     return 1.0 / ((1.0 - a.poisson**2) / a.young + (1.0 - b.poisson**2) / b.young)
 
 
+def oedometric_modulus(young: float, poisson: float) -> float:
+    """Modulus of a solid that cannot give sideways [Pa]: E (1 - nu) / ((1 + nu) (1 - 2 nu))."""
+    return young * (1.0 - poisson) / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
+
+
 def layer_modulus(material: Material, thickness: float) -> float:
     """Modulus K_w [Pa/m] of an elastic layer of that thickness [m] on a rigid base: the oedometric modulus over it.
 
-    K_w = E (1 - nu) / ((1 + nu) (1 - 2 nu)) / t. Raises ValueError for nu = 0.5, where it is infinite.
+    Raises ValueError for nu = 0.5, where it is infinite.
     Source: Johnson, Contact Mechanics (1985), section 4.3; Podra and Andersson, Wear 207 (1997) 79.
     """
-    poisson = material.poisson
-    if poisson >= 0.5:
+    if material.poisson >= 0.5:
         raise ValueError(f"material {material.name}: an incompressible layer (poisson 0.5) has no Winkler modulus")
-    oedometric = material.young * (1.0 - poisson) / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
-    return oedometric / positive("thickness", thickness)
+    return oedometric_modulus(material.young, material.poisson) / positive("thickness", thickness)
 
 
 def hertz_stiffness(
@@ -114,6 +117,15 @@ def hysteresis(penetration_rate, impact_speed, damping, grazing_speed):
     return max(1.0 + damping * penetration_rate / max(impact_speed, grazing_speed), 0.0)
 
 
+def damped_force(penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed):
+    """K delta^n times the hysteresis factor in contact, else 0."""
+    if penetration <= 0.0:
+        return 0.0
+    return elastic_force(penetration, stiffness, exponent) * hysteresis(
+        penetration_rate, impact_speed, damping, grazing_speed
+    )
+
+
 def _warns_of_other_restitution(law, damping):
     """Add the doubt that a law delivers another restitution than the one asked for."""
 
@@ -178,6 +190,11 @@ def hunt_crossley_memoryless(penetration, penetration_rate, impact_speed, stiffn
     return elastic_force(penetration, stiffness, exponent) * max(1.0 + 1.5 * dissipation * penetration_rate, 0.0)
 
 
+def hunt_crossley_damping(restitution):
+    """chi of `hunt_crossley`."""
+    return 1.5 * (1.0 - restitution)
+
+
 @contact(stiffness=positive, restitution=fraction, exponent=positive, grazing_speed=positive)
 def hunt_crossley(
     penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
@@ -186,10 +203,13 @@ def hunt_crossley(
 
     Source: Hunt and Crossley, J. Applied Mechanics 42 (1975) 440, with alpha = (1 - e) / delta'_0.
     """
-    if penetration <= 0.0:
-        return 0.0
-    factor = hysteresis(penetration_rate, impact_speed, 1.5 * (1.0 - restitution), grazing_speed)
-    return elastic_force(penetration, stiffness, exponent) * factor
+    damping = hunt_crossley_damping(restitution)
+    return damped_force(penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed)
+
+
+def herbert_mcwhannell_damping(restitution):
+    """chi of `herbert_mcwhannell`."""
+    return 6.0 * (1.0 - restitution) / ((2.0 * restitution - 1.0) ** 2 + 3.0)
 
 
 @contact(stiffness=positive, restitution=fraction, exponent=positive, grazing_speed=positive)
@@ -200,11 +220,13 @@ def herbert_mcwhannell(
 
     Source: Herbert and McWhannell, J. Eng. for Industry 99 (1977) 688.
     """
-    if penetration <= 0.0:
-        return 0.0
-    damping = 6.0 * (1.0 - restitution) / ((2.0 * restitution - 1.0) ** 2 + 3.0)
-    factor = hysteresis(penetration_rate, impact_speed, damping, grazing_speed)
-    return elastic_force(penetration, stiffness, exponent) * factor
+    damping = herbert_mcwhannell_damping(restitution)
+    return damped_force(penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed)
+
+
+def lee_wang_damping(restitution):
+    """chi of `lee_wang`."""
+    return 0.75 * (1.0 - restitution)
 
 
 @contact(stiffness=positive, restitution=fraction, exponent=positive, grazing_speed=positive)
@@ -215,10 +237,13 @@ def lee_wang(
 
     Source: Lee and Wang, J. Mech., Transmissions and Automation in Design 105 (1983) 534.
     """
-    if penetration <= 0.0:
-        return 0.0
-    factor = hysteresis(penetration_rate, impact_speed, 0.75 * (1.0 - restitution), grazing_speed)
-    return elastic_force(penetration, stiffness, exponent) * factor
+    damping = lee_wang_damping(restitution)
+    return damped_force(penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed)
+
+
+def lankarani_nikravesh_damping(restitution):
+    """chi of `lankarani_nikravesh`."""
+    return 0.75 * (1.0 - restitution * restitution)
 
 
 @contact(stiffness=positive, restitution=fraction, exponent=positive, grazing_speed=positive)
@@ -229,11 +254,13 @@ def lankarani_nikravesh(
 
     Source: Lankarani and Nikravesh, J. Mech. Design 112 (1990) 369.
     """
-    if penetration <= 0.0:
-        return 0.0
-    damping = 0.75 * (1.0 - restitution * restitution)
-    factor = hysteresis(penetration_rate, impact_speed, damping, grazing_speed)
-    return elastic_force(penetration, stiffness, exponent) * factor
+    damping = lankarani_nikravesh_damping(restitution)
+    return damped_force(penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed)
+
+
+def gonthier_damping(restitution):
+    """chi of `gonthier`."""
+    return (1.0 - restitution * restitution) / restitution
 
 
 @contact(stiffness=positive, restitution=restitution_above_zero, exponent=positive, grazing_speed=positive)
@@ -244,11 +271,13 @@ def gonthier(
 
     Source: Gonthier, McPhee, Lange and Piedboeuf, Multibody Syst. Dyn. 11 (2004) 209.
     """
-    if penetration <= 0.0:
-        return 0.0
-    damping = (1.0 - restitution * restitution) / restitution
-    factor = hysteresis(penetration_rate, impact_speed, damping, grazing_speed)
-    return elastic_force(penetration, stiffness, exponent) * factor
+    damping = gonthier_damping(restitution)
+    return damped_force(penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed)
+
+
+def zhiying_qishao_damping(restitution):
+    """chi of `zhiying_qishao`."""
+    return 0.75 * (1.0 - restitution * restitution) * math.exp(2.0 * (1.0 - restitution))
 
 
 @contact(stiffness=positive, restitution=fraction, exponent=positive, grazing_speed=positive)
@@ -259,11 +288,13 @@ def zhiying_qishao(
 
     Source: Qin and Lu, Chinese J. Theor. Appl. Mech. (2006), as listed by Alves et al., Mech. Mach. Theory 85 (2015).
     """
-    if penetration <= 0.0:
-        return 0.0
-    damping = 0.75 * (1.0 - restitution * restitution) * math.exp(2.0 * (1.0 - restitution))
-    factor = hysteresis(penetration_rate, impact_speed, damping, grazing_speed)
-    return elastic_force(penetration, stiffness, exponent) * factor
+    damping = zhiying_qishao_damping(restitution)
+    return damped_force(penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed)
+
+
+def flores_damping(restitution):
+    """chi of `flores`."""
+    return 1.6 * (1.0 - restitution) / restitution
 
 
 @contact(stiffness=positive, restitution=restitution_above_zero, exponent=positive, grazing_speed=positive)
@@ -274,11 +305,13 @@ def flores(
 
     Source: Flores, Machado, Silva and Martins, Multibody Syst. Dyn. 25 (2011) 357.
     """
-    if penetration <= 0.0:
-        return 0.0
-    damping = 1.6 * (1.0 - restitution) / restitution
-    factor = hysteresis(penetration_rate, impact_speed, damping, grazing_speed)
-    return elastic_force(penetration, stiffness, exponent) * factor
+    damping = flores_damping(restitution)
+    return damped_force(penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed)
+
+
+def hu_guo_damping(restitution):
+    """chi of `hu_guo`."""
+    return 1.5 * (1.0 - restitution) / restitution
 
 
 @contact(stiffness=positive, restitution=restitution_above_zero, exponent=positive, grazing_speed=positive)
@@ -289,20 +322,20 @@ def hu_guo(
 
     Source: Hu and Guo, Nonlinear Dyn. 81 (2015) 1415.
     """
-    if penetration <= 0.0:
-        return 0.0
-    damping = 1.5 * (1.0 - restitution) / restitution
-    factor = hysteresis(penetration_rate, impact_speed, damping, grazing_speed)
-    return elastic_force(penetration, stiffness, exponent) * factor
+    damping = hu_guo_damping(restitution)
+    return damped_force(penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed)
 
 
 for _law, _damping in (
-    (hunt_crossley, lambda e: 1.5 * (1.0 - e)), (lee_wang, lambda e: 0.75 * (1.0 - e)),
-    (herbert_mcwhannell, lambda e: 6.0 * (1.0 - e) / ((2.0 * e - 1.0) ** 2 + 3.0)),
-    (lankarani_nikravesh, lambda e: 0.75 * (1.0 - e * e)), (gonthier, lambda e: (1.0 - e * e) / e),
-    (zhiying_qishao, lambda e: 0.75 * (1.0 - e * e) * math.exp(2.0 * (1.0 - e))),
-    (flores, lambda e: 1.6 * (1.0 - e) / e), (hu_guo, lambda e: 1.5 * (1.0 - e) / e),
-):  # fmt: skip
+    (hunt_crossley, hunt_crossley_damping),
+    (herbert_mcwhannell, herbert_mcwhannell_damping),
+    (lee_wang, lee_wang_damping),
+    (lankarani_nikravesh, lankarani_nikravesh_damping),
+    (gonthier, gonthier_damping),
+    (zhiying_qishao, zhiying_qishao_damping),
+    (flores, flores_damping),
+    (hu_guo, hu_guo_damping),
+):
     _warns_of_other_restitution(_law, _damping)
 
 
@@ -320,10 +353,7 @@ def exact_restitution(
 
     chi (1 + e) = ln((1 + chi) / (1 - chi e)), for every stiffness, exponent and mass; e in [0.01, 1].
     """
-    if penetration <= 0.0:
-        return 0.0
-    factor = hysteresis(penetration_rate, impact_speed, damping, grazing_speed)
-    return elastic_force(penetration, stiffness, exponent) * factor
+    return damped_force(penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed)
 
 
 def lambert_w(x):

@@ -84,6 +84,13 @@ def full_sommerfeld(eccentricity_ratio, radial_rate, entrainment, joint):
     return -scale * radial_rate / (gap * root), scale * eps * entrainment / ((2.0 + eps * eps) * root)
 
 
+def moving(radial_rate, wedge):
+    """(factor, radial rate, eps |w|) that a pi-film is evaluated at: its own motion, at rest as slow an approach."""
+    if abs(radial_rate) + wedge < REST:
+        return radial_rate / REST, REST, 0.0
+    return 1.0, radial_rate, wedge
+
+
 def sommerfeld_angle(eps, theta):
     """psi with tan(psi / 2) = sqrt((1 - eps) / (1 + eps)) tan(theta / 2), on the branch of theta in (-pi, 2 pi]."""
     return 2.0 * math.atan2(
@@ -133,9 +140,7 @@ def long_film(eccentricity_ratio, radial_rate, entrainment, joint):
     gap = max(1.0 - eps * eps, WALL)
     scale = joint.viscosity * joint.length * joint.radius**3 / joint.clearance**2
     thick, wedge = 2.0 + eps * eps, eps * abs(entrainment)  # turned around, F_t changes its sign
-    factor, rate = 1.0, radial_rate
-    if abs(radial_rate) + wedge < REST:  # at rest: as slow an approach
-        factor, rate, wedge = radial_rate / REST, REST, 0.0
+    factor, rate, wedge = moving(radial_rate, wedge)
     start = math.atan2(thick * rate, wedge)
     j10, j11, j01, j02, j20 = arc_integrals(eps, gap, start)
     flow = 3.0 * wedge * eps / thick
@@ -168,9 +173,7 @@ def short_film(eccentricity_ratio, radial_rate, entrainment, joint):
     slender = joint.length / (2.0 * joint.radius)
     scale = 2.0 * slender * slender * joint.viscosity * joint.length * joint.radius**3 / joint.clearance**2
     wedge = eps * abs(entrainment)  # turned around, F_t changes its sign
-    factor, rate = 1.0, radial_rate
-    if abs(radial_rate) + wedge < REST:  # at rest: as slow an approach
-        factor, rate, wedge = radial_rate / REST, REST, 0.0
+    factor, rate, wedge = moving(radial_rate, wedge)
     start = math.atan2(2.0 * rate, wedge)
     j10, j11, j01, j02, j20 = arc_integrals(eps, gap, start)
     factor *= scale
@@ -221,9 +224,7 @@ def harmonic(eccentricity_ratio, radial_rate, entrainment, joint):
     slender = joint.length / (2.0 * joint.radius)
     scale = joint.viscosity * joint.length * joint.radius**3 / joint.clearance**2
     thick, wedge = 2.0 + eps * eps, eps * abs(entrainment)  # turned around, F_t changes its sign
-    factor, rate = 1.0, radial_rate
-    if abs(radial_rate) + wedge < REST:  # at rest: as slow an approach
-        factor, rate, wedge = radial_rate / REST, REST, 0.0
+    factor, rate, wedge = moving(radial_rate, wedge)
     at_long, at_short = math.atan2(thick * rate, wedge), math.atan2(2.0 * rate, wedge)
     start = sommerfeld_angle(eps, max(at_long, at_short))
     end = sommerfeld_angle(eps, min(at_long, at_short) + math.pi)

@@ -63,6 +63,17 @@ class Mechanism:
         return max([*start, *speeds, gravity]) or 1.0
 
     @cached_property
+    def acceleration(self) -> float:
+        """A typical acceleration [m/s2]: of the motion and of gravity together."""
+        return self.start.size * self.frequency**2 + math.hypot(*self.scene.gravity)
+
+    @cached_property
+    def places(self) -> dict:
+        """Where in the state each joint's eccentricity stands, for those that are coordinates."""
+        first = len(self.structure.plan.free)
+        return {j: first + 2 * i for i, j in enumerate(self.eccentric)}
+
+    @cached_property
     def scale(self) -> np.ndarray:
         """Natural size of each state: clearance for eccentricities, 1 rad for angles, the size for lengths; rates times
         the frequency; of bristles what their law says.

@@ -35,7 +35,6 @@ from clearance.stepping.types import (
 
 ITERATIONS = 10
 SAFETY = 0.9  # of the error tolerance
-UNPREDICTED, FRESH = 0, 1
 
 # rows of `matrix` after the stages, their derivatives, the transformed stages and the predictor polynomial
 TRIAL, CORRECTION, WEIGHT, PIVOTS, LU = range(5)
