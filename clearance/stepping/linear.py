@@ -7,6 +7,22 @@ from clearance.stepping.types import inline
 
 
 @inline
+def rate_matrix(a, vector, g, p, n):
+    """Rows of a become g - J_u - J_q / g: the matrix of the rates u of n - p states, for q' = u and the Jacobian J.
+
+    vector: J row by row, n x n, the p coordinates q first.
+    """
+    inverse = 1.0 / g
+    for i in range(n - p):
+        row = (p + i) * n
+        for j in range(n - p):
+            a[i, j] = -vector[row + p + j]
+        for j in range(p):
+            a[i, j] -= vector[row + j] * inverse
+        a[i, i] += g
+
+
+@inline
 def factor(a, pivots, n):
     """Overwrite a[:n, :n] by its LU factors."""
     for k in range(n):

@@ -12,7 +12,7 @@ collocation, afterwards.
 
 import math
 
-from clearance.stepping.linear import factor, solve
+from clearance.stepping.linear import factor, rate_matrix, solve
 from clearance.stepping.types import (
     CONVERGENCE,
     COORDINATES,
@@ -84,26 +84,11 @@ def factorise(k, vector, m, complexes, counts, h, n):
     """
     p, real = counts[COORDINATES], 4 * k.c.size + LU
     size = n - p
-    g = k.real / h
-    for i in range(size):
-        row = (p + i) * n
-        for j in range(size):
-            m[real + i, j] = -vector[row + p + j]
-        for j in range(p):
-            m[real + i, j] -= vector[row + j] / g
-        m[real + i, i] += g
+    rate_matrix(m[real : real + size], vector, k.real / h, p, n)
     factor(m[real : real + size], m[real - 1], size)
     for pair in range(k.pairs.size):
         first = pair * (size + 2)
-        z = k.pairs[pair] / h
-        inverse = 1.0 / z
-        for i in range(size):
-            row = (p + i) * n
-            for j in range(size):
-                complexes[first + i, j] = -vector[row + p + j]
-            for j in range(p):
-                complexes[first + i, j] -= vector[row + j] * inverse
-            complexes[first + i, i] += z
+        rate_matrix(complexes[first : first + size], vector, k.pairs[pair] / h, p, n)
         factor(complexes[first : first + size], complexes[first + size], size)
     counts[FACTORISATIONS] += 1
     counts[LU_STATE] = 1

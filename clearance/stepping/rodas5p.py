@@ -9,7 +9,7 @@ Source: G. Steinebach, Construction of Rosenbrock-Wanner method Rodas5P, BIT Num
 import math
 
 from clearance.stepping import tableaus
-from clearance.stepping.linear import factor, solve
+from clearance.stepping.linear import factor, rate_matrix, solve
 from clearance.stepping.types import (
     COORDINATES,
     ERROR,
@@ -39,16 +39,9 @@ ROWS = LU
 
 @inline
 def factorise(vector, m, g, p, n):
-    """LU of the matrix of the rates: g - J_u - J_q / g, for q' = u."""
-    size = n - p
-    for i in range(size):
-        row = (p + i) * n
-        for j in range(size):
-            m[LU + i, j] = -vector[row + p + j]
-        for j in range(p):
-            m[LU + i, j] -= vector[row + j] / g
-        m[LU + i, i] += g
-    factor(m[LU : LU + size], m[PIVOTS], size)
+    """LU of the matrix of the rates."""
+    rate_matrix(m[LU : LU + n - p], vector, g, p, n)
+    factor(m[LU : LU + n - p], m[PIVOTS], n - p)
 
 
 @inline
