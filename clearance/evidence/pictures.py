@@ -8,6 +8,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+MARKERS = {"ideal": "D", "dry": "s", "lubricated": "o", "mixed": "^"}
 COLOURS = ("#0b3d91", "#c8102e", "#00843d", "#6a1b9a")
 GREYS = ("#7f7f7f", "#b58900", "#2aa198", "#d33682", "#586e75", "#cb4b16", "#6c71c4", "#859900", "#93a1a1", "#000000")
 
@@ -67,19 +68,20 @@ def stress(verdicts, path: str | Path) -> Path:
 
 def physics(study, path: str | Path) -> Path:
     """Distance from the finest choice of physics against run time."""
-    figure = Figure(figsize=(8.0, 5.0), layout="constrained")
+    figure = Figure(figsize=(10.0, 6.2), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     shown = [c for c in study.choices if math.isfinite(c.distance)]
     nearest = min((c.distance for c in shown if c.distance > 0.0), default=1.0)
     for i, c in enumerate(shown):
-        x = max(c.distance, 0.1 * nearest)
-        axes.loglog(x, 1e3 * c.seconds, "o" if c.model == "lubricated" else "s", color=COLOURS[i % 4], ms=7)
-        axes.annotate(c.name, (x, 1e3 * c.seconds), xytext=(6, 4), textcoords="offset points", fontsize=8)
-    axes.set_xlabel(f"distance from '{study.finest}' (itself drawn at the right edge): {study.measure}")
+        x, y = max(c.distance, 0.1 * nearest), 1e3 * c.seconds
+        axes.loglog(x, y, MARKERS[c.model], color=COLOURS[i % 4], ms=6, label=f"{i + 1}  {c.name}")
+        axes.annotate(str(i + 1), (x, y), xytext=(5, 3), textcoords="offset points", fontsize=7)
+    axes.legend(fontsize=7, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    axes.set_xlabel(f"distance from '{study.finest}'\n(itself at the right edge): {study.measure}")
     axes.set_ylabel("run time / ms")
     axes.invert_xaxis()
-    axes.margins(0.25)
+    axes.margins(0.1)
     axes.grid(True, which="major", color="0.9")
     axes.set_title(study.title, fontsize=10)
     figure.savefig(path, dpi=130)
