@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from clearance import checks
-from clearance.laws.law import BoundLaw, asperity, bound, bristle, contact, film, friction, transition
+from clearance.laws.law import BoundLaw, asperity, bound, bristle, contact, film, friction, transition, wet_film
 from clearance.materials import Lubricant, Material, steel
 from clearance.scene import Body, Point, as_point, ground
 
@@ -73,7 +73,7 @@ class Prismatic(Joint):
 
 #: what a clearance joint may have, and the kinds of law it takes for it
 SLOTS = {
-    "contact": (contact,), "friction": (friction, bristle), "film": (film,), "asperity": (asperity,),
+    "contact": (contact,), "friction": (friction, bristle), "film": (film, wet_film), "asperity": (asperity,),
     "transition": (transition,),
 }  # fmt: skip
 

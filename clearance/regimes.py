@@ -47,7 +47,7 @@ def radial_load(joint: ClearanceRevolute, gap: float, approach: float, entrainme
     known = facts(joint)
     film_share, film_gap, slope, contact_share, penetration, *_ = joint.transition(gap, known)
     rate = slope * approach / joint.clearance
-    radial, _ = joint.film(1.0 - film_gap / joint.clearance, rate, entrainment, known)
+    radial, *_ = joint.film(1.0 - film_gap / joint.clearance, rate, entrainment, known)
     load = -film_share * radial + contact_share * joint.contact(penetration, approach, 0.0)
     return load + (joint.asperity(gap / joint.roughness, known) if joint.asperity is not None else 0.0)
 

@@ -261,8 +261,20 @@ def film_torques(eccentricity_ratio, tangential, journal_speed, bearing_speed, r
     Source: Pinkus and Sternlicht (1961); the same form stands in MBDyn's hydrodynamic plain bearing module.
     """
     gap = max(1.0 - eccentricity_ratio * eccentricity_ratio, WALL)
-    shear = 2.0 * math.pi * viscosity * radius**3 * length / (clearance * math.sqrt(gap))
-    couette = shear * (journal_speed - bearing_speed)
+    shear = 2.0 * math.pi / math.sqrt(gap)
+    return wet_film_torques(
+        eccentricity_ratio, tangential, shear, journal_speed, bearing_speed, radius, clearance, length, viscosity
+    )
+
+
+def wet_film_torques(
+    eccentricity_ratio, tangential, shear, journal_speed, bearing_speed, radius, clearance, length, viscosity
+):  # fmt: skip
+    """As `film_torques`, with the integral of 1/H over the wet area (`shear`): T_c = mu R^3 L / c (omega_J - omega_B) K.
+
+    What has cavitated does not drag. Source: Raimondi and Boyd, ASLE Trans. 1 (1958) 159, whose friction it gives.
+    """
+    couette = viscosity * radius**3 * length / clearance * shear * (journal_speed - bearing_speed)
     moment = 0.5 * eccentricity_ratio * clearance * tangential
     return -(couette + moment), couette - moment
 

@@ -95,12 +95,41 @@ class Law:
         return f"<{self.family.name} law {self.name}({', '.join(self.given)})>"
 
 
+class DataLaw(Law):
+    """A law that reads numbers made for its joint, such as a table of forces.
+
+    Its first parameters are `data`, a flat array, and `start`, where its numbers begin in it: in a kernel that is the
+    parameter vector, so that other numbers never mean another kernel. make(joint, settings) -> those numbers; settings
+    choose them and are no numbers of the kernel.
+    """
+
+    def __init__(self, family: Family, function: Callable, checks: dict[str, Check], make: Callable):
+        super().__init__(family, function, checks)
+        if list(self.parameters)[:2] != ["data", "start"]:
+            raise TypeError(f"{family.name} law {self.name} must take data and start after its state")
+        self.make = make
+        self.shown: dict[str, Callable] = {}  # outputs of their own: functions of the same arguments
+        self.memory: Callable | None = None  # of films that are solved online: see film/online.py
+        del self.parameters["data"]
+        self.given = [n for n in self.given if n not in ("data", "start")]
+        self.checks = checks | {"start": Derived(lambda given: 0.0)}
+
+    def bind(self, settings: dict, **values) -> "BoundLaw":
+        """The law with its settings and parameters."""
+        bound_law = super().__call__(**values)
+        return BoundLaw(self, bound_law.numbers, tuple(settings.items()))
+
+    def __call__(self, **values) -> "BoundLaw":
+        return self.bind({}, **values)
+
+
 @dataclass(frozen=True)
 class BoundLaw:
     """A law with its parameters. `law(*state)` evaluates it on floats or, element by element, on arrays."""
 
     law: Law
     numbers: tuple[float, ...]
+    settings: tuple[tuple[str, object], ...] = ()
 
     @property
     def values(self) -> dict[str, float]:
@@ -108,11 +137,17 @@ class BoundLaw:
         return dict(zip(self.law.parameters, self.numbers, strict=True))
 
     @property
-    def parameters(self) -> dict[str, float]:
-        """The parameters that were given."""
-        return {n: v for n, v in self.values.items() if n in self.law.given}
+    def parameters(self) -> dict:
+        """The parameters and settings that were given."""
+        return dict(self.settings) | {n: v for n, v in self.values.items() if n in self.law.given}
+
+    def data(self, joint: FilmJoint):
+        """The numbers that a law with data reads in this joint, a flat array."""
+        return self.law.make(joint, dict(self.settings))
 
     def __call__(self, *state):
+        if isinstance(self.law, DataLaw):
+            return self._of_data(*state)
         if all(not hasattr(s, "__array__") or getattr(s, "ndim", 1) == 0 for s in state):
             return self.law.function(*state, *self.numbers)
         import numpy as np
@@ -120,8 +155,15 @@ class BoundLaw:
         fixed = {i for i, name in enumerate(self.law.family.state) if name == "joint"}
         return np.vectorize(lambda *s: self.law.function(*s, *self.numbers), excluded=fixed)(*state)
 
+    def _of_data(self, *state):
+        """As a law whose parameters are this joint's numbers."""
+        (joint,) = (s for s, name in zip(state, self.law.family.state, strict=True) if name == "joint")
+        numbers = (self.data(joint), 0.0, *self.numbers[1:])
+        return BoundLaw(Law(self.law.family, self.law.function, {}), numbers)(*state)
+
     def __repr__(self) -> str:
-        return f"{self.law.name}({', '.join(f'{k}={v:g}' for k, v in self.parameters.items())})"
+        given = (f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in self.parameters.items())
+        return f"{self.law.name}({', '.join(given)})"
 
 
 contact = Family("contact", ("penetration", "penetration_rate", "impact_speed"), 1)
@@ -129,6 +171,8 @@ friction = Family("friction", ("sliding_speed", "normal_force"), 1)
 #: friction with a state of its own, the deflection of its bristles [m]: returns (its rate [m/s], force [N])
 bristle = Family("bristle", ("deflection", "sliding_speed", "normal_force"), 2)
 film = Family("film", ("eccentricity_ratio", "radial_rate", "entrainment", "joint"), 2)
+#: a film that knows its wet area too: returns (radial, tangential, integral of 1/H over the wet area)
+wet_film = Family("film", film.state, 3)
 #: load that the asperities of the joint's surfaces carry [N]
 asperity = Family("asperity", ("film_thickness_ratio", "joint"), 1)
 #: how film and contact share a joint, from the nominal gap [m]: see laws/transition.py

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from clearance.laws.law import DataLaw
 from clearance.loads import Drive
 from clearance.mechanism import store
 from clearance.mechanism.assembly import Start, assemble
@@ -16,6 +17,7 @@ from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.structure import Structure
 from clearance.mechanism.topology import Plan, closed_plan, cut_plan
 from clearance.mechanism.trace import Trace
+from clearance.regimes import facts
 from clearance.scene import Scene
 
 _structures: dict[tuple, Structure] = {}
@@ -97,15 +99,30 @@ def build(scene: Scene, ledger: bool = True) -> Mechanism:
         _structures[signature] = Structure(scene, numbers, plan, cut, start.measured, ledger)
     structure = _structures[signature]
     values = _values(scene, structure, plan, numbers, start)
+    data = _data(scene, structure, values)
     par = np.zeros(len(values) + len(structure.slots.order))
     par[: len(values)] = values
     par[len(values) :] = structure.derive(list(par))[len(values) :]
+    par = np.concatenate([par, *data])
     y0 = _state(scene, plan, start, len(structure.bristles), ledger)
     mechanism = Mechanism(scene, structure, start, par, y0, _work(scene, structure, start))
     for i, joint in enumerate(scene.clearance_joints):
         if joint.contact is not None and not joint.impacts:  # no first touch: a typical speed instead
             mechanism.work0[i] = max(mechanism.work0[i], joint.clearance * mechanism.frequency)
     return mechanism
+
+
+def _data(scene: Scene, structure: Structure, values: list[float]) -> list[np.ndarray]:
+    """Numbers that laws read as a whole, such as film tables; they stand behind all others, equal ones once."""
+    end, found = len(values) + len(structure.slots.order), {}
+    for joint in scene.clearance_joints:
+        if joint.film is not None and isinstance(joint.film.law, DataLaw):
+            numbers = joint.film.data(facts(joint))
+            if id(numbers) not in found:
+                found[id(numbers)] = (end, numbers)
+                end += len(numbers)
+            values[structure.index[f"{joint.key}.film.start"]] = float(found[id(numbers)][0])
+    return [numbers for _, numbers in found.values()]
 
 
 def _values(scene: Scene, structure: Structure, plan: Plan, numbers: Numbers, start: Start) -> list[float]:

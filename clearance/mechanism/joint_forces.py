@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 
 from clearance.joints import ClearanceRevolute
-from clearance.laws.film import film_torques, peak_film_pressure
-from clearance.laws.law import BoundLaw, bristle
+from clearance.laws.film import film_torques, peak_film_pressure, wet_film_torques
+from clearance.laws.law import BoundLaw, DataLaw, bristle
 from clearance.mechanism.kinematics import moved
 from clearance.mechanism.library import Library
 from clearance.mechanism.trace import Trace, Value
@@ -39,18 +39,26 @@ class Calls:
 
         `tuple_of` packs the `fixed` values into that named tuple, passed after the state.
         """
-        numbers = [self.number(f"{name}.{p}") for p in law.law.parameters]
-        wrap = ""
-        if tuple_of:
-            slots = ["{}"] * len(state), ["{}"] * len(fixed), ["{}"] * len(numbers)
-            wrap = ", ".join([*slots[0], f"{tuple_of}({', '.join(slots[1])})", *slots[2]])
-        values = self.function(law.law.function, [*state, *fixed, *numbers], tuple(range(active)), wrap)
+        values = self._of(law, law.law.function, name, state, tuple(range(active)), tuple_of, fixed)
         if len(values) != law.law.family.outputs:
             wanted = law.law.family.outputs
             raise ValueError(
                 f"{law.law.family.name} law {law.law.name} must return {wanted} value(s), not {len(values)}"
             )
         return values
+
+    def shown(self, law: BoundLaw, name: str, state: list, tuple_of: str, fixed) -> dict:
+        """Outputs that a law with data has of its own."""
+        functions = law.law.shown if isinstance(law.law, DataLaw) else {}
+        return {n: self._of(law, f, name, state, (), tuple_of, fixed)[0] for n, f in functions.items()}
+
+    def _of(self, law: BoundLaw, function, name: str, state: list, active, tuple_of: str | None, fixed) -> list:
+        """A function of a law's arguments; what a law with data reads stands in the parameter vector."""
+        numbers = [self.number(f"{name}.{p}") for p in law.law.parameters]
+        packed = [f"{tuple_of}({', '.join(['{}'] * len(fixed))})"] if tuple_of else []
+        data = ["par"] if isinstance(law.law, DataLaw) else []
+        wrap = ", ".join([*["{}"] * len(state), *packed, *data, *["{}"] * len(numbers)]) if packed or data else ""
+        return self.function(function, [*state, *fixed, *numbers], active, wrap)
 
     def function(self, function, args: list, active: tuple[int, ...], wrap: str = "") -> list:
         """Outputs of a plain function; its derivative by the active arguments is called where it is wanted."""
@@ -169,11 +177,13 @@ def _film(calls: Calls, number, joint, polar: _Polar, spins, share: _Shares, res
     eccentricity = polar.distance / clearance if share.film_gap is None else 1.0 - share.film_gap / clearance
     entrainment = spins[0] + spins[1] - 2.0 * polar.sideways * polar.inverse
     state = [eccentricity, share.slope * polar.outward / clearance, entrainment]
-    radial, tangential = calls(joint.film, f"{joint.key}.film", state, 3, "FilmJoint", facts)
+    radial, tangential, *shear = calls(joint.film, f"{joint.key}.film", state, 3, "FilmJoint", facts)
+    result.channels |= calls.shown(joint.film, f"{joint.key}.film", state, "FilmJoint", facts)
     torque_a = torque_b = 0.0
     if joint.film_torques:
-        state = [eccentricity, tangential, spins[1], spins[0], radius, clearance, length, viscosity]
-        torque_b, torque_a = calls.function(film_torques, state, (0, 1, 2, 3))
+        drag = wet_film_torques if shear else film_torques
+        state = [eccentricity, tangential, *shear, spins[1], spins[0], radius, clearance, length, viscosity]
+        torque_b, torque_a = calls.function(drag, state, tuple(range(len(state) - 4)))
         if share.film_gap is not None:  # the pair of forces acts at the true centres
             rest = 0.5 * (polar.distance - eccentricity * clearance) * tangential
             torque_a, torque_b = share.film * (torque_a - rest), share.film * (torque_b - rest)

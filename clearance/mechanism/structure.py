@@ -235,6 +235,7 @@ _JOINT_CHANNELS = {
     "film_radial": ("N", "film force on the journal along the line of centres"),
     "film_tangential": ("N", "film force on the journal across the line of centres"),
     "film_pressure": ("Pa", "estimate of the film's largest pressure"),
+    "side_flow": ("m3/s", "oil that leaves the film at both ends"),
     "friction": ("N", "friction force on the journal, positive along the turned line of centres"),
     "power_loss": ("W", "power the joint takes out of the mechanism"),
 }

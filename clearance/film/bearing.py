@@ -1,0 +1,188 @@
+"""What the film solvers are asked and what they answer.
+
+Reynolds equation of an aligned, rigid, isoviscous bearing, in the frame of the line of centres. theta runs from the
+*widest* gap in the sense of the attitude angle, so that the thinnest film is at theta = pi; zeta = z / L in
+[-1/2, 1/2]. With H = h / c = 1 + eps cos(theta), lambda = L/D and p = mu (R/c)^2 P:
+
+    d_theta(phi H^3 d_theta P) + (phi H^3 / (4 lambda^2)) d_zeta^2 P = 12 psi (v_r cos(theta) - v_t sin(theta))
+    v_r = d(eps)/dt,   v_t = eps w / 2,   w = omega_J + omega_B - 2 gamma'        (all 1/s; P is 1/s too)
+
+phi and psi are Patir and Cheng's pressure flow factor and Wu and Zheng's contact factor, 1 for smooth surfaces.
+P = 0 is the ambient pressure: P = 0 at zeta = +-1/2. The force on the journal along n (towards the thinnest film) and
+t (n turned by +90 degrees) is
+
+    F_r = mu L R^3 / c^2 W_r,  W_r = integral P cos(theta),    F_t likewise with W_t = integral P sin(theta).
+
+Source: Hamrock, Schmid and Jacobson, Fundamentals of Fluid Film Lubrication (2004), chapter 7; Patir and Cheng (1978).
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearance import checks
+from clearance.laws.law import FilmJoint
+
+#: how a film that would fall below the cavitation pressure is treated: Swift-Stieber (P and its slope vanish at the
+#: rupture), pressure cut off after the solution, not at all, Jakobsson-Floberg-Olsson (mass-conserving)
+CAVITATIONS = ("reynolds", "gumbel", "none", "mass_conserving")
+COARSEST = (16, 2)  # cells around and over half the length, at least
+CONTACT = 1.0 - 1e-9  # eccentricity ratio a solver is not asked beyond
+
+
+@dataclass(frozen=True)
+class Groove:
+    """Where oil is supplied: pressure is given there.
+
+    angle: of its middle, from the widest gap [rad] (of a joint: from the bearing body's own x axis); width: its extent
+    around the bearing [rad], 0 for a line; length: its axial extent, centred, over the bearing's length (0 to 1);
+    pressure: above ambient [Pa].
+    """
+
+    angle: float = 0.0
+    width: float = 0.0
+    length: float = 1.0
+    pressure: float = 0.0
+
+    def __post_init__(self):
+        checks.finite("groove: angle", self.angle)
+        checks.non_negative("groove: pressure", self.pressure)
+        if not 0.0 <= checks.finite("groove: width", self.width) < math.pi:
+            raise ValueError(f"groove: width must lie in [0, pi) rad, got {self.width!r}")
+        if not 0.0 < checks.finite("groove: length", self.length) <= 1.0:
+            raise ValueError(
+                f"groove: length is relative to the bearing's and must lie in (0, 1], got {self.length!r}: "
+                "the groove would lie outside the bearing"
+            )
+
+
+@dataclass(frozen=True)
+class Bearing:
+    """An aligned journal bearing and its oil. SI units.
+
+    radius, clearance, length [m]; viscosity [Pa s]; cavitation: one of CAVITATIONS; ambient: pressure at the ends
+    above the cavitation pressure [Pa], None where the film cavitates at ambient pressure; grooves: where oil is
+    supplied; roughness: composite rms [m] of the flow factors, 0 for smooth surfaces.
+    """
+
+    radius: float
+    clearance: float
+    length: float
+    viscosity: float
+    cavitation: str = "reynolds"
+    ambient: float | None = None
+    grooves: tuple[Groove, ...] = ()
+    roughness: float = 0.0
+
+    def __post_init__(self):
+        for name in ("radius", "clearance", "length", "viscosity"):
+            object.__setattr__(self, name, checks.positive(f"bearing: {name}", getattr(self, name)))
+        if self.cavitation not in CAVITATIONS:
+            raise ValueError(f"bearing: cavitation must be one of {', '.join(CAVITATIONS)}; got {self.cavitation!r}")
+        if self.ambient is not None:
+            checks.non_negative("bearing: ambient", self.ambient)
+        checks.non_negative("bearing: roughness", self.roughness)
+        object.__setattr__(self, "grooves", tuple(self.grooves))
+        for groove in self.grooves:
+            if not isinstance(groove, Groove):
+                raise TypeError(f"bearing: grooves must be Groove(...), got {groove!r}")
+
+    @classmethod
+    def of(cls, joint: FilmJoint, **more) -> "Bearing":
+        """The bearing of a joint."""
+        return cls(joint.radius, joint.clearance, joint.length, joint.viscosity, **more)
+
+    @property
+    def slenderness(self) -> float:
+        """L / D."""
+        return self.length / (2.0 * self.radius)
+
+    @property
+    def axial(self) -> float:
+        """Weight of the axial flow in the Reynolds equation, (R / L)^2."""
+        return (self.radius / self.length) ** 2
+
+    @property
+    def pressure_scale(self) -> float:
+        """p / P [Pa s]."""
+        return self.viscosity * (self.radius / self.clearance) ** 2
+
+    @property
+    def force_scale(self) -> float:
+        """F / W [N s]."""
+        return self.pressure_scale * self.length * self.radius
+
+    @property
+    def flow_scale(self) -> float:
+        """Volume flow over its dimensionless value [m3]: c R L."""
+        return self.clearance * self.radius * self.length
+
+    @property
+    def lowest(self) -> float:
+        """P at cavitation [1/s], at most 0."""
+        return -(self.ambient or 0.0) / self.pressure_scale
+
+
+@dataclass(frozen=True)
+class FilmSolution:
+    """A film in one state of motion.
+
+    theta: from the widest gap [rad], (n,); axial: z from the middle [m], (m,), 0 to L/2 (the film is symmetric);
+    pressure: above ambient [Pa], (n, m); content: share of the gap that holds oil, (n, m); radial, tangential: force on
+    the journal [N]; shear: integral of 1/H over the wet area, of the unit area (theta, zeta), so that the Couette
+    torque is mu R^3 L / c (omega_J - omega_B) shear (2 pi / sqrt(1 - eps^2) for a full film); side_flow: oil that
+    leaves at both ends [m3/s]; iterations: linear systems solved; unknowns.
+    """
+
+    bearing: Bearing
+    theta: np.ndarray
+    axial: np.ndarray
+    pressure: np.ndarray
+    content: np.ndarray
+    radial: float
+    tangential: float
+    shear: float
+    side_flow: float
+    iterations: int
+    unknowns: int
+
+    @property
+    def load(self) -> float:
+        """Size of the film force [N]."""
+        return math.hypot(self.radial, self.tangential)
+
+    @property
+    def peak_pressure(self) -> float:
+        """Largest pressure above ambient [Pa]."""
+        return float(self.pressure.max())
+
+    @property
+    def centre_of_pressure(self) -> float:
+        """theta [rad] in [0, 2 pi) of the line on which the film presses the journal: against the force on it."""
+        return math.atan2(self.tangential, self.radial) % (2.0 * math.pi)
+
+    @property
+    def attitude_angle(self) -> float:
+        """Angle [rad] between the load that this film carries and the line of centres, in [0, pi]."""
+        return math.atan2(abs(self.tangential), -self.radial)
+
+
+def check_state(eccentricity_ratio: float, radial_rate: float, entrainment: float) -> tuple[float, float, float]:
+    """The state as (eps, v_r, v_t). Raises ValueError for an eccentricity at or beyond contact."""
+    eps = checks.non_negative("eccentricity_ratio", eccentricity_ratio)
+    if eps > CONTACT:
+        raise ValueError(
+            f"eccentricity_ratio must be below 1 for a film to be left, got {eccentricity_ratio!r}: at or beyond contact"
+        )
+    rate = checks.finite("radial_rate", radial_rate)
+    return eps, rate, 0.5 * eps * checks.finite("entrainment", entrainment)
+
+
+def check_mesh(mesh: tuple[int, int]) -> tuple[int, int]:
+    """Cells around the bearing and over half its length."""
+    around, along = mesh
+    for name, cells, least in (("around", around, COARSEST[0]), ("along", along, COARSEST[1])):
+        if not isinstance(cells, int) or cells < least:
+            raise ValueError(f"mesh: needs at least {least} cells {name} the bearing, got {cells!r}: too coarse")
+    return around, along

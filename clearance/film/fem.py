@@ -1,0 +1,562 @@
+"""Finite element solver of the Reynolds equation: the general one, and the reference of the fast ones.
+
+Half of the unwrapped bearing is meshed, zeta in [0, 1/2], periodic in theta; conventions are those of
+`clearance.film.bearing`. With the test function v and no flow through zeta = 0,
+
+    integral phi H^3 (P_theta v_theta + (R/L)^2 P_zeta v_zeta) = -12 integral psi (v_r cos(theta) - v_t sin(theta)) v.
+
+Memoryless films use biquadratic elements. The matrix is assembled once, as a fixed sparse operator T with
+A.data = T @ (phi H^3), because the gap enters only by its values at the quadrature angles. Swift-Stieber rupture
+("reynolds") is a primal-dual active set on the nodal pressures.
+
+The mass-conserving film (Jakobsson, Floberg, Olsson) balances the oil with its content th of the gap,
+
+    12 (d(th h_T)/dt + w/2 d_theta(th h_T)) = d_theta(phi H^3 P_theta) + (R/L)^2 d_zeta(phi H^3 P_zeta),
+
+h_T the mean gap (H for smooth surfaces), w the entrainment, time derivative in the frame of the line of centres. It
+uses bilinear elements with the vertex rule across each derivative, so that A is an M-matrix on any mesh, lumped
+storage and upwind transport. Each node has one unknown: P - lowest where the gap is full, th - 1 where it is not.
+
+The mesh is uniform between the edges of the grooves and never adapted: up to an eccentricity ratio of 0.9 a mesh of
+64 by 8 is within 1e-3 of the load; nearer contact more cells around are needed, about in proportion to 1 / sqrt(1 - eps).
+
+Source: Hintermueller, Ito and Kunisch, SIAM J. Optim. 13 (2003) 865, the active set; Elrod, J. Lubrication Technology
+103 (1981) 350 and Woloszynski, Podsiadlo and Stachowiak, Tribology Letters 58 (2015), the mass-conserving film.
+"""
+
+import math
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+import skfem
+from scipy.sparse.linalg import MatrixRankWarning, SuperLU, splu
+from scipy.special import ndtr
+
+from clearance import checks
+from clearance.film.bearing import Bearing, FilmSolution, Groove, check_mesh, check_state
+from clearance.laws.asperity import PRESSURE_FACTORS
+
+TURN = 2.0 * math.pi
+SAME = 1e-6  # of angles and axial positions: one mesh line
+ROUNDING = 1e-12  # of the largest unknown: what a node may lie on the wrong side without changing sides
+MOST = 200  # linear systems of one solution, at most
+
+
+def flow_factors(bearing: Bearing, gap: np.ndarray) -> tuple[np.ndarray, ...]:
+    """phi, d(phi)/dH, psi, d(psi)/dH and the mean gap h_T (its slope is psi) at the gaps H; of their shape.
+
+    The array form of laws.asperity's pressure_flow_factor and contact_flow_factor (isotropic) at H c / roughness.
+    """
+    if bearing.roughness == 0.0:
+        one, none = np.ones_like(gap), np.zeros_like(gap)
+        return one, none, one, none, gap
+    heights = bearing.clearance / bearing.roughness
+    ratio = gap * heights
+    strength, rate, lowest = PRESSURE_FACTORS[1.0]
+    lost = strength * np.exp(-rate * np.maximum(ratio, lowest))
+    density = np.exp(-0.5 * ratio**2) / math.sqrt(TURN)
+    psi = ndtr(ratio)
+    return 1.0 - lost, np.where(ratio > lowest, rate * heights * lost, 0.0), psi, heights * density, (
+        (ratio * psi + density) / heights
+    )
+
+
+# --- mesh
+
+
+def _lines(start: float, end: float, edges: list[float], cells: int) -> np.ndarray:
+    """cells + 1 mesh lines from start to end, on every edge, with the widest cell as narrow as that allows."""
+    kept = [start]
+    for edge in sorted(edges):
+        if edge > kept[-1] + SAME and edge < end - SAME:
+            kept.append(edge)
+    arcs = np.diff([*kept, end])
+    if len(arcs) > cells:
+        raise ValueError(f"mesh: {cells} cells are too coarse for the grooves, whose edges make {len(arcs)} arcs")
+    counts = np.ones(len(arcs), dtype=int)
+    for _ in range(cells - len(arcs)):
+        counts[np.argmax(arcs / counts)] += 1
+    return np.concatenate(
+        [a + np.arange(n) * (length / n) for a, n, length in zip(kept, counts, arcs, strict=True)] + [[end]]
+    )
+
+
+def _mesh(bearing: Bearing, cells: tuple[int, int]) -> skfem.MeshQuad1DG:
+    """Half the bearing, periodic in theta, with mesh lines on the edges of the grooves."""
+    edges = [(g.angle + side * g.width) % TURN for g in bearing.grooves for side in (-0.5, 0.5)]
+    start = min(edges, default=0.0)
+    around = _lines(start, start + TURN, edges, cells[0])
+    along = _lines(0.0, 0.5, [0.5 * g.length for g in bearing.grooves], cells[1])
+    flat = skfem.MeshQuad.init_tensor(around, along)
+    seam = [np.flatnonzero(np.abs(flat.p[0] - side) < 0.1 * SAME) for side in (around[-1], around[0])]
+    return skfem.MeshQuad1DG.periodic(flat, *(s[np.argsort(flat.p[1, s])] for s in seam))
+
+
+def _gauss_and_vertices(mesh) -> tuple[tuple, tuple]:
+    """Rules (points, weights) of a cell: Gauss in theta with vertices in zeta, and vertices in theta with Gauss in zeta."""
+    gauss, weights = np.polynomial.legendre.leggauss(3)
+    inner, ends = (0.5 * (1.0 + gauss), 0.5 * weights), (np.array([0.0, 1.0]), np.array([0.5, 0.5]))
+    corner, beside = mesh.mapping().F(np.array([[0.0, 1.0], [0.0, 0.0]]), tind=np.array([0]))[0, 0]
+    rules = []
+    for first, second in ((inner, ends), (ends, inner)):
+        a, b = (first, second) if beside != corner else (second, first)
+        points = np.stack([np.repeat(a[0], len(b[0])), np.tile(b[0], len(a[0]))])
+        rules.append((points, np.outer(a[1], b[1]).ravel()))
+    return tuple(rules)
+
+
+def _inside(groove: Groove, theta: np.ndarray, zeta: np.ndarray) -> np.ndarray:
+    """Which nodes the groove supplies, (theta, zeta)."""
+    apart = np.abs((theta - groove.angle + math.pi) % TURN - math.pi)
+    inside = np.outer(apart <= 0.5 * groove.width + SAME, zeta <= 0.5 * groove.length + SAME)
+    if not inside.any():
+        raise ValueError(f"mesh: no node lies in the {groove!r}: the mesh is too coarse for the groove")
+    return inside
+
+
+# --- what is assembled once
+
+
+class _Assembled:
+    """Everything of one bearing on one mesh that does not depend on its motion.
+
+    layout: dofs by angle and axial position, (n, m), the ends last; angles: of the quadrature points, each once;
+    loads: integral of a function of angle times each node's basis function, from its values at the angles; at_points:
+    from nodes to quadrature points; area, which: area of each point and the index of its angle.
+    """
+
+    def __init__(self, bearing: Bearing, cells: tuple[int, int], quadratic: bool):
+        mesh = _mesh(bearing, cells)
+        if quadratic:
+            self.basis = skfem.Basis(mesh, skfem.ElementQuad2(), intorder=6)
+            parts = [(self.basis, (1.0, bearing.axial))]
+        else:
+            bases = [skfem.Basis(mesh, skfem.ElementQuad1(), quadrature=r) for r in _gauss_and_vertices(mesh)]
+            self.basis = bases[0]
+            parts = [(bases[0], (1.0, 0.0)), (bases[1], (0.0, bearing.axial))]
+        self.count = self.basis.N
+        self._place()
+        self._supply(bearing)
+        points = [np.asarray(basis.global_coordinates())[0] for basis, _ in parts]
+        _, first, index = np.unique(np.round(np.concatenate([p.ravel() for p in points]), 10), True, True)
+        self.angles = np.concatenate([p.ravel() for p in points])[first]
+        split = np.split(index, np.cumsum([p.size for p in points])[:-1])
+        self._pattern()
+        self.operator = sum(self._stiffness(b, w, s) for (b, w), s in zip(parts, split, strict=True)).tocsr()
+        self._integrals(split[0])
+
+    def _place(self):
+        """Dofs in order of angle and axial position; basis.get_dofs is no use: it takes wrong facets at the seam."""
+        around, self.zeta = np.round(self.basis.doflocs, 12)
+        around = around % TURN
+        around[TURN - around < SAME] = 0.0
+        columns = len(np.unique(np.round(around, 9)))
+        self.layout = np.lexsort((self.zeta, np.round(around, 9))).reshape(columns, -1)
+        self.theta, self.zeta = around[self.layout[:, 0]], self.zeta[self.layout[0]]
+        self.end, self.beside_end = self.layout[:, -1], self.layout[:, -2]
+
+    def _supply(self, bearing: Bearing):
+        """Nodes whose pressure is given and that pressure [1/s]; a groove through the ends is at ambient there."""
+        fixed, given = np.zeros(self.layout.shape, dtype=bool), np.zeros(self.layout.shape)
+        for groove in bearing.grooves:
+            inside = _inside(groove, self.theta, self.zeta)
+            pressure = groove.pressure / bearing.pressure_scale
+            if np.any(given[inside & fixed] != pressure):
+                raise ValueError(f"grooves overlap and differ in pressure: {groove!r}")
+            fixed |= inside
+            given[inside] = pressure
+        fixed[:, -1], given[:, -1] = True, 0.0
+        self.fixed, self.given = np.empty(self.count, dtype=bool), np.empty(self.count)
+        self.fixed[self.layout], self.given[self.layout] = fixed, given
+
+    def _pattern(self):
+        """The sparsity of A, by rows, and each row and column pair's place in it."""
+        dofs = self.basis.element_dofs
+        self.keys = np.unique(dofs[:, None, :].astype(np.int64) * self.count + dofs[None, :, :])
+        self.columns = (self.keys % self.count).astype(np.int32)
+        self.starts = np.searchsorted(self.keys, np.arange(self.count + 1, dtype=np.int64) * self.count)
+
+    def _stiffness(self, basis, weights: tuple[float, float], index: np.ndarray) -> sp.csr_matrix:
+        """T of one quadrature rule, (entries of A, angles)."""
+        dofs, shape = basis.element_dofs, basis.dx.shape
+        total = sp.csr_matrix((len(self.keys), len(self.angles)))
+        for i, test in enumerate(basis.basis):
+            places, values = [], []
+            for j, trial in enumerate(basis.basis):
+                products = sum(w * test[0].grad[k] * trial[0].grad[k] for k, w in enumerate(weights) if w)
+                values.append((products * basis.dx).ravel())
+                place = np.searchsorted(self.keys, dofs[i].astype(np.int64) * self.count + dofs[j])
+                places.append(np.broadcast_to(place[:, None], shape).ravel())
+            where = (np.concatenate(places), np.tile(index, len(basis.basis)))
+            total += sp.csr_matrix((np.concatenate(values), where), shape=total.shape)
+        return total
+
+    def _integrals(self, index: np.ndarray):
+        basis = self.basis
+        self.area, self.which = basis.dx.ravel(), index
+        values = np.concatenate([np.broadcast_to(f[0].value, basis.dx.shape).ravel() for f in basis.basis])
+        nodes = np.concatenate([np.repeat(d, basis.dx.shape[1]) for d in basis.element_dofs])
+        points = np.tile(np.arange(index.size), len(basis.basis))
+        self.at_points = sp.csr_matrix((values, (points, nodes)), shape=(index.size, self.count))
+        by_angle = sp.csr_matrix((self.area, (index, np.arange(index.size))), shape=(len(self.angles), index.size))
+        self.loads = (by_angle @ self.at_points).T.tocsr()
+        self.directions = np.stack([np.cos(self.angles), np.sin(self.angles)])
+
+    def matrix(self, conductance: np.ndarray) -> sp.csr_matrix:
+        """A, from phi H^3 at the angles."""
+        return sp.csr_matrix((self.operator @ conductance, self.columns, self.starts), shape=(self.count,) * 2)
+
+
+@dataclass
+class _Field:
+    """A solved film: nodal P [1/s] and content, which nodes are wet, A, b and the factored system of the free nodes."""
+
+    pressure: np.ndarray
+    content: np.ndarray
+    wet: np.ndarray
+    matrix: sp.csr_matrix
+    source: np.ndarray
+    free: np.ndarray
+    factor: SuperLU
+    iterations: int
+
+
+def _factor(matrix: sp.csr_matrix, symmetric: bool) -> SuperLU:
+    options = {"SymmetricMode": True} if symmetric else {}
+    ordering = "MMD_AT_PLUS_A"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", MatrixRankWarning)
+        return splu(matrix.tocsc(), permc_spec=ordering, diag_pivot_thresh=0.0 if symmetric else 0.1, options=options)
+
+
+class _Film:
+    """What all films share: the matrix, the forces, the outputs and their slopes."""
+
+    def __init__(self, bearing: Bearing, cells: tuple[int, int], quadratic: bool):
+        self.bearing, self.parts = bearing, _Assembled(bearing, cells, quadratic)
+        self.cut = bearing.cavitation == "gumbel"
+        self.known = None
+
+    def conductance(self, eps: float) -> tuple[np.ndarray, np.ndarray]:
+        """phi H^3 at the angles and its slope by eps."""
+        cos = self.parts.directions[0]
+        gap = 1.0 + eps * cos
+        phi, slope, *_ = flow_factors(self.bearing, gap)
+        return phi * gap**3, (3.0 * phi + slope * gap) * gap**2 * cos
+
+    def _at_points(self, field: _Field) -> tuple[np.ndarray, np.ndarray]:
+        """Pressure at the quadrature points, and the wet share of each."""
+        pressure = self.parts.at_points @ field.pressure
+        if self.cut:
+            return np.maximum(pressure, self.bearing.lowest), (pressure > self.bearing.lowest).astype(float)
+        return pressure, self.parts.at_points @ field.wet.astype(float)
+
+    def _leaving(self, wet: np.ndarray, flux: np.ndarray, source: np.ndarray) -> float:
+        """Both ends' flow from A P and b: the consistent nodal fluxes A P - b, without b where no film feeds them."""
+        kept = wet[self.parts.end]
+        fed = flux[self.parts.end] * (kept if self.cut else 1.0)
+        return -float(np.sum(fed - kept * source[self.parts.end])) / 6.0
+
+    def outputs(self, field: _Field, eps: float) -> np.ndarray:
+        """W_r, W_t, shear and side flow, in the bearing's units."""
+        parts = self.parts
+        pressure, share = self._at_points(field)
+        forces = 2.0 * parts.directions[:, parts.which] @ (parts.area * pressure)
+        shear = 2.0 * np.sum(parts.area * share / (1.0 + eps * parts.directions[0, parts.which]))
+        flow = self._leaving(field.wet, field.matrix @ field.pressure, field.source)
+        return np.array([*forces, shear, flow]) * self._units()
+
+    def _units(self) -> np.ndarray:
+        return np.array([self.bearing.force_scale, self.bearing.force_scale, 1.0, self.bearing.flow_scale])
+
+    def solution(self, field: _Field, eps: float) -> FilmSolution:
+        parts, bearing = self.parts, self.bearing
+        radial, tangential, shear, flow = (float(x) for x in self.outputs(field, eps))
+        pressure = np.maximum(field.pressure, bearing.lowest) if self.cut else field.pressure
+        return FilmSolution(
+            bearing=bearing,
+            theta=parts.theta.copy(),
+            axial=parts.zeta * bearing.length,
+            pressure=pressure[parts.layout] * bearing.pressure_scale,
+            content=field.content[parts.layout],
+            radial=radial,
+            tangential=tangential,
+            shear=shear,
+            side_flow=flow,
+            iterations=field.iterations,
+            unknowns=parts.count - int(parts.fixed.sum()),
+        )
+
+    def linearised(self, state: tuple[float, float, float], warm: bool = True) -> np.ndarray:
+        """Outputs and their slopes by eps, v_r and w, (4, 4)."""
+        parts, eps = self.parts, state[0]
+        field = self.solve(state, warm)
+        stiffer = parts.matrix(self.conductance(eps)[1])
+        _, share = self._at_points(field)
+        columns = [self.outputs(field, eps)]
+        for k, (pressure, source) in enumerate(self.responses(field, stiffer, state)):
+            at_points = parts.at_points @ pressure * (share if self.cut else 1.0)
+            forces = 2.0 * parts.directions[:, parts.which] @ (parts.area * at_points)
+            flux, shear = field.matrix @ pressure, 0.0
+            if k == 0:
+                cos = parts.directions[0, parts.which]
+                flux += stiffer @ field.pressure
+                shear = -2.0 * np.sum(parts.area * share * cos / (1.0 + eps * cos) ** 2)
+            flow = self._leaving(field.wet, flux, source)
+            columns.append(np.array([*forces, shear, flow]) * self._units())
+        return np.stack(columns, axis=1)
+
+    def wet_ends(self, wet: np.ndarray) -> np.ndarray:
+        """An end is wet where the film beside it is: at ambient pressure its own value cannot tell."""
+        wet[self.parts.end] = wet[self.parts.beside_end]
+        return wet
+
+
+class _Memoryless(_Film):
+    """Films whose pressure follows from the motion of the instant."""
+
+    def __init__(self, bearing: Bearing, cells: tuple[int, int]):
+        super().__init__(bearing, cells, quadratic=True)
+
+    def sources(self, state: tuple[float, float, float]) -> np.ndarray:
+        """b and its slopes by eps, v_r and w, (4, nodes)."""
+        eps, rate, entrainment = state
+        cos, sin = self.parts.directions
+        _, _, psi, slope, _ = flow_factors(self.bearing, 1.0 + eps * cos)
+        push = 0.5 * eps * entrainment * sin - rate * cos
+        at_angles = [
+            psi * push,
+            slope * cos * push + 0.5 * entrainment * psi * sin,
+            -psi * cos,
+            0.5 * eps * psi * sin,
+        ]
+        return 12.0 * (self.parts.loads @ np.stack(at_angles, axis=1)).T
+
+    def solve(self, state: tuple[float, float, float], warm: bool = True) -> _Field:
+        """The film, by the active set of cavitated nodes for Swift-Stieber rupture."""
+        parts, lowest = self.parts, self.bearing.lowest
+        matrix, source = parts.matrix(self.conductance(state[0])[0]), self.sources(state)[0]
+        dry = self.known.copy() if warm and self.known is not None else np.zeros(parts.count, dtype=bool)
+        for iterations in range(1, MOST + 1):
+            free = np.flatnonzero(~(parts.fixed | dry))
+            pressure = np.where(dry, lowest, parts.given)
+            pressure[free] = 0.0
+            held = source - matrix @ pressure
+            factor = _factor(matrix[free][:, free], symmetric=True)
+            pressure[free] = factor.solve(held[free])
+            if self.bearing.cavitation != "reynolds":
+                dry = ~parts.fixed & (pressure < lowest) & self.cut
+                break
+            excess, size = matrix @ pressure - source, np.abs(pressure).max()
+            below = (pressure < lowest - ROUNDING * size) & ~parts.fixed
+            changed = below | (dry & (excess > 0.0))
+            if np.array_equal(changed, dry):
+                break
+            dry = changed
+        else:
+            raise RuntimeError(f"film: the cavitated region still changes after {MOST} linear systems: {state}")
+        self.known = dry
+        wet = self.wet_ends(~dry)
+        return _Field(pressure, wet.astype(float), wet, matrix, source, free, factor, iterations)
+
+    def responses(self, field: _Field, stiffer: sp.csr_matrix, state):
+        """Slopes of P and of b by eps, v_r and w."""
+        for k, source in enumerate(self.sources(state)[1:]):
+            held = source - stiffer @ field.pressure if k == 0 else source
+            pressure = np.zeros(self.parts.count)
+            pressure[field.free] = field.factor.solve(held[field.free])
+            yield pressure, source
+
+
+class _Conserving(_Film):
+    """The film that conserves its oil: content th of the gap beside the pressure."""
+
+    def __init__(self, bearing: Bearing, cells: tuple[int, int]):
+        super().__init__(bearing, cells, quadratic=False)
+        parts = self.parts
+        self.free = np.flatnonzero(~parts.fixed)
+        self.volume = np.asarray(parts.loads @ np.ones(len(parts.angles)))
+        self.cos = np.empty(parts.count)
+        self.cos[parts.layout] = np.cos(parts.theta)[:, None]
+        wide = np.diff(np.append(parts.theta, parts.theta[0] + TURN))
+        self.faces = parts.theta + 0.5 * wide
+        self.heights = self.volume[parts.layout][0] / np.sum(self.volume[parts.layout][0])
+        self.heights *= 0.5
+        self.defect = 0.0
+
+    def mean_gap(self, cos: np.ndarray, eps: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """h_T, psi and d(psi)/dH."""
+        _, _, psi, slope, mean = flow_factors(self.bearing, 1.0 + eps * cos)
+        return mean, psi, slope
+
+    def transport(self, through: np.ndarray, forward: bool) -> sp.csr_matrix:
+        """Divergence of the flow that carries the content of its upstream node; through: flow per height, by faces."""
+        layout = self.parts.layout
+        flow = np.outer(through, self.heights).ravel()
+        left, right = layout.ravel(), np.roll(layout, -1, axis=0).ravel()
+        carried = left if forward else right
+        values = np.concatenate([flow, -flow])
+        return sp.csr_matrix(
+            (values, (np.concatenate([left, right]), np.concatenate([carried, carried]))),
+            shape=(self.parts.count,) * 2,
+        )
+
+    def carriers(self, state: tuple[float, float, float]) -> list[sp.csr_matrix]:
+        """12 (transport + quasi-steady storage) of the content, and its slopes by eps, v_r and w."""
+        eps, rate, entrainment = state
+        cos, forward = np.cos(self.faces), entrainment >= 0.0
+        mean, psi, _ = self.mean_gap(cos, eps)
+        _, here, slope = self.mean_gap(self.cos, eps)
+        stored = 12.0 * self.volume * here * self.cos
+        unit = self.transport(6.0 * mean, forward)
+        more = self.transport(6.0 * psi * cos, forward)
+        thicker = sp.diags_array(12.0 * rate * self.volume * slope * self.cos**2)
+        return [entrainment * unit + rate * sp.diags_array(stored), entrainment * more + thicker, sp.diags_array(stored), unit]
+
+    def balance(self, matrix: sp.csr_matrix, carrier: sp.csr_matrix, held: np.ndarray, warm: bool) -> _Field:
+        """A P + carrier th = held on the free nodes, with P at its lowest or th = 1 in each: Newton's method."""
+        parts, free = self.parts, self.free
+        base = np.where(parts.fixed, parts.given, self.bearing.lowest)
+        right = (held - matrix @ base - carrier @ np.ones(parts.count))[free]
+        inner, moved = matrix[free][:, free], carrier.tocsr()[free][:, free]
+        full = self.known.copy() if warm and self.known is not None else np.ones(len(free), dtype=bool)
+        for iterations in range(1, MOST + 1):
+            system = inner @ sp.diags_array(full.astype(float)) + moved @ sp.diags_array(1.0 - full)
+            factor = self._factor(system)
+            found = factor.solve(right)
+            slack = ROUNDING * max(np.abs(found[full]).max(initial=0.0), 1e-300)
+            changed = np.where(full, found >= -slack, found > ROUNDING)
+            if np.array_equal(changed, full):
+                break
+            full = changed
+        else:
+            raise RuntimeError(f"film: the cavitated region still changes after {MOST} linear systems")
+        self.known = full
+        pressure, content, wet = base.copy(), np.ones(parts.count), np.ones(parts.count, dtype=bool)
+        pressure[free[full]] += found[full]
+        content[free[~full]] += found[~full]
+        wet[free] = full
+        source = -(carrier @ np.ones(parts.count))
+        return _Field(pressure, content, self.wet_ends(wet), matrix, source, free, factor, iterations)
+
+    @staticmethod
+    def _factor(system: sp.csr_matrix) -> SuperLU:
+        try:
+            return _factor(system, symmetric=False)
+        except RuntimeError:
+            raise ValueError(
+                "film: its oil content is not determined: oil circulates that no groove reaches"
+            ) from None
+
+    def solve(self, state: tuple[float, float, float], warm: bool = True) -> _Field:
+        """The film whose content no longer changes."""
+        if not self.bearing.grooves:
+            raise ValueError("the steady mass-conserving film needs a supply groove: its oil content is open otherwise")
+        matrix = self.parts.matrix(self.conductance(state[0])[0])
+        return self.balance(matrix, self.carriers(state)[0], np.zeros(self.parts.count), warm)
+
+    def responses(self, field: _Field, stiffer: sp.csr_matrix, state):
+        """Slopes of P and of b by eps, v_r and w, the states of the nodes held."""
+        full = field.wet[field.free]
+        for k, carrier in enumerate(self.carriers(state)[1:]):
+            held = -(carrier @ field.content)
+            if k == 0:
+                held -= stiffer @ field.pressure
+            pressure = np.zeros(self.parts.count)
+            pressure[field.free[full]] = field.factor.solve(held[field.free])[full]
+            yield pressure, -(carrier @ np.ones(self.parts.count))
+
+    def advance(self, state: tuple[float, float, float], content: np.ndarray, step: float) -> _Field:
+        """One implicit Euler step; the oil before it filled the gap of eps - step v_r."""
+        parts, (eps, rate, entrainment) = self.parts, state
+        before = np.empty(parts.count)
+        before[parts.layout] = content
+        held = self.volume * self.mean_gap(self.cos, eps - step * rate)[0] * before
+        room = self.volume * self.mean_gap(self.cos, eps)[0]
+        moved = self.carriers((eps, 0.0, entrainment))[0]
+        matrix = parts.matrix(self.conductance(eps)[0])
+        field = self.balance(matrix, moved + sp.diags_array(12.0 / step * room), 12.0 / step * held, True)
+        field.source = self.carriers(state)[0] @ -np.ones(parts.count)
+        supplied = step / 12.0 * np.sum((matrix @ field.pressure + moved @ field.content)[parts.fixed])
+        kept = np.sum((room * field.content)[self.free])
+        self.defect = float(kept - np.sum(held[self.free]) - supplied) / max(kept, np.sum(held[self.free]))
+        return field
+
+
+# --- what others call
+
+
+class FemFilm:
+    """The finite element film of one bearing on one mesh: assembled once, evaluated often.
+
+    mesh: cells around and over half the length, at least 16 by 2; mesh lines fall on the edges of the grooves. Raises
+    ValueError for a mesh that is too coarse, also for its grooves.
+    """
+
+    def __init__(self, bearing: Bearing, mesh: tuple[int, int] = (64, 8)):
+        cells = check_mesh(mesh)
+        kind = _Conserving if bearing.cavitation == "mass_conserving" else _Memoryless
+        self.bearing, self._film = bearing, kind(bearing, cells)
+
+    @staticmethod
+    def _state(eccentricity_ratio: float, radial_rate: float, entrainment: float) -> tuple[float, float, float]:
+        eps, rate, _ = check_state(eccentricity_ratio, radial_rate, entrainment)
+        return eps, rate, float(entrainment)
+
+    def solve(
+        self, eccentricity_ratio: float, radial_rate: float, entrainment: float, *, warm: bool = True
+    ) -> FilmSolution:
+        """The film in one state: eps, d(eps)/dt [1/s] and omega_J + omega_B - 2 gamma' [rad/s].
+
+        warm: the cavitated region of the last solution is the first guess of this one; the answer is the same.
+        content is 1 in the film and 0 where it has ruptured, but of a mass-conserving film: there it is the one that no
+        longer changes in the frame of the line of centres, storage of a squeezed film being content times d(H)/dt.
+        shear counts the full film only. Raises ValueError beyond contact, and for a mass-conserving film without a
+        groove.
+        """
+        state = self._state(eccentricity_ratio, radial_rate, entrainment)
+        return self._film.solution(self._film.solve(state, warm), state[0])
+
+    def linearised(self, eccentricity_ratio: float, radial_rate: float, entrainment: float) -> np.ndarray:
+        """Outputs and their slopes, (4, 4), the wet region of the solution held.
+
+        rows: radial, tangential [N], shear, side_flow [m3/s]; columns: value, slopes by eccentricity_ratio, radial_rate
+        [1/s] and entrainment [rad/s]. One factored system, three more back-substitutions.
+        """
+        return self._film.linearised(self._state(eccentricity_ratio, radial_rate, entrainment))
+
+    def advance(
+        self, eccentricity_ratio: float, radial_rate: float, entrainment: float, content: np.ndarray, step: float
+    ) -> FilmSolution:
+        """A mass-conserving film after one implicit Euler step [s] from its content (n, m) before it.
+
+        The state is the one after the step; before it, the eccentricity ratio was smaller by step times radial_rate.
+        Grooves stay where they are in the frame of the line of centres. `mass_defect` tells how well oil was kept.
+        Raises TypeError for other films, ValueError for a content of wrong shape or outside [0, 1].
+        """
+        if not isinstance(self._film, _Conserving):
+            raise TypeError(f"advance: a film with cavitation {self.bearing.cavitation!r} has no content to advance")
+        state = self._state(eccentricity_ratio, radial_rate, entrainment)
+        shape, content = self._film.parts.layout.shape, np.asarray(content, dtype=float)
+        if content.shape != shape or not np.all((content >= -ROUNDING) & (content <= 1.0 + ROUNDING)):
+            raise ValueError(f"advance: content must lie in [0, 1] on the {shape} nodes, got shape {content.shape}")
+        field = self._film.advance(state, content, checks.positive("advance: step", step))
+        return self._film.solution(field, state[0])
+
+    @property
+    def mass_defect(self) -> float:
+        """Of the last `advance`: oil stored less oil before and supplied, over the oil held."""
+        return self._film.defect
+
+
+def solve(
+    bearing: Bearing,
+    eccentricity_ratio: float,
+    radial_rate: float,
+    entrainment: float,
+    mesh: tuple[int, int] = (64, 8),
+) -> FilmSolution:
+    """The film of a bearing in one state, solved once; see `FemFilm.solve`."""
+    return FemFilm(bearing, mesh).solve(eccentricity_ratio, radial_rate, entrainment)

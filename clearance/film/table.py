@@ -1,0 +1,273 @@
+"""The force table: the film of an aligned, rigid, isoviscous bearing, solved once and looked up ever after.
+
+The film with P >= 0 is homogeneous of degree one in V = (v_r, v_t) (see film/bearing.py). With s = sqrt(1 - eps^2),
+V' = (v_r, s v_t) and alpha' the angle of V' it is
+
+    W_r = |V'| s^-3 w_r(eps, alpha'),  W_t = |V'| s^-2 w_t(eps, alpha'),  shear = K(eps, alpha') / s,
+    side flow = |V'| s^-1 q(eps, alpha'),
+
+and w_r, w_t, K, q stay bounded and smooth up to contact: near it the gap is a parabola of half-width sqrt(2 (1 - eps)).
+They are kept on a grid uniform in y = -ln(1 - eps) and alpha' as C2 cubic B-splines; beyond the last y they stay as they
+are, which is the film of a parabolic gap. The film of the concentric bearing, -A (v_r, -v_t), is taken off before, so
+that the force and its derivatives are exact in the centre.
+
+An ambient pressure above the cavitation pressure adds a third axis tau = S / (S + 3), S = sigma |V| s^4 / |V'|, from
+cavitation at ambient pressure (0) to the full film (1); sigma |V| = p_ambient (c/R)^2 / mu.
+"""
+
+import hashlib
+import json
+import logging
+import math
+import os
+import warnings
+import zipfile
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from clearance.film import bands
+from clearance.film.bearing import COARSEST
+from clearance.mechanism import store
+
+LOG = logging.getLogger("clearance")
+TOP = 6.2  # largest y: eps = 0.998
+HALF_WAY = 3.0  # S at tau = 1/2
+MESH, CHECK_MESH = (96, 12), (192, 24)
+CHECKS = 48  # states off the nodes that a table is tested at
+SPEED_STEP = 0.02  # eccentricity ratio of the difference that gives the slope at the centre
+HEAD = 8  # numbers before the coefficients: A, nodes over y and alpha', cells per y and alpha', tau nodes, first flow
+PARTS = 3  # splines that a force needs: w_r + A cos, w_t - A sin, K
+DAMAGED = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zipfile.error)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Numbers that the law reads, and how far they are from the film they stand for.
+
+    error_closing: largest relative force error of the states tested where the journal comes closer; error_median and
+    error_opening (largest where it recedes, relative to the opening force, which is small near contact) likewise.
+    """
+
+    numbers: np.ndarray
+    error_closing: float
+    error_median: float
+    error_opening: float
+
+
+@dataclass(frozen=True)
+class Key:
+    """What a table depends on. slenderness L/D; cavitation; thickness: clearance over roughness of the flow factors, 0
+    for smooth surfaces; nodes over y and alpha'; layers over tau, 1 without ambient pressure; mesh of the solver.
+    """
+
+    slenderness: float
+    cavitation: str = "reynolds"
+    thickness: float = 0.0
+    nodes: int = 33
+    layers: int = 1
+    mesh: tuple[int, int] = MESH
+
+    @property
+    def axial(self) -> float:
+        return 0.25 / self.slenderness**2
+
+    def name(self) -> str:
+        """Of the file: all of the key, and the solver's and this file's text."""
+        text = [Path(f).read_text() for f in (__file__, bands.__file__)]
+        return hashlib.sha256(json.dumps([vars(self), text], default=list).encode()).hexdigest()[:24]
+
+
+# --- nodes
+def scaled_film(key: Key, y: float, angle: float, tau: float, mesh: tuple[int, int]) -> np.ndarray:
+    """(w_r, w_t, K, q) at one state, by the fast solver."""
+    eps = -math.expm1(-y)
+    s = math.sqrt(1.0 - eps * eps)
+    vr, vt = math.cos(angle), math.sin(angle) / s
+    code, lowest = bands.CODES[key.cavitation], 0.0
+    if tau >= 1.0:
+        code = bands.FULL
+    elif tau > 0.0:
+        lowest = -HALF_WAY * tau / (1.0 - tau) / s**4
+    found = bands.film(*mesh, eps, key.axial, vr, vt, lowest, key.thickness, code, np.zeros((0, 4)))[0]
+    return found * np.array([s**3, s * s, s, s])
+
+
+def centre(key: Key, tau: float, mesh: tuple[int, int]) -> tuple[float, float, float]:
+    """A of the concentric film, and a, b of its slope in eps: d(w_r) = -(a cos^2 + b sin^2), d(w_t) = (a-b) sin cos."""
+    size = np.mean([math.hypot(*scaled_film(key, 0.0, g, tau, mesh)[:2]) for g in (0.3, 0.9, 1.5, 2.1, 2.7)])
+
+    def slope(angle: float, part: int, there: float) -> float:
+        near, far = (scaled_film(key, -math.log1p(-k * SPEED_STEP), angle, tau, mesh)[part] for k in (1, 2))
+        return (4.0 * (near - there) - (far - there)) / (2.0 * SPEED_STEP)
+
+    b = -slope(0.5 * math.pi, 0, 0.0)
+    return float(size), b + 2.0 * slope(0.25 * math.pi, 1, size * math.sin(0.25 * math.pi)), b
+
+
+def layer(key: Key, tau: float, progress) -> tuple[float, np.ndarray]:
+    """A and the coefficients (nodes + 2, nodes + 2, 4) of one tau."""
+    nodes = key.nodes
+    ys, angles = np.linspace(0.0, TOP, nodes), np.linspace(0.0, math.pi, nodes)
+    size, a, b = centre(key, tau, key.mesh)
+    values = np.empty((nodes, nodes, 4))
+    for i, y in enumerate(ys):
+        for j, angle in enumerate(angles):
+            values[i, j] = scaled_film(key, y, angle, tau, key.mesh)
+        progress()
+    cos, sin = np.cos(angles), np.sin(angles)
+    values[:, :, 0] += size * cos
+    values[:, :, 1] -= size * sin
+    values[0, :, 0], values[0, :, 1] = 0.0, 0.0
+    values[0, :, 2] = values[0, :, 2].mean()  # has no direction to depend on
+    slopes = {0: -(a * cos * cos + b * sin * sin), 1: (a - b) * sin * cos}
+    spacing = TOP / (nodes - 1)
+    coefficients = np.empty((nodes + 2, nodes + 2, 4))
+    for part in range(4):
+        mirror = "odd" if part == 1 else "even"
+        across = spline(values[:, :, part].T, mirror, mirror)
+        begin = spline(slopes[part][:, None], mirror, mirror)[:, 0] * spacing if part in slopes else "free"
+        coefficients[:, :, part] = spline(across.T, begin, "free")
+    return size, coefficients
+
+
+def spline(values: np.ndarray, begin, end) -> np.ndarray:
+    """Coefficients (n + 2, m) of the uniform cubic B-splines through values (n, m), along the first axis.
+
+    begin, end: "even" or "odd" about the first or last node, "free" (not-a-knot), or the slopes (m) per spacing.
+    """
+    n = len(values)
+    matrix, known = np.zeros((n + 2, n + 2)), np.zeros((n + 2, values.shape[1]))
+    for i in range(n):
+        matrix[i, i : i + 3] = 1 / 6, 4 / 6, 1 / 6
+    known[:n] = values
+    third = np.array([-1.0, 3.0, -3.0, 1.0])  # jump of the third derivative
+    for row, condition, at in ((n, begin, slice(0, 5)), (n + 1, end, slice(n - 3, n + 2))):
+        if isinstance(condition, str) and condition == "free":
+            matrix[row, at] += np.append(third, 0.0) - np.append(0.0, third)
+        elif isinstance(condition, str):
+            inner, outer = (2, 0) if row == n else (n - 1, n + 1)
+            matrix[row, outer], matrix[row, inner] = 1.0, -1.0 if condition == "even" else 1.0
+        else:
+            matrix[row, 0], matrix[row, 2] = -0.5, 0.5
+            known[row] = condition
+    return np.linalg.solve(matrix, known)
+
+
+def build(key: Key) -> Table:
+    """Solve all nodes, fit the splines, measure the error at states between them."""
+    taus = np.linspace(0.0, 1.0, key.layers) if key.layers > 1 else np.zeros(1)
+    from tqdm import tqdm
+
+    LOG.info("building the film table of L/D = %g, %s (kept for later runs)", key.slenderness, key.cavitation)
+    with tqdm(total=len(taus) * key.nodes, desc="film table", disable=None, leave=False) as bar:
+        layers = [layer(key, tau, bar.update) for tau in taus]
+    sizes = np.array([size for size, _ in layers])
+    numbers = np.stack([c for _, c in layers], axis=2)  # y, alpha', tau, part
+    if key.layers > 1:
+        flat = np.moveaxis(numbers, 2, 0)
+        numbers = spline(flat.reshape(key.layers, -1), "free", "free").reshape(key.layers + 2, *flat.shape[1:])
+        numbers = np.moveaxis(numbers, 0, 2)
+        sizes = spline(sizes[:, None], "free", "free")[:, 0]
+    cells = key.nodes - 1
+    force, flow = numbers[..., :PARTS].ravel(), numbers[..., PARTS].ravel()
+    head = [sizes[0], key.nodes, cells / TOP, cells / math.pi, key.layers, len(sizes), HEAD + len(sizes) + len(force), 0]
+    numbers = np.concatenate([head, sizes, force, flow])
+    return Table(numbers, *_errors(key, numbers))
+
+
+def _errors(key: Key, numbers: np.ndarray) -> tuple[float, float, float]:
+    """Largest relative force error where the journal closes in, median of all, largest where it recedes."""
+    from clearance.film.tabulated import looked_up, looked_up_ambient
+
+    draw = np.random.default_rng(1)
+    found = []
+    for _ in range(CHECKS if key.layers == 1 else 2 * CHECKS):
+        y, angle, tau = draw.uniform(0.0, 5.3), draw.uniform(0.0, math.pi), draw.uniform() if key.layers > 1 else 0.0
+        eps = -math.expm1(-y)
+        s = math.sqrt(1.0 - eps * eps)
+        wanted = scaled_film(key, y, angle, tau, CHECK_MESH)[:2]
+        if key.layers > 1:
+            size, *w = looked_up_ambient(numbers, 0, y, angle, tau)
+        else:
+            size, *w = numbers[0], *looked_up(numbers, 0, y, angle)
+        w = np.array([w[0] - size * math.cos(angle), w[1] + size * math.sin(angle)])
+        error = math.hypot(w[0] - wanted[0], (w[1] - wanted[1]) * s) / math.hypot(wanted[0], wanted[1] * s)
+        found.append((angle < 0.5 * math.pi, error))
+    closing, opening = ([e for c, e in found if c == side] for side in (True, False))
+    return max(closing), float(np.median([e for _, e in found])), max(opening)
+
+
+# --- store
+def path_of(key: Key) -> Path:
+    """Where a table is kept: beside the kernels."""
+    return store.folder() / f"clearance_film_{key.name()}.npz"
+
+
+@lru_cache(maxsize=32)
+def table(key: Key) -> Table:
+    """The table of a key: of this process, of the store, or built now. A damaged file is built again, with a warning.
+
+    Several processes may ask at once: the first builds, the others wait for it.
+    """
+    path = path_of(key)
+    if (found := _read(path)) is not None:
+        return found
+    with _alone(path):
+        found = _read(path)
+        if found is None:
+            found = build(key)
+            _write(path, found)
+    return found
+
+
+def _read(path: Path) -> Table | None:
+    if not path.exists():
+        return None
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            found = Table(file["numbers"], *(float(e) for e in file["errors"]))
+        if found.numbers.ndim != 1 or not np.isfinite(found.numbers).all():
+            raise ValueError("numbers are missing")
+        return found
+    except DAMAGED as reason:
+        warnings.warn(f"film table {path} is damaged ({reason}); it is built again", stacklevel=3)
+        return None
+
+
+def _write(path: Path, found: Table) -> None:
+    """Under a temporary name first, so that nobody ever reads half a table. A store that is full costs time only."""
+    temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with open(temporary, "wb") as file:
+            np.savez(file, numbers=found.numbers, errors=[found.error_closing, found.error_median, found.error_opening])
+        os.replace(temporary, path)
+    except OSError as reason:
+        temporary.unlink(missing_ok=True)
+        warnings.warn(f"film table {path} cannot be kept ({reason})", stacklevel=3)
+
+
+@contextmanager
+def _alone(path: Path):
+    """One process at a time, where the system has file locks; they end with the process that holds them."""
+    try:
+        import fcntl
+    except ImportError:
+        yield
+        return
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        lock = open(path.with_suffix(".lock"), "w")
+    except OSError:
+        yield
+        return
+    with lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+__all__ = ["COARSEST", "Key", "Table", "table"]

@@ -1,0 +1,209 @@
+"""Film laws that look their force up in a table of the finite bearing (film/table.py)."""
+
+import math
+
+from clearance import checks
+from clearance.film.bearing import CAVITATIONS
+from clearance.laws.film import REST, WALL
+from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, wet_film
+
+HEAD = 8  # numbers before the coefficients, see film/table.py
+LARGEST = 257  # nodes
+LAYERS = 25  # nodes over tau
+
+
+def bump_0(t):
+    """First of the four cubic B-splines over a cell, t in [0, 1]."""
+    u = 1.0 - t
+    return u * u * u / 6.0
+
+
+def bump_1(t):
+    return (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0
+
+
+def row(data, at, step, w0, w1, w2, w3):
+    """Sum of four coefficients."""
+    return data[at] * w0 + data[at + step] * w1 + data[at + 2 * step] * w2 + data[at + 3 * step] * w3
+
+
+def patch(data, at, line, step, p0, p1, p2, p3, w0, w1, w2, w3):
+    """Sum of four rows of coefficients."""
+    return (
+        p0 * row(data, at, step, w0, w1, w2, w3)
+        + p1 * row(data, at + line, step, w0, w1, w2, w3)
+        + p2 * row(data, at + 2 * line, step, w0, w1, w2, w3)
+        + p3 * row(data, at + 3 * line, step, w0, w1, w2, w3)
+    )
+
+
+def looked_up(data, start, y, angle):
+    """The three splines (w_r + A cos, w_t - A sin, K) at y = -ln(1 - eps) and alpha' in [0, pi]."""
+    nodes = int(data[start + 1])
+    top = nodes - 1.0
+    x, z = min(y * data[start + 2], top), min(angle * data[start + 3], top)
+    i, j = min(int(x), nodes - 2), min(int(z), nodes - 2)
+    t, u = x - i, z - j
+    p0, p1, p2, p3 = bump_0(t), bump_1(t), bump_1(1.0 - t), bump_0(1.0 - t)
+    w0, w1, w2, w3 = bump_0(u), bump_1(u), bump_1(1.0 - u), bump_0(1.0 - u)
+    line = 3 * (nodes + 2)
+    at = start + 9 + i * line + 3 * j
+    return (
+        patch(data, at, line, 3, p0, p1, p2, p3, w0, w1, w2, w3),
+        patch(data, at + 1, line, 3, p0, p1, p2, p3, w0, w1, w2, w3),
+        patch(data, at + 2, line, 3, p0, p1, p2, p3, w0, w1, w2, w3),
+    )
+
+
+def looked_up_flow(data, start, y, angle):
+    """The spline of the side flow, q."""
+    nodes = int(data[start + 1])
+    top = nodes - 1.0
+    x, z = min(y * data[start + 2], top), min(angle * data[start + 3], top)
+    i, j = min(int(x), nodes - 2), min(int(z), nodes - 2)
+    t, u = x - i, z - j
+    at = start + int(data[start + 6]) + i * (nodes + 2) + j
+    return patch(
+        data, at, nodes + 2, 1, bump_0(t), bump_1(t), bump_1(1.0 - t), bump_0(1.0 - t),
+        bump_0(u), bump_1(u), bump_1(1.0 - u), bump_0(1.0 - u),
+    )  # fmt: skip
+
+
+def table(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
+    """Film of a finite bearing from its Reynolds equation [N, N, 1], looked up in a table.
+
+    v_t = eps w / 2,  s = sqrt(1 - eps^2),  V' = (eps', s v_t),  P0 = mu L R^3 / c^2
+    F_r = P0 |V'| s^-3 w_r(eps, alpha'),   F_t = P0 |V'| s^-2 w_t(eps, alpha'),   shear = K / s
+
+    C2 cubic splines over -ln(1 - eps) and alpha' = angle of V' (see film/table.py), kept up to eps = 0.998 and constant
+    beyond; default table within 1e-3 of the Reynolds equation where the journal closes in. Rigid, aligned, isoviscous,
+    cavitating at ambient pressure.
+    """
+    first = int(start)
+    eps = min(eccentricity_ratio, 1.0)
+    gap = max(1.0 - eps * eps, WALL)
+    root = math.sqrt(gap)
+    across = 0.5 * root * eps * entrainment
+    width = math.sqrt(across * across + REST * REST)
+    speed = math.sqrt(radial_rate * radial_rate + width * width)
+    y, angle = -math.log(max(1.0 - eps, 0.5 * WALL)), math.atan2(width, radial_rate)
+    rest_radial, rest_tangential, shear = looked_up(data, first, y, angle)
+    scale = joint.viscosity * joint.length * joint.radius**3 / (joint.clearance**2 * gap)
+    radial = (speed * rest_radial - data[first] * radial_rate) * scale / root
+    tangential = (speed * rest_tangential * across / width + data[first] * across) * scale
+    return radial, tangential, shear / root
+
+
+def side_flow(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
+    """Oil that leaves the bearing at both ends [m3/s]: c R L |V'| q(eps, alpha') / s."""
+    eps = min(eccentricity_ratio, 1.0)
+    root = math.sqrt(max(1.0 - eps * eps, WALL))
+    across = 0.5 * root * eps * entrainment
+    width = math.sqrt(across * across + REST * REST)
+    speed = math.sqrt(radial_rate * radial_rate + width * width)
+    y = -math.log(max(1.0 - eps, 0.5 * WALL))
+    flow = looked_up_flow(data, int(start), y, math.atan2(width, radial_rate))
+    return joint.clearance * joint.radius * joint.length * speed * flow / root
+
+
+def block(data, at, plane, line, step, p0, p1, p2, p3, w0, w1, w2, w3, q0, q1, q2, q3):
+    """Sum of four patches of coefficients."""
+    return (
+        p0 * patch(data, at, line, step, w0, w1, w2, w3, q0, q1, q2, q3)
+        + p1 * patch(data, at + plane, line, step, w0, w1, w2, w3, q0, q1, q2, q3)
+        + p2 * patch(data, at + 2 * plane, line, step, w0, w1, w2, w3, q0, q1, q2, q3)
+        + p3 * patch(data, at + 3 * plane, line, step, w0, w1, w2, w3, q0, q1, q2, q3)
+    )
+
+
+def looked_up_ambient(data, start, y, angle, tau):
+    """A and the three splines (w_r + A cos, w_t - A sin, K) at y, alpha' and tau in [0, 1]."""
+    nodes, layers = int(data[start + 1]), int(data[start + 4])
+    top, roof = nodes - 1.0, layers - 1.0
+    x, z, c = min(y * data[start + 2], top), min(angle * data[start + 3], top), min(tau * roof, roof)
+    i, j, k = min(int(x), nodes - 2), min(int(z), nodes - 2), min(int(c), layers - 2)
+    t, u, v = x - i, z - j, c - k
+    p0, p1, p2, p3 = bump_0(t), bump_1(t), bump_1(1.0 - t), bump_0(1.0 - t)
+    w0, w1, w2, w3 = bump_0(u), bump_1(u), bump_1(1.0 - u), bump_0(1.0 - u)
+    q0, q1, q2, q3 = bump_0(v), bump_1(v), bump_1(1.0 - v), bump_0(1.0 - v)
+    line = 3 * (layers + 2)
+    plane = line * (nodes + 2)
+    at = start + 10 + layers + i * plane + j * line + 3 * k
+    return (
+        row(data, start + 8 + k, 1, q0, q1, q2, q3),
+        block(data, at, plane, line, 3, p0, p1, p2, p3, w0, w1, w2, w3, q0, q1, q2, q3),
+        block(data, at + 1, plane, line, 3, p0, p1, p2, p3, w0, w1, w2, w3, q0, q1, q2, q3),
+        block(data, at + 2, plane, line, 3, p0, p1, p2, p3, w0, w1, w2, w3, q0, q1, q2, q3),
+    )
+
+
+def table_ambient(eccentricity_ratio, radial_rate, entrainment, joint, data, start, ambient):
+    """As `table`, for an ambient pressure [Pa] above the cavitation pressure: a third axis of the table.
+
+    tau = S / (S + 3),  S = ambient / (mu (R/c)^2) s^4 / |V'|;  F_r = P0 s^-3 (|V'| w(eps, alpha', tau) - A(tau) eps').
+    Linear in the velocities about rest, where the film does not cavitate.
+    """
+    first = int(start)
+    eps = min(eccentricity_ratio, 1.0)
+    gap = max(1.0 - eps * eps, WALL)
+    root = math.sqrt(gap)
+    across = 0.5 * root * eps * entrainment
+    width = math.sqrt(across * across + REST * REST)
+    speed = math.sqrt(radial_rate * radial_rate + width * width)
+    y, angle = -math.log(max(1.0 - eps, 0.5 * WALL)), math.atan2(width, radial_rate)
+    still = ambient * joint.clearance**2 * gap * gap / (3.0 * joint.viscosity * joint.radius**2)
+    size, rest_radial, rest_tangential, shear = looked_up_ambient(data, first, y, angle, still / (still + speed))
+    scale = joint.viscosity * joint.length * joint.radius**3 / (joint.clearance**2 * gap)
+    radial = (speed * rest_radial - size * radial_rate) * scale / root
+    tangential = (speed * rest_tangential * across / width + size * across) * scale
+    return radial, tangential, shear / root
+
+
+# --- the laws, and how their numbers are made
+def key_of(joint: FilmJoint, settings: dict):
+    """The key of a joint's table."""
+    from clearance.film.table import Key
+
+    thickness = 0.0
+    if settings["flow_factors"]:
+        if joint.roughness <= 0.0:
+            raise ValueError("flow factors need the joint's roughness [m]")
+        thickness = float(f"{joint.clearance / joint.roughness:.9g}")
+    slenderness = float(f"{joint.length / (2.0 * joint.radius):.9g}")
+    layers, mesh = (LAYERS, (64, 8)) if settings["ambient"] else (1, settings["mesh"])
+    return Key(slenderness, settings["cavitation"], thickness, settings["nodes"], layers, mesh)
+
+
+def _numbers(joint: FilmJoint, settings: dict):
+    from clearance.film.table import table as built
+
+    return built(key_of(joint, settings)).numbers
+
+
+_table = DataLaw(wet_film, table, {}, _numbers)
+_table.shown = {"side_flow": side_flow}
+_table_ambient = DataLaw(wet_film, table_ambient, {"ambient": checks.positive}, _numbers)
+
+
+def table_film(
+    *, cavitation: str = "reynolds", ambient: float | None = None, flow_factors: bool = False, nodes: int = 33,
+    mesh: tuple[int, int] = (96, 12),
+) -> BoundLaw:  # fmt: skip
+    """The film of a finite bearing from a table of its Reynolds equation: see the law `table`.
+
+    cavitation: "reynolds" (Swift-Stieber), "gumbel" or "none"; ambient: pressure at the bearing's ends above the
+    cavitation pressure [Pa], None where the film cavitates at ambient pressure; flow_factors: whether Patir and
+    Cheng's factors make the film that of the joint's rough surfaces; nodes of the table over -ln(1 - eps) and alpha',
+    mesh (around, along half the length) of the solver behind it. A table is built once (a second or two, with ambient
+    pressure some ten) and kept on disk by L/D and options.
+    """
+    if cavitation not in CAVITATIONS[:3]:
+        raise ValueError(f"table_film: cavitation must be one of {', '.join(CAVITATIONS[:3])}; got {cavitation!r}")
+    if not isinstance(nodes, int) or not 5 <= nodes <= LARGEST:
+        raise ValueError(f"table_film: nodes must be a whole number from 5 to {LARGEST}, got {nodes!r}")
+    settings = {"cavitation": cavitation, "flow_factors": bool(flow_factors), "nodes": nodes, "mesh": tuple(mesh)}
+    if ambient is None:
+        return _table.bind(settings | {"ambient": False})
+    if cavitation != "reynolds":
+        raise ValueError("table_film: an ambient pressure needs cavitation reynolds")
+    return _table_ambient.bind(settings | {"ambient": True}, ambient=ambient)
