@@ -25,7 +25,7 @@ def scene(
     contact: str = "auto",
     friction: str = "none",
     friction_coefficient: float = 0.1,
-    film: str = "pinkus_sternlicht",
+    film: str = "table",
     film_torques: bool = True,
     roughness: float = 0.8e-6,
     transition: str = "load_sharing",
@@ -43,7 +43,7 @@ def scene(
     contact: contact law of dry and mixed joints; auto is lankarani_nikravesh when dry, winkler when mixed [-]
     friction: friction law of contact and asperities: none, coulomb, stribeck, lugre, ... [-]
     friction_coefficient: coefficient of friction of contact and asperities [-]
-    film: film law: pinkus_sternlicht, long (too stiff for L/D < 2), short, harmonic (finite), sommerfeld [-]
+    film: film law: table (of the Reynolds equation), harmonic, short, long, pinkus_sternlicht, sommerfeld, fem, ... [-]
     film_torques: whether the film drags on both bodies [-]
     roughness: composite rms roughness; 0 leaves out the film thickness ratio, and mixed joints need it [m]
     transition: how film and contact share a mixed joint: none, flores, fuzzy or load_sharing [-]

@@ -4,6 +4,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 from clearance import checks, laws
+from clearance.film.online import conserving_film, fem_film
 from clearance.film.tabulated import table_film
 from clearance.joints import ClearanceRevolute, Joint, Revolute
 from clearance.materials import Lubricant, Material, steel
@@ -100,6 +101,7 @@ FRICTIONS: dict[str, Callable] = {
 FILMS = {
     "sommerfeld": laws.full_sommerfeld, "pinkus_sternlicht": laws.pinkus_sternlicht, "long": laws.long_film,
     "short": laws.short_film, "harmonic": laws.harmonic, "table": table_film,
+    "fem": fem_film, "conserving": conserving_film,
 }  # fmt: skip
 ASPERITIES = {"greenwood_tripp": laws.greenwood_tripp, "greenwood_williamson": laws.greenwood_williamson}
 #: name -> the law for the thresholds dry, mixed, full of the film thickness ratio

@@ -4,8 +4,19 @@ import math
 from dataclasses import dataclass
 
 from clearance import checks
-from clearance.laws.law import BoundLaw, asperity, bound, bristle, contact, film, friction, transition, wet_film
-from clearance.materials import Lubricant, Material, steel
+from clearance.laws.law import (
+    BoundLaw,
+    asperity,
+    bound,
+    bristle,
+    contact,
+    film,
+    friction,
+    memory_film,
+    transition,
+    wet_film,
+)
+from clearance.materials import HeatBalance, Lubricant, Material, steel
 from clearance.scene import Body, Point, as_point, ground
 
 
@@ -73,7 +84,7 @@ class Prismatic(Joint):
 
 #: what a clearance joint may have, and the kinds of law it takes for it
 SLOTS = {
-    "contact": (contact,), "friction": (friction, bristle), "film": (film, wet_film), "asperity": (asperity,),
+    "contact": (contact,), "friction": (friction, bristle), "film": (film, wet_film, memory_film), "asperity": (asperity,),
     "transition": (transition,),
 }  # fmt: skip
 
@@ -89,6 +100,7 @@ class ClearanceRevolute(Joint):
     film_torques: whether the film drags on both bodies. Leave it on: without it the film's force pair has a net moment.
     Off reproduces published rows that leave the drag out.
     roughness: composite rms roughness [m], switches the film thickness ratio output on.
+    heat: the balance of heat that sets the oil's temperature and with it its viscosity, or None for a constant one.
     material: of journal and bearing, and layer: thickness [m] of the elastic layer that flattens (default half the
     journal radius), for the diagnostics of the film only.
     eccentricity [m] and eccentricity_rate [m/s]: start values of the journal's displacement in the bearing, along the
@@ -107,6 +119,7 @@ class ClearanceRevolute(Joint):
     asperity: BoundLaw | None = None
     transition: BoundLaw | None = None
     lubricant: Lubricant | None = None
+    heat: HeatBalance | None = None
     film_torques: bool = True
     roughness: float | None = None
     material: Material = steel
@@ -150,6 +163,10 @@ class ClearanceRevolute(Joint):
                 raise ValueError(f"{label}: film needs lubricant=Lubricant(viscosity), got {self.lubricant!r}")
             if self.length is None:
                 raise ValueError(f"{label}: film needs the bearing length [m]")
+        if self.heat is not None and (self.film is None or not isinstance(self.heat, HeatBalance)):
+            raise ValueError(f"{label}: heat must be a HeatBalance(...) of a joint with a film, got {self.heat!r}")
+        if self.heat is not None and not self.film.law.linear_in_viscosity:
+            raise ValueError(f"{label}: heat needs a film proportional to the viscosity, {self.film.law.name} is not")
         if self.film is not None and self.contact is not None and self.transition is None:
             raise ValueError(f"{label}: film and contact together need a transition model, such as load_sharing()")
         if self.transition is not None:

@@ -39,6 +39,7 @@ WORST_LEDGER = 0.5  # share of lost energy at which a run ends itself, however l
 THIN = 1e-6  # film left over the clearance at which a run that cannot go on has run out of film
 LOST_ENERGY = 1e-3  # share of the energy turned over whose loss makes a run doubtful
 LARGEST_SHARE = 1.0 / 24.0  # largest step as a share of a turn
+REMEMBERED_SHARE = 1.0 / 400.0  # the same where a film has a memory
 
 
 class SimulationError(RuntimeError):
@@ -157,7 +158,7 @@ def kernel_roles(mechanism: Mechanism, method: str) -> list[str]:
         "rhs": True,
         "jacobian": method != "dop853",
         "events": bool(mechanism.scene.clearance_joints),
-        "commit": bool(mechanism.structure.kinematics.remembered),
+        "commit": mechanism.structure.commits > 0,
         "observe": True,
     }
     return [role for role, used in needed.items() if used]
@@ -207,11 +208,14 @@ class Run:
         self.control[t.NEWTON_TOLERANCE] = NEWTON_TOLERANCE
         self.clock, self.place = np.zeros(loop.CLOCK_SIZE), np.zeros(loop.PLACE_SIZE, np.int64)
         self.clock[loop.END] = span.until
-        self.clock[loop.LARGEST] = max_step or min(scene.turn or span.until, span.until) * LARGEST_SHARE
+        self.clock[loop.LARGEST] = max_step or self._largest_step()
+        for source in mechanism.sources.values():
+            getattr(source, "reset", lambda: None)()
         self.clock[loop.SAMPLE_EVERY] = span.until / (span.samples - 1)
         self.place[loop.SAMPLES] = span.samples
         self.place[loop.STEP_LIMIT] = max_steps or STEP_LIMIT
-        self.place[loop.COMMITS] = len(mechanism.structure.kinematics.remembered)
+        self.place[loop.COMMITS] = mechanism.structure.commits
+        self.place[loop.REMEMBERING] = len(mechanism.structure.remembering)
         self.contacts = np.zeros((joints, loop.CONTACT_COLUMNS))
         self.contacts[:, loop.KIND] = [_kind(loop, j) for j in scene.clearance_joints]
         self.contacts[:, loop.CLEARANCE] = [j.clearance for j in scene.clearance_joints]
@@ -228,6 +232,11 @@ class Run:
         self._take(self.method)
         self.wall, self.contact_count = 0.0, 0
         self.spoilt = ""  # why the outputs cannot be trusted any more
+
+    def _largest_step(self) -> float:
+        """A share of a turn, or of the span; films with a memory are first order in it and need it short."""
+        share = REMEMBERED_SHARE if self.mechanism.structure.remembering else LARGEST_SHARE
+        return min(self.mechanism.scene.turn or self.span.until, self.span.until) * share
 
     def _take(self, method: str) -> None:
         """Use a stepper: its functions, the kernels it needs, its scratch."""

@@ -341,8 +341,10 @@ def film(count, rows, eps, axial, vr, vt, lowest, thickness, cavitation, grooves
     """
     levels = 0
     while (
-        count % 2 ** (levels + 1) == 0 and rows % 2 ** (levels + 1) == 0
-        and count >> (levels + 1) >= LEAST_AROUND and rows >> (levels + 1) >= LEAST_ALONG
+        count % 2 ** (levels + 1) == 0
+        and rows % 2 ** (levels + 1) == 0
+        and count >> (levels + 1) >= LEAST_AROUND
+        and rows >> (levels + 1) >= LEAST_ALONG
     ):
         levels += 1
     clustering = clustering_of(eps, vr, vt)
@@ -350,7 +352,18 @@ def film(count, rows, eps, axial, vr, vt, lowest, thickness, cavitation, grooves
     last, total = np.zeros(4), 0
     for level in range(levels, -1, -1):
         found, solutions, pressure, state, theta, zeta = on_grid(
-            count >> level, rows >> level, eps, axial, vr, vt, lowest, thickness, cavitation, clustering, grooves, coarse
+            count >> level,
+            rows >> level,
+            eps,
+            axial,
+            vr,
+            vt,
+            lowest,
+            thickness,
+            cavitation,
+            clustering,
+            grooves,
+            coarse,
         )
         total += solutions
         best = found if level == levels else found + (found - last) / 3.0

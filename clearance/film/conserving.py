@@ -29,7 +29,11 @@ from clearance.film.bearing import Bearing, Groove, check_mesh
 from clearance.mechanism.store import njit
 
 FULL, CAVITATED, FIXED = 0, 1, 2  # kinds of cell; pressure and content of a fixed one are given
-COND, GAP = 0, 5  # in `face`: conductance and gap, each followed by d/d(ex, ey, this cell's P, the next cell's P)
+COND, GAP, DRAG = (
+    0,
+    5,
+    10,
+)  # in `face`: conductance and gap, each followed by d/d(ex, ey, this cell's P, the next cell's P)
 AXIAL, VOLUME, SHEAR = 0, 4, 8  # in `cell`: each followed by d/d(ex, ey, this cell's P)
 LIMIT = 200  # linear systems before a film counts as unsettled
 PATIENCE = 30  # linear systems after which only the worst cells switch, which ends a cycle
@@ -37,9 +41,10 @@ LOWEST_GAP = 1e-6  # H is not taken below this: roughness is larger
 INSTANT = 1e-9  # shortest time since the last moment, in units of the time in which the motion changes the film
 
 compiled = njit(cache=True, error_model="numpy")
+inlined = njit(error_model="numpy", forceinline=True)
 
 
-@compiled
+@inlined
 def floored(gap):
     """A gap not below LOWEST_GAP, and whether it still changes."""
     if gap > LOWEST_GAP:
@@ -47,7 +52,7 @@ def floored(gap):
     return LOWEST_GAP, 0.0
 
 
-@compiled
+@inlined
 def join(own, mid, far, own_slope, mid_slope, far_slope, sizes, face):
     """Conductance and gap of one face: exact for a one-dimensional film between the middles of its two cells.
 
@@ -60,6 +65,7 @@ def join(own, mid, far, own_slope, mid_slope, far_slope, sizes, face):
     third = width / 6.0 * (a * a * a + 4.0 * b * b * b + d * d * d)
     second = width / 6.0 * (a * a + 4.0 * b * b + d * d)
     face[COND] = depth / third
+    face[DRAG] = 0.0
     face[GAP] = depth * second / third
     for m in range(4):
         da = -own_on * own_slope[m] * a * a
@@ -71,7 +77,21 @@ def join(own, mid, far, own_slope, mid_slope, far_slope, sizes, face):
         face[GAP + 1 + m] = depth * (d_second - second / third * d_third) / third
 
 
-@compiled
+@inlined
+def stiffen(least, drag, face):
+    """Let the conductance not fall below least |drag|, smoothly: what a soft liner drags along counts upwind then.
+
+    Otherwise the gap that the pressure opens travels on central differences, which wiggle where the film is thin (cell
+    Peclet number above 1) and keep the Newton steps from settling. A second-order change of the resolved film.
+    """
+    plain = face[COND]
+    face[COND] = math.hypot(plain, least * drag)
+    face[DRAG] = least * least * drag / face[COND]
+    for m in range(4):
+        face[COND + 1 + m] *= plain / face[COND]
+
+
+@inlined
 def fill(before, own, beyond, mean, before_slope, own_slope, beyond_slope, mean_slope, sizes, cell):
     """Axial conductance (integral of H^3), volume and integral of 1 / H of one cell (Simpson over its width)."""
     width, depth, weight = sizes[0], sizes[1], sizes[2]
@@ -84,17 +104,18 @@ def fill(before, own, beyond, mean, before_slope, own_slope, beyond_slope, mean_
     for m in range(3):
         db, do, de = before_on * before_slope[m], own_on * own_slope[m], beyond_on * beyond_slope[m]
         cell[AXIAL + 1 + m] = 3.0 * third * (before**2 * db + 4.0 * own**2 * do + beyond**2 * de)
-        cell[VOLUME + 1 + m] = area * mean_on * mean_slope[m]
+        # by the pressure always: a liner that the journal has passed must still answer its pressure
+        cell[VOLUME + 1 + m] = area * (mean_on if m < 2 else 1.0) * mean_slope[m]
         cell[SHEAR + 1 + m] = -area / 6.0 * (db / before**2 + 4.0 * do / own**2 + de / beyond**2)
 
 
 @compiled
-def measure(ex, ey, soft, lowest, p, ring, sizes, face, cell):
+def measure(ex, ey, drag, soft, lowest, p, ring, sizes, face, cell):
     """All faces and cells of a film. A rigid bearing (soft = 0) is alike over its length: one layer, else one per row.
 
     ring: cos, sin of each cell's middle, cos, sin of the face after it (n, 4); sizes: width and depth of a cell, axial
     weight, mean of cos over a cell's width relative to its middle; soft: deflection per P [s]; p: P - lowest (n, nz);
-    face (n, layers, 10), that between column i and the next; cell (n, layers, 12).
+    face (n, layers, 11), that between column i and the next; cell (n, layers, 12).
     """
     n, mean = ring.shape[0], sizes[3]
     for i in range(n):
@@ -111,11 +132,13 @@ def measure(ex, ey, soft, lowest, p, ring, sizes, face, cell):
         for k in range(face.shape[1]):
             y, z = soft * (p[i, k] + lowest), soft * (p[j, k] + lowest)
             join(own + y, mid + 0.5 * (y + z), far + z, own_slope, mid_slope, far_slope, sizes, face[i, k])
+            if soft > 0.0:
+                stiffen(0.5 * soft * sizes[1], drag, face[i, k])
             fill(before + y, own + y, mid + y, average + y,
                  before_slope, own_slope[:3], beyond_slope, mean_slope, sizes, cell[i, k])  # fmt: skip
 
 
-@compiled
+@inlined
 def add_around(i, k, kind, p, content, flow, face, place, matrix, rest):
     """The flow from cell (i, k) to the next column, and its derivative by the two unknowns."""
     nz, w = kind.shape[1], matrix.shape[1] // 2
@@ -143,7 +166,7 @@ def add_around(i, k, kind, p, content, flow, face, place, matrix, rest):
     matrix[b, w + a - b] -= by_own
 
 
-@compiled
+@inlined
 def add_along(i, k, kind, p, flow, cell, place, matrix, rest):
     """The flow from cell (i, k) to its axial neighbour or out of the end, and its derivatives."""
     nz, w, layered = kind.shape[1], matrix.shape[1] // 2, cell.shape[1] > 1
@@ -321,7 +344,7 @@ def settle(motion, material, state, last, flow, grid, shape, work):
     soft, lowest = material
     for count in range(LIMIT):
         if count == 0 or soft > 0.0:
-            measure(motion[0], motion[1], soft, lowest, p, ring, shape, face, cell)
+            measure(motion[0], motion[1], flow[0], soft, lowest, p, ring, shape, face, cell)
             if follow:
                 for i in range(kind.shape[0]):
                     for k in range(kind.shape[1]):
@@ -331,7 +354,9 @@ def settle(motion, material, state, last, flow, grid, shape, work):
         switched, change = step(kind, p, content, old, base, volume, flow, face, cell, place, matrix, rest, share)
         if not math.isfinite(change):
             return -1
-        if switched == 0 and (soft == 0.0 or change < 1e-9):
+        if switched == 0 and (soft == 0.0 or change < 1e-7):
+            if soft > 0.0:
+                measure(motion[0], motion[1], flow[0], soft, lowest, p, ring, shape, face, cell)
             return count + 1
     return -1
 
@@ -363,8 +388,9 @@ def by_motion(kind, p, content, old, flow, face, cell, ring, place, sizes, right
                     flux = 0.5 * (v[AXIAL + 1 + m] + there[AXIAL + 1 + m]) * (p[i, k] - p[i, k + 1])
                     right[a, m] -= flux
                     right[a + 1, m] += flux
-            right[a, 4] -= 6.0 * f[GAP] * upwind
-            right[b, 4] += 6.0 * f[GAP] * upwind
+            by_spin = 6.0 * (f[GAP] * upwind + f[DRAG] * fall)
+            right[a, 4] -= by_spin
+            right[b, 4] += by_spin
     for i in range(n):
         for k in range(nz):
             if kind[i, k] == FIXED:
@@ -501,7 +527,7 @@ class MemoryFilm:
         self._shape = (width, depth, self.bearing.axial, math.sin(0.5 * width) / (0.5 * width))
         layers = nz if self._material[0] > 0.0 else 1
         self._work = (
-            np.zeros((n, layers, 10)),
+            np.zeros((n, layers, 11)),
             np.zeros((n, layers, 12)),
             np.zeros((n * nz, 4 * nz + 1)),
             np.zeros((n * nz, 1)),
@@ -634,7 +660,6 @@ class MemoryFilm:
         kind, p, content = self._state
         ring, _ = self._grid
         face, cell, _, _ = self._work
-        measure(ex, ey, *self._material, p, ring, self._shape, face, cell)
         volume = np.array(np.broadcast_to(cell[:, :, VOLUME], kind.shape))
         self._held = np.maximum(p, 0.0)
         if self.conserving:

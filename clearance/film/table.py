@@ -174,7 +174,16 @@ def build(key: Key) -> Table:
         sizes = spline(sizes[:, None], "free", "free")[:, 0]
     cells = key.nodes - 1
     force, flow = numbers[..., :PARTS].ravel(), numbers[..., PARTS].ravel()
-    head = [sizes[0], key.nodes, cells / TOP, cells / math.pi, key.layers, len(sizes), HEAD + len(sizes) + len(force), 0]
+    head = [
+        sizes[0],
+        key.nodes,
+        cells / TOP,
+        cells / math.pi,
+        key.layers,
+        len(sizes),
+        HEAD + len(sizes) + len(force),
+        0,
+    ]
     numbers = np.concatenate([head, sizes, force, flow])
     return Table(numbers, *_errors(key, numbers))
 

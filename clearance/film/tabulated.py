@@ -174,15 +174,16 @@ def key_of(joint: FilmJoint, settings: dict):
     return Key(slenderness, settings["cavitation"], thickness, settings["nodes"], layers, mesh)
 
 
-def _numbers(joint: FilmJoint, settings: dict):
+def _made(joint: FilmJoint, settings: dict):
     from clearance.film.table import table as built
 
-    return built(key_of(joint, settings)).numbers
+    return built(key_of(joint, settings))
 
 
-_table = DataLaw(wet_film, table, {}, _numbers)
+_table = DataLaw(wet_film, table, {}, _made)
 _table.shown = {"side_flow": side_flow}
-_table_ambient = DataLaw(wet_film, table_ambient, {"ambient": checks.positive}, _numbers)
+_table_ambient = DataLaw(wet_film, table_ambient, {"ambient": checks.positive}, _made)
+_table_ambient.linear_in_viscosity = False
 
 
 def table_film(

@@ -289,3 +289,12 @@ def peak_film_pressure(load, thickness, radius, clearance, length):
     eccentricity = max(clearance - thin, 1e-3 * clearance)
     width = radius * min(0.5 * math.pi * math.sqrt(2.0 * thin / eccentricity), 2.0)
     return load / (length * width)
+
+
+def thinning(warming, surroundings, vogel, vogel_zero):
+    """mu(T) / mu(T_0) of Vogel's law, for T = T_0 + warming [K]: exp(B / (T - theta) - B / (T_0 - theta)).
+
+    Temperatures below theta + 1 K count as that. Source: Vogel, Physikalische Zeitschrift 22 (1921) 645.
+    """
+    above = max(surroundings + warming - vogel_zero, 1.0)
+    return math.exp(vogel / above - vogel / (surroundings - vogel_zero))

@@ -63,6 +63,7 @@ class Law:
         self.size: Callable | None = None  # of laws with a state of their own: its natural size, from the parameters
         self.first_touch = False  # of transitions: contact starts at the wall, as an event
         self.carries_roughness = False  # of transitions: rough surfaces share the load below full film
+        self.linear_in_viscosity = True  # of films
         self.limit: Callable | None = None  # of contacts: penetration [m] up to which the law is meant, by parameters
         self.__doc__ = function.__doc__
         self.__module__ = function.__module__
@@ -99,8 +100,8 @@ class DataLaw(Law):
     """A law that reads numbers made for its joint, such as a table of forces.
 
     Its first parameters are `data`, a flat array, and `start`, where its numbers begin in it: in a kernel that is the
-    parameter vector, so that other numbers never mean another kernel. make(joint, settings) -> those numbers; settings
-    choose them and are no numbers of the kernel.
+    parameter vector, so that other numbers never mean another kernel. make(joint, settings) -> an object with those
+    `numbers`; settings choose them and are no numbers of the kernel.
     """
 
     def __init__(self, family: Family, function: Callable, checks: dict[str, Check], make: Callable):
@@ -109,7 +110,7 @@ class DataLaw(Law):
             raise TypeError(f"{family.name} law {self.name} must take data and start after its state")
         self.make = make
         self.shown: dict[str, Callable] = {}  # outputs of their own: functions of the same arguments
-        self.memory: Callable | None = None  # of films that are solved online: see film/online.py
+        self.keep: Callable | None = None  # of films with a memory: called with the law's arguments at each step's end
         del self.parameters["data"]
         self.given = [n for n in self.given if n not in ("data", "start")]
         self.checks = checks | {"start": Derived(lambda given: 0.0)}
@@ -141,8 +142,8 @@ class BoundLaw:
         """The parameters and settings that were given."""
         return dict(self.settings) | {n: v for n, v in self.values.items() if n in self.law.given}
 
-    def data(self, joint: FilmJoint):
-        """The numbers that a law with data reads in this joint, a flat array."""
+    def source(self, joint: FilmJoint):
+        """What a law with data reads in this joint: an object with `numbers`, a flat array."""
         return self.law.make(joint, dict(self.settings))
 
     def __call__(self, *state):
@@ -158,7 +159,8 @@ class BoundLaw:
     def _of_data(self, *state):
         """As a law whose parameters are this joint's numbers."""
         (joint,) = (s for s, name in zip(state, self.law.family.state, strict=True) if name == "joint")
-        numbers = (self.data(joint), 0.0, *self.numbers[1:])
+        source = self.source(joint)
+        numbers = (source.numbers, 0.0, *self.numbers[1:])
         return BoundLaw(Law(self.law.family, self.law.function, {}), numbers)(*state)
 
     def __repr__(self) -> str:
@@ -173,6 +175,8 @@ bristle = Family("bristle", ("deflection", "sliding_speed", "normal_force"), 2)
 film = Family("film", ("eccentricity_ratio", "radial_rate", "entrainment", "joint"), 2)
 #: a film that knows its wet area too: returns (radial, tangential, integral of 1/H over the wet area)
 wet_film = Family("film", film.state, 3)
+#: a film with a memory, in the bearing's frame: returns (force x, force y, integral of 1/H over the wet area)
+memory_film = Family("film", ("eccentricity_x", "eccentricity_y", "rate_x", "rate_y", "spin", "time", "joint"), 3)
 #: load that the asperities of the joint's surfaces carry [N]
 asperity = Family("asperity", ("film_thickness_ratio", "joint"), 1)
 #: how film and contact share a joint, from the nominal gap [m]: see laws/transition.py

@@ -20,6 +20,7 @@ from clearance.mechanism.trace import Trace
 from clearance.regimes import facts
 from clearance.scene import Scene
 
+WARMING = 10.0  # natural size of the oil's warming [K]
 _structures: dict[tuple, Structure] = {}
 
 
@@ -33,6 +34,7 @@ class Mechanism:
     par: np.ndarray
     y0: np.ndarray
     work0: np.ndarray
+    sources: dict = field(default_factory=dict)  # joint -> what its film law reads (a table) or asks
     loaded: dict[str, Callable] = field(default_factory=dict)
 
     @property
@@ -78,12 +80,13 @@ class Mechanism:
     @cached_property
     def scale(self) -> np.ndarray:
         """Natural size of each state: clearance for eccentricities, 1 rad for angles, the size for lengths; rates times
-        the frequency; of bristles what their law says.
+        the frequency; of bristles what their law says, of the oil's warming 10 K.
         """
         lengths = [1.0 if c.what == "angle" else self.start.size for c in self.structure.plan.free]
         lengths += [j.clearance for j in self.eccentric for _ in range(2)]
         deflections = [j.friction.law.size(j.friction.values) for j in self.structure.bristles]
-        return np.array(lengths + [x * self.frequency for x in lengths] + deflections)
+        warmings = [WARMING] * len(self.structure.warm)
+        return np.array(lengths + [x * self.frequency for x in lengths] + deflections + warmings)
 
 
 def build(scene: Scene, ledger: bool = True) -> Mechanism:
@@ -99,29 +102,28 @@ def build(scene: Scene, ledger: bool = True) -> Mechanism:
         _structures[signature] = Structure(scene, numbers, plan, cut, start.measured, ledger)
     structure = _structures[signature]
     values = _values(scene, structure, plan, numbers, start)
-    data = _data(scene, structure, values)
+    sources = {j: j.film.source(facts(j)) for j in scene.clearance_joints if j.film and isinstance(j.film.law, DataLaw)}
+    data = _data(sources, structure, values)
     par = np.zeros(len(values) + len(structure.slots.order))
     par[: len(values)] = values
     par[len(values) :] = structure.derive(list(par))[len(values) :]
     par = np.concatenate([par, *data])
-    y0 = _state(scene, plan, start, len(structure.bristles), ledger)
-    mechanism = Mechanism(scene, structure, start, par, y0, _work(scene, structure, start))
+    y0 = _state(scene, plan, start, len(structure.bristles) + len(structure.warm), ledger)
+    mechanism = Mechanism(scene, structure, start, par, y0, _work(scene, structure, start), sources)
     for i, joint in enumerate(scene.clearance_joints):
         if joint.contact is not None and not joint.impacts:  # no first touch: a typical speed instead
             mechanism.work0[i] = max(mechanism.work0[i], joint.clearance * mechanism.frequency)
     return mechanism
 
 
-def _data(scene: Scene, structure: Structure, values: list[float]) -> list[np.ndarray]:
-    """Numbers that laws read as a whole, such as film tables; they stand behind all others, equal ones once."""
+def _data(sources: dict, structure: Structure, values: list[float]) -> list[np.ndarray]:
+    """Numbers that laws read as a whole, such as film tables; they stand behind all others, shared ones once."""
     end, found = len(values) + len(structure.slots.order), {}
-    for joint in scene.clearance_joints:
-        if joint.film is not None and isinstance(joint.film.law, DataLaw):
-            numbers = joint.film.data(facts(joint))
-            if id(numbers) not in found:
-                found[id(numbers)] = (end, numbers)
-                end += len(numbers)
-            values[structure.index[f"{joint.key}.film.start"]] = float(found[id(numbers)][0])
+    for joint, source in sources.items():
+        if id(source) not in found:
+            found[id(source)] = (end, source.numbers)
+            end += len(source.numbers)
+        values[structure.index[f"{joint.key}.film.start"]] = float(found[id(source)][0])
     return [numbers for _, numbers in found.values()]
 
 
@@ -139,7 +141,7 @@ def _values(scene: Scene, structure: Structure, plan: Plan, numbers: Numbers, st
     return values + [mode(k, g) for g in plan.groups if f"mode.{g.label()}" in structure.modes]
 
 
-def _state(scene: Scene, plan: Plan, start: Start, bristles: int, ledger: bool) -> np.ndarray:
+def _state(scene: Scene, plan: Plan, start: Start, more: int, ledger: bool) -> np.ndarray:
     placed = {a.body: a.joint for g in plan.groups for a in g.attachments}
     q, u = [], []
     for c in plan.free:
@@ -149,7 +151,7 @@ def _state(scene: Scene, plan: Plan, start: Start, bristles: int, ledger: bool) 
     for joint in (j for j in scene.clearance_joints if j not in start.measured):
         q += joint.eccentricity
         u += joint.eccentricity_rate
-    return np.array([*q, *u, *[0.0] * bristles, *([0.0, 0.0] if ledger else [])])
+    return np.array([*q, *u, *[0.0] * more, *([0.0, 0.0] if ledger else [])])
 
 
 def _coordinate(c, joint, start: Start) -> tuple[float, float]:
@@ -167,4 +169,5 @@ def _work(scene: Scene, structure: Structure, start: Start) -> np.ndarray:
         angles[name] if what == "angle" else start.slide(joints[name])[0]
         for what, name in structure.kinematics.remembered
     ]
+    carried += [0.0] * len(structure.remembering)
     return np.array([math.hypot(*j.eccentricity_rate) for j in scene.clearance_joints] + carried)

@@ -49,7 +49,7 @@ class Dynamics:
         self.propagation = Propagation(kinematics, plan)
 
     # --- applied forces
-    def applied(self, offsets: dict, offset_rates: dict, impact_speeds: dict, deflections: dict) -> Applied:
+    def applied(self, offsets: dict, offset_rates: dict, memories: dict) -> Applied:
         result = Applied()
         number, k = self.kinematics.number, self.kinematics
         gx, gy = number("scene.gravity.x"), number("scene.gravity.y")
@@ -62,8 +62,7 @@ class Dynamics:
             result.ledger.kinetic = result.ledger.kinetic + 0.5 * mass * (x * x + y * y) + 0.5 * inertia * w * w
             result.ledger.potential = result.ledger.potential - mass * (gx * pose.x + gy * pose.y)
         for joint in self.scene.clearance_joints:
-            memory = impact_speeds.get(joint, 0.0), deflections.get(joint, 0.0)
-            self._clearance(joint, offsets[joint], offset_rates[joint], memory, result)
+            self._clearance(joint, offsets[joint], offset_rates[joint], memories[joint], result)
         for load in self.scene.loads:
             self.trace.section = load.label()
             handler = {
@@ -76,7 +75,7 @@ class Dynamics:
     def _clearance(self, joint: ClearanceRevolute, offset, rate, memory, result: Applied) -> None:
         a, b = joint.a.body, joint.b.body
         spins = self.motion[a][2], self.motion[b][2]
-        found: JointForce = clearance_force(self.calls, self.kinematics, joint, offset, rate, spins, *memory)
+        found: JointForce = clearance_force(self.calls, self.kinematics, joint, offset, rate, spins, memory)
         result.joints[joint] = found
         fx, fy = found.force
         result.add_at(a, self.kinematics.arm(joint, "a"), -fx, -fy)

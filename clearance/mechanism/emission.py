@@ -24,6 +24,8 @@ def kernel_text(structure, role: str, outputs: dict) -> str:
         header = header.replace("from clearance.laws.law import FilmJoint\n", "")
     if not functions:
         header = header.replace(", plain", "")
+    if any("ask(" in f for f in functions):
+        header = header.replace("import kernel", "import ask, kernel")
     names = {f"par[{i}]": name for name, i in structure.index.items()}
     lines = [header, *(f"\n@plain\n{f}\n" for f in functions)]
     lines += [f"\n@kernel\ndef {role}(t, y, par, work, out):\n"]

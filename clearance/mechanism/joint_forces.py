@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 
 from clearance.joints import ClearanceRevolute
-from clearance.laws.film import film_torques, peak_film_pressure, wet_film_torques
-from clearance.laws.law import BoundLaw, DataLaw, bristle
+from clearance.laws.film import film_torques, peak_film_pressure, thinning, wet_film_torques
+from clearance.laws.law import BoundLaw, DataLaw, bristle, memory_film
 from clearance.mechanism.kinematics import moved
 from clearance.mechanism.library import Library
 from clearance.mechanism.trace import Trace, Value
@@ -26,6 +26,18 @@ class JointForce:
     penetration_rate: Value = 0.0
     contact_force: Value = 0.0
     deflection_rate: Value = 0.0  # of the bristles of a friction law that has some
+    warming_rate: Value = 0.0  # of the oil, where the joint has a balance of heat
+    kept: Value | None = None  # asks a film with a memory to remember this state
+
+
+@dataclass(frozen=True)
+class Memory:
+    """What a joint's force depends on beside where the mechanism is and how it moves."""
+
+    time: Value
+    impact_speed: Value = 0.0
+    deflection: Value = 0.0  # of friction's bristles [m]
+    warming: Value = 0.0  # of the oil, above its surroundings [K]
 
 
 class Calls:
@@ -47,10 +59,15 @@ class Calls:
             )
         return values
 
-    def shown(self, law: BoundLaw, name: str, state: list, tuple_of: str, fixed) -> dict:
+    def shown(self, law: BoundLaw, name: str, state: list, active: int, tuple_of: str, fixed) -> dict:
         """Outputs that a law with data has of its own."""
         functions = law.law.shown if isinstance(law.law, DataLaw) else {}
-        return {n: self._of(law, f, name, state, (), tuple_of, fixed)[0] for n, f in functions.items()}
+        order = tuple(range(active))
+        return {n: self._of(law, f, name, state, order, tuple_of, fixed)[0] for n, f in functions.items()}
+
+    def keep(self, law: BoundLaw, name: str, state: list, tuple_of: str, fixed) -> Value:
+        """Asks a law with a memory to remember this state."""
+        return self._of(law, law.law.keep, name, state, (), tuple_of, fixed)[0]
 
     def _of(self, law: BoundLaw, function, name: str, state: list, active, tuple_of: str | None, fixed) -> list:
         """A function of a law's arguments; what a law with data reads stands in the parameter vector."""
@@ -83,13 +100,12 @@ class Calls:
 
 
 def clearance_force(
-    calls: Calls, kinematics, joint: ClearanceRevolute, offset, rate, spins, impact_speed, deflection
+    calls: Calls, kinematics, joint: ClearanceRevolute, offset, rate, spins, memory: Memory
 ) -> JointForce:
     """Everything a clearance joint does.
 
     offset, rate: eccentricity vector and its rate along the fixed axes; spins: absolute angular speeds of bodies a
-    (bearing) and b (journal); deflection: of friction's bristles. n points from the bearing's centre to the
-    journal's, t is n turned by +90 degrees.
+    (bearing) and b (journal). n points from the bearing's centre to the journal's, t is n turned by +90 degrees.
     """
     trace = calls.trace
     trace.section = f"joint {joint.name}"
@@ -101,13 +117,15 @@ def clearance_force(
         result.channels["film_thickness_ratio"] = polar.gap / kinematics.number(f"{joint.key}.roughness")
     share = _shares(calls, kinematics.number, joint, polar, result)
     if joint.film is not None:
-        _film(calls, kinematics.number, joint, polar, spins, share, result)
+        _film(calls, kinematics, joint, polar, spins, share, memory, result)
     if joint.contact is not None:
-        _contact(calls, kinematics.number, joint, polar, spins, share, impact_speed, deflection, result)
+        _contact(calls, kinematics.number, joint, polar, spins, share, memory, result)
     fx, fy = result.force
     work = fx * rate[0] + fy * rate[1] + result.torque_a * spins[0] + result.torque_b * spins[1]
     result.power = -work
     result.channels["power_loss"] = result.power
+    if joint.heat is not None:
+        _heat(kinematics.number, joint, memory.warming, result)
     return result
 
 
@@ -170,20 +188,31 @@ def _polar(trace: Trace, number, joint, offset, rate) -> _Polar:
     return _Polar(nx, ny, distance, inverse, clearance - distance, outward, sideways)
 
 
-def _film(calls: Calls, number, joint, polar: _Polar, spins, share: _Shares, result: JointForce) -> None:
+def _film(
+    calls: Calls, kinematics, joint, polar: _Polar, spins, share: _Shares, memory: Memory, result: JointForce
+) -> None:  # fmt: skip
     """Film force at the journal's centre, its reaction at the bearing's, and both friction torques."""
-    facts = _facts(number, joint)
+    facts = _facts(kinematics.number, joint)
     radius, clearance, length, viscosity, _ = facts
     eccentricity = polar.distance / clearance if share.film_gap is None else 1.0 - share.film_gap / clearance
-    entrainment = spins[0] + spins[1] - 2.0 * polar.sideways * polar.inverse
-    state = [eccentricity, share.slope * polar.outward / clearance, entrainment]
-    radial, tangential, *shear = calls(joint.film, f"{joint.key}.film", state, 3, "FilmJoint", facts)
-    result.channels |= calls.shown(joint.film, f"{joint.key}.film", state, "FilmJoint", facts)
+    turning, closing = polar.sideways * polar.inverse, share.slope * polar.outward / clearance
+    if joint.film.law.family is memory_film:
+        away = polar.vector(eccentricity, 0.0), polar.vector(closing, eccentricity * turning)
+        radial, tangential, *shear = _with_memory(calls, kinematics, joint, polar, away, spins, memory.time, result)
+    else:
+        state = [eccentricity, closing, spins[0] + spins[1] - 2.0 * turning]
+        radial, tangential, *shear = calls(joint.film, f"{joint.key}.film", state, 3, "FilmJoint", facts)
+        result.channels |= calls.shown(joint.film, f"{joint.key}.film", state, 3, "FilmJoint", facts)
+    if joint.heat is not None:
+        laid = [kinematics.number(f"{joint.key}.heat.{n}") for n in ("surroundings", "vogel", "vogel_zero")]
+        (thin,) = calls.function(thinning, [memory.warming, *laid], (0,))
+        radial, tangential, viscosity = thin * radial, thin * tangential, thin * viscosity
     torque_a = torque_b = 0.0
     if joint.film_torques:
         drag = wet_film_torques if shear else film_torques
         state = [eccentricity, tangential, *shear, spins[1], spins[0], radius, clearance, length, viscosity]
-        torque_b, torque_a = calls.function(drag, state, tuple(range(len(state) - 4)))
+        active = (*range(len(state) - 4), *([len(state) - 1] if joint.heat is not None else []))
+        torque_b, torque_a = calls.function(drag, state, active)
         if share.film_gap is not None:  # the pair of forces acts at the true centres
             rest = 0.5 * (polar.distance - eccentricity * clearance) * tangential
             torque_a, torque_b = share.film * (torque_a - rest), share.film * (torque_b - rest)
@@ -196,8 +225,32 @@ def _film(calls: Calls, number, joint, polar: _Polar, spins, share: _Shares, res
     result.channels |= {"film_radial": radial, "film_tangential": tangential, "film_pressure": pressure}
 
 
+def _with_memory(calls: Calls, kinematics, joint, polar: _Polar, away, spins, time, result: JointForce) -> tuple:
+    """Radial and tangential force and shear of a film that lives on the bearing, asked in the bearing's frame."""
+    pose, facts, name = kinematics.poses[joint.a.body], _facts(kinematics.number, joint), f"{joint.key}.film"
+    (ex, ey), (vx, vy) = (
+        (pose.cosine * x + pose.sine * y, pose.cosine * y - pose.sine * x) for x, y in away
+    )  # fmt: skip
+    state = [ex, ey, vx + spins[0] * ey, vy - spins[0] * ex, spins[1] - spins[0], time]
+    fx, fy, shear = calls(joint.film, name, state, 5, "FilmJoint", facts)
+    result.channels |= calls.shown(joint.film, name, state, 0, "FilmJoint", facts)
+    result.kept = calls.keep(joint.film, name, state, "FilmJoint", facts)
+    fx, fy = pose.turned(fx, fy)
+    return fx * polar.nx + fy * polar.ny, fy * polar.nx - fx * polar.ny, shear
+
+
+def _heat(number, joint, warming, result: JointForce) -> None:
+    """Rate of the oil's temperature: power loss, conduction, and oil that leaves warm and comes fresh."""
+    capacity, conductance, surroundings, volumetric = (
+        number(f"{joint.key}.heat.{n}") for n in ("capacity", "conductance", "surroundings", "volumetric")
+    )  # fmt: skip
+    cooling = conductance + volumetric * result.channels.get("side_flow", 0.0)
+    result.warming_rate = (result.power - cooling * warming) / capacity
+    result.channels["oil_temperature"] = surroundings + warming
+
+
 def _contact(
-    calls: Calls, number, joint, polar: _Polar, spins, share: _Shares, impact_speed, deflection, result: JointForce
+    calls: Calls, number, joint, polar: _Polar, spins, share: _Shares, memory: Memory, result: JointForce
 ) -> None:  # fmt: skip
     """Normal force and friction at the contact point, which both bodies share: the journal's surface.
 
@@ -206,11 +259,11 @@ def _contact(
     """
     trace = calls.trace
     felt = result.penetration if share.penetration is None else share.penetration
-    speed = impact_speed
+    speed = memory.impact_speed
     if joint.impacts:
-        touching = impact_speed + 0.5
+        touching = speed + 0.5
         felt = trace.select(touching, felt, trace.select(felt, 0.0, felt))
-        speed = trace.select(touching, impact_speed, 0.0)
+        speed = trace.select(touching, speed, 0.0)
     (normal,) = calls(joint.contact, f"{joint.key}.contact", [felt, polar.outward, speed], 2)
     normal = share.contact * normal
     result.contact_force = normal
@@ -231,8 +284,8 @@ def _contact(
         sliding = polar.sideways + spins[1] * radius - spins[0] * bearing_arm
         state, name = [sliding, normal], f"{joint.key}.friction"
         if joint.friction.law.family is bristle:
-            result.deflection_rate, tangential = calls(joint.friction, name, [deflection, *state], 3)
-            result.channels["bristle_deflection"] = deflection
+            result.deflection_rate, tangential = calls(joint.friction, name, [memory.deflection, *state], 3)
+            result.channels["bristle_deflection"] = memory.deflection
         else:
             (tangential,) = calls(joint.friction, name, state, 2)
         _add(result, (0.0, 0.0), -(bearing_arm * tangential), radius * tangential)

@@ -17,7 +17,7 @@ from clearance.mechanism.derivative import jacobian_text
 
 ALLOWED_BUILTINS = {"abs", "max", "min", "range", "float", "int", "pow"}
 _RESERVED = re.compile(
-    r"(v\d+|par|work|out|t|y|math|plain|kernel|rhs|jacobian|events|commit|observe|FilmJoint|_.*|[dw]\d+_.*|"
+    r"(v\d+|par|work|out|t|y|math|plain|kernel|rhs|jacobian|events|commit|observe|FilmJoint|ask|_.*|[dw]\d+_.*|"
     r"abs|max|min|range|float|int|pow|(solve|close)_\w+)$"
 )
 
@@ -42,9 +42,14 @@ class Library:
     def __init__(self):
         self.entries: dict[str, Entry] = {}
         self._names: dict[object, str] = {}
+        self._slopes: dict[str, str] = {}
 
     def add(self, function: Callable) -> str:
-        """Take a plain function and everything it calls; returns the name it is emitted under."""
+        """Take a plain function and everything it calls; returns the name it is emitted under.
+
+        A function with an attribute `slopes` brings its own derivative: a function of the same arguments that returns
+        values and derivatives by its leading arguments, ordered as `jacobian` has them.
+        """
         if function not in self._names:
             name = function.__name__
             while name in self.entries or name in self._names.values() or _RESERVED.match(name):
@@ -53,6 +58,8 @@ class Library:
             tree = _Resolved(self, function).tree
             tree.name = name
             self._enter(tree, function.__name__)
+            if hasattr(function, "slopes"):
+                self._slopes[name] = self.add(function.slopes)
         return self._names[function]
 
     def add_text(self, source: str) -> str:
@@ -63,6 +70,8 @@ class Library:
 
     def jacobian(self, name: str, active: tuple[int, ...]) -> str:
         """Name of the function that returns values and derivatives by the arguments at the active positions."""
+        if name in self._slopes:
+            return self._slopes[name]
         written = f"{name}_d{''.join(map(str, active))}"
         if written not in self.entries:
             self.add_text(jacobian_text(self, self.entries[name], active, written))
@@ -168,6 +177,8 @@ class _Resolved(ast.NodeTransformer):
         value = getattr(value, "function", value)
         if value is math:
             return ast.Name("math", node.ctx)
+        if getattr(value, "ready_made", False):
+            return ast.Name(value.__name__, node.ctx)
         if inspect.isfunction(value):
             name = self.library.add(value)
             if name not in self.library.entries:

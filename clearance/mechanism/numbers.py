@@ -66,6 +66,8 @@ def _clearance(joint: ClearanceRevolute) -> Iterator[Row]:
         yield f"{joint.key}.length", joint.length, NEVER
         yield f"{joint.key}.viscosity", joint.lubricant.viscosity, NEVER
     yield f"{joint.key}.roughness", joint.roughness or 0.0, ZERO
+    for name, value in vars(joint.heat).items() if joint.heat is not None else ():
+        yield f"{joint.key}.heat.{name}", value, NEVER
     for slot in SLOTS:
         yield from _law(f"{joint.key}.{slot}", getattr(joint, slot))
 
@@ -108,7 +110,14 @@ def _print_of(value: object) -> object:
 def _structure(scene: Scene) -> tuple:
     """Connectivity and laws."""
     joints = tuple(
-        (type(j).__name__, j.name, j.a.body.name, j.b.body.name, getattr(j, "film_torques", None))
+        (
+            type(j).__name__,
+            j.name,
+            j.a.body.name,
+            j.b.body.name,
+            getattr(j, "film_torques", None),
+            getattr(j, "heat", None) is None,
+        )
         + tuple(_print_of(getattr(j, s, None)) for s in SLOTS)
         for j in scene.joints
     )

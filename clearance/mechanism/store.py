@@ -69,6 +69,26 @@ def caller(kind: types.FunctionType) -> Callable:
     return function_at
 
 
+if COMPILED:
+
+    @numba.extending.intrinsic
+    def _call(context, address, place):
+        def generate(target, builder, signature, arguments):
+            word, real = numba.core.cgutils.intp_t, numba.core.types.float64
+            kind = numba.core.cgutils.ir.FunctionType(target.get_value_type(real), [word])
+            return builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), [arguments[1]])
+
+        return float64(types.int64, types.int64), generate
+
+    @njit(error_model="numpy")
+    def ask(data, first):
+        """Have the film block at data[first] answered, see film/asking.py."""
+        return _call(int(data[first]), data.ctypes.data + 8 * first)
+
+else:
+    from clearance.film.asking import ask  # noqa: F401
+
+
 def plain(function: Callable) -> Callable:
     """A function that kernels of the same file call."""
     return njit(error_model="numpy")(function)

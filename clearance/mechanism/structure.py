@@ -4,18 +4,19 @@ Kernels share one signature, (t, y, par, work, out):
   rhs       out = dy/dt                                    observe   out = one row of output channels
   jacobian  out = d(dy/dt)/dy, row by row, no ledger       commit    work = what is carried to the next step
   events    out = penetration, its rate, contact force for each clearance joint
-State y = [free coordinates, eccentricities | their rates | bristles of friction | energy input, energy dissipated].
+State y = [free coordinates, eccentricities | their rates | bristles of friction | warming of the oil | energy input,
+energy dissipated].
 work = [impact speed of each clearance joint, negative in free flight | angles and slides of the last step (Newton
-starts there)].
+starts there) | times up to which films with a memory remember].
 """
 
 from dataclasses import dataclass
 
-from clearance.laws.law import BoundLaw, bristle
+from clearance.laws.law import BoundLaw, bristle, memory_film
 from clearance.loads import Drive
 from clearance.mechanism import emission
 from clearance.mechanism.dynamics import Dynamics
-from clearance.mechanism.joint_forces import Calls
+from clearance.mechanism.joint_forces import Calls, Memory
 from clearance.mechanism.kinematics import Kinematics, Propagation
 from clearance.mechanism.library import Library
 from clearance.mechanism.numbers import Numbers
@@ -72,9 +73,25 @@ class Structure:
         return [j for j in self.scene.clearance_joints if j.friction is not None and j.friction.law.family is bristle]
 
     @property
+    def warm(self) -> list:
+        """Joints with a balance of heat."""
+        return [j for j in self.scene.clearance_joints if j.heat is not None]
+
+    @property
+    def remembering(self) -> list:
+        """Joints whose film has a memory of its own."""
+        films = [j for j in self.scene.clearance_joints if j.film is not None]
+        return [j for j in films if j.film.law.family is memory_film]
+
+    @property
     def states(self) -> int:
         """Number of first-order states without the ledger."""
-        return 2 * self.size + len(self.bristles)
+        return 2 * self.size + len(self.bristles) + len(self.warm)
+
+    @property
+    def commits(self) -> int:
+        """Number of things that an accepted step carries to the next."""
+        return len(self.kinematics.remembered) + len(self.remembering)
 
     def _trace(self) -> None:
         trace, size, everyone = self.trace, self.size, self.scene.clearance_joints
@@ -85,8 +102,7 @@ class Structure:
         count = len(self.plan.free)
         offsets = {j: tuple(position[count + 2 * i : count + 2 * i + 2]) for i, j in enumerate(joints)}
         offset_rates = {j: tuple(rate[count + 2 * i : count + 2 * i + 2]) for i, j in enumerate(joints)}
-        impact = {j: trace.load(f"work[{i}]") for i, j in enumerate(everyone) if j.contact is not None}
-        deflection = {j: trace.load(f"y[{2 * size + i}]") for i, j in enumerate(self.bristles)}
+        memories = self._memories(time)
         trace.section = "drives"
         driven = {d: self._prescribed(d, time) for d in self.scene.loads if isinstance(d, Drive) and d.prescribes}
         values = dict(zip(self.plan.free, position, strict=False)) | _of_drives(self.plan, driven, 0)
@@ -100,7 +116,7 @@ class Structure:
         for joint in self.measured:
             offsets[joint], offset_rates[joint] = k.separation(joint, motion)
         self.dynamics = d = Dynamics(self.scene, k, motion, self.cut, self.calls, time)
-        self.applied = d.applied(offsets, offset_rates, impact, deflection)
+        self.applied = d.applied(offsets, offset_rates, memories)
         self.acceleration = d.accelerations(self.applied, _of_drives(self.cut, driven, 2))
         trace.section = "state"
         placed = {a.body: a.joint for g in self.plan.groups for a in g.attachments}
@@ -110,8 +126,21 @@ class Structure:
         self.reactions, self.efforts = d.reactions(self.applied, self.acceleration)
         self.driven, self.motion = driven, motion
         self.state_rate = [*rate, *second, *(self.applied.joints[j].deflection_rate for j in self.bristles)]
+        self.state_rate += [self.applied.joints[j].warming_rate for j in self.warm]
         if self.ledger:
             self.state_rate += [self._input_power(), self.applied.ledger.dissipated_power]
+
+    def _memories(self, time) -> dict:
+        """What each clearance joint's force depends on beside position and velocity."""
+        trace, first = self.trace, 2 * self.size
+        impact = {j: trace.load(f"work[{i}]") for i, j in enumerate(self.scene.clearance_joints) if j.contact}
+        own = {j: trace.load(f"y[{first + i}]") for i, j in enumerate(self.bristles)}
+        first += len(self.bristles)
+        warming = {j: trace.load(f"y[{first + i}]") for i, j in enumerate(self.warm)}
+        return {
+            j: Memory(time, impact.get(j, 0.0), own.get(j, 0.0), warming.get(j, 0.0))
+            for j in self.scene.clearance_joints
+        }
 
     def _prescribed(self, drive: Drive, time):
         """Coordinate, rate and acceleration of a prescribed drive."""
@@ -138,11 +167,12 @@ class Structure:
         slopes = trace.tangent(self.state_rate[:states], seeds)
         jacobian = {row * states + column: v for row, s in enumerate(slopes) for column, v in s.items()}
         self.channels, observed = self._channels()
+        kept = [self.applied.joints[j].kept for j in self.remembering]
         roles = {
             "rhs": dict(enumerate(self.state_rate)),
             "jacobian": jacobian,
             "events": dict(enumerate(self._events())),
-            "commit": dict(enumerate(self.kinematics.values, len(self.scene.clearance_joints))),
+            "commit": dict(enumerate([*self.kinematics.values, *kept], len(self.scene.clearance_joints))),
             "observe": dict(enumerate(observed)),
         }
         self.slots = Slots(len(self.index))
@@ -236,6 +266,7 @@ _JOINT_CHANNELS = {
     "film_tangential": ("N", "film force on the journal across the line of centres"),
     "film_pressure": ("Pa", "estimate of the film's largest pressure"),
     "side_flow": ("m3/s", "oil that leaves the film at both ends"),
+    "oil_temperature": ("K", "temperature of the oil"),
     "friction": ("N", "friction force on the journal, positive along the turned line of centres"),
     "power_loss": ("W", "power the joint takes out of the mechanism"),
 }

@@ -42,8 +42,8 @@ TIME, STEP_SIZE, END, LARGEST, SAMPLE_EVERY, BEGIN, CONTACT_STEP, FREE_STEP, LAS
 CLOCK_SIZE = 10
 # entries of `place`
 SAMPLE, SAMPLES, ROWS, LOGGED, EVENTS, STEP_LIMIT, STARTED, COMMITS, LAST_REFUSAL, FAILED_JOINT, FLIPS = range(11)
-REFUSALS, INTERPOLATED, STIFF_STEPS, MILD_STEPS, MAY_SWITCH = range(11, 16)
-PLACE_SIZE = 16
+REFUSALS, INTERPOLATED, STIFF_STEPS, MILD_STEPS, MAY_SWITCH, REMEMBERING = range(11, 17)
+PLACE_SIZE = 17
 # columns of `contacts`, the running record of each joint, and of `impacts`, the finished ones
 TOUCHING, SINCE, IMPACT_SPEED, PENETRATION, PEAK_FORCE, KIND, COORDINATE, CLEARANCE = range(8)
 RATE_X, RATE_Y, PULL, DAMPING = range(8, 12)  # natural rates, natural acceleration, largest damping of late [1/s]
@@ -544,6 +544,8 @@ def accept(call, s, t, h):
     s.place[LOGGED] += 1
     if s.place[COMMITS] > 0:
         call.commit(s.clock[TIME], s.y, s.par, s.work, s.work)
+        if s.place[REMEMBERING] > 0:  # what was remembered changed the film
+            call.rhs(s.clock[TIME], s.y, s.par, s.work, s.f)
     return True
 
 

@@ -1,0 +1,55 @@
+"""How a compiled kernel asks Python for a film that no formula and no table holds.
+
+A block of the parameter vector is the letter: [address of the answerer, what is wanted, inputs..., answer...]. The
+kernel fills in the inputs and calls; the answer stands in the same block. Only scenes with such a film carry a block.
+"""
+
+import ctypes
+import math
+import weakref
+from collections.abc import Callable
+
+VALUE, SLOPES, KEEP = 1.0, 2.0, 3.0  # wanted: outputs; their derivatives by the inputs too; remember this state
+_answerers: "weakref.WeakValueDictionary[int, Answerer]" = weakref.WeakValueDictionary()
+
+
+class Answerer:
+    """Stands behind one block. answer(wanted, inputs) -> array (outputs, 1 + inputs): values, then derivatives.
+
+    numbers: the block as it starts. failure: what went wrong inside an answer; it was nan then.
+    """
+
+    def __init__(self, inputs: int, outputs: int, answer: Callable):
+        self.inputs, self.outputs, self.answer = inputs, outputs, answer
+        self.failure: BaseException | None = None
+        self._called = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_int64)(self._by_address)
+        self.address = ctypes.cast(self._called, ctypes.c_void_p).value
+        _answerers[self.address] = self
+        self.numbers = [float(self.address), VALUE] + [0.0] * (inputs + outputs * (1 + inputs))
+
+    def _by_address(self, place: int) -> float:
+        size = len(self.numbers)
+        return self.fill((ctypes.c_double * size).from_address(place))
+
+    def fill(self, block) -> float:
+        """Answer what the block asks, in place."""
+        begin, width = 2 + self.inputs, 1 + self.inputs
+        try:
+            found = self.answer(block[1], [block[2 + i] for i in range(self.inputs)])
+        except BaseException as failure:  # noqa: BLE001 - it cannot pass through compiled code; the run raises it
+            self.failure, found = failure, None
+        for k in range(self.outputs if block[1] != KEEP else 0):
+            for i in range(width if block[1] == SLOPES else 1):
+                block[begin + k * width + i] = math.nan if found is None else float(found[k][i])
+        return 0.0
+
+
+def ask(data, first):
+    """Have the block at data[first] answered. Kernels have a compiled form of this (mechanism/store.py)."""
+    block = data[first:]
+    if not hasattr(data, "__array__"):
+        raise TypeError("the numbers of an online film must be an array")
+    return _answerers[int(data[first])].fill(block)
+
+
+ask.ready_made = True  # not taken into kernels as source text

@@ -1,0 +1,221 @@
+"""Film laws that solve the Reynolds equation as the run goes: for what no table holds, and to check the table.
+
+`fem` is memoryless and stands where any film law stands. `conserving` has a memory: the oil content of the gap, over
+the bearing, is kept from step to step (implicit Euler between accepted states), and its liner may be elastic. Both are
+answered in Python (film/asking.py), some 1e3 to 1e4 times dearer than the table.
+"""
+
+from clearance import checks
+from clearance.film.asking import KEEP, SLOPES, VALUE, Answerer, ask
+from clearance.film.bearing import CAVITATIONS, Bearing, Groove, check_mesh
+from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, memory_film, wet_film
+
+NEAREST = 1.0 - 1e-4  # eccentricity ratio that a finite element mesh is asked for at most
+STEPS_PER_TURN = 400  # shortest memory: the content is first order in the step
+
+
+def fem(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
+    """Film of a finite bearing, its Reynolds equation solved by finite elements at every call [N, N, 1].
+
+    The equation and its frame are those of film/bearing.py; derivatives hold the wet region fixed. Eccentricity ratios
+    above 0.9999 count as 0.9999.
+    """
+    first = int(start)
+    data[first + 1] = VALUE
+    data[first + 2] = eccentricity_ratio
+    data[first + 3] = radial_rate
+    data[first + 4] = entrainment
+    ask(data, first)
+    return data[first + 5], data[first + 9], data[first + 13]
+
+
+def fem_slopes(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
+    """Values of `fem`, then the derivatives of each by eccentricity ratio, radial rate and entrainment."""
+    first = int(start)
+    data[first + 1] = SLOPES
+    data[first + 2] = eccentricity_ratio
+    data[first + 3] = radial_rate
+    data[first + 4] = entrainment
+    ask(data, first)
+    return (
+        data[first + 5], data[first + 9], data[first + 13],
+        data[first + 6], data[first + 7], data[first + 8],
+        data[first + 10], data[first + 11], data[first + 12],
+        data[first + 14], data[first + 15], data[first + 16],
+    )  # fmt: skip
+
+
+def fem_side_flow(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
+    """Oil that leaves the bearing at both ends [m3/s]."""
+    first = int(start)
+    data[first + 1] = VALUE
+    data[first + 2] = eccentricity_ratio
+    data[first + 3] = radial_rate
+    data[first + 4] = entrainment
+    ask(data, first)
+    return data[first + 17]
+
+
+fem.slopes = fem_slopes
+
+
+def conserving(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time, joint, data, start):
+    """Film that conserves its oil, on the bearing [N, N, 1]: force on the journal along the bearing's axes, shear.
+
+    Jakobsson, Floberg and Olsson's film (film/conserving.py) a time `time` minus that of the last accepted step after
+    it; eccentricity over clearance and its rate [1/s] in the bearing's frame, spin = omega_J - omega_B [rad/s].
+    """
+    first = int(start)
+    data[first + 1] = VALUE
+    data[first + 2] = eccentricity_x
+    data[first + 3] = eccentricity_y
+    data[first + 4] = rate_x
+    data[first + 5] = rate_y
+    data[first + 6] = spin
+    data[first + 7] = time
+    ask(data, first)
+    return data[first + 8], data[first + 15], data[first + 22]
+
+
+def conserving_slopes(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time, joint, data, start):
+    """Values of `conserving`, then the derivatives of each by the first five arguments."""
+    first = int(start)
+    data[first + 1] = SLOPES
+    data[first + 2] = eccentricity_x
+    data[first + 3] = eccentricity_y
+    data[first + 4] = rate_x
+    data[first + 5] = rate_y
+    data[first + 6] = spin
+    data[first + 7] = time
+    ask(data, first)
+    return (
+        data[first + 8], data[first + 15], data[first + 22],
+        data[first + 9], data[first + 10], data[first + 11], data[first + 12], data[first + 13],
+        data[first + 16], data[first + 17], data[first + 18], data[first + 19], data[first + 20],
+        data[first + 23], data[first + 24], data[first + 25], data[first + 26], data[first + 27],
+    )  # fmt: skip
+
+
+def conserving_side_flow(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time, joint, data, start):
+    """Oil that leaves the bearing at both ends [m3/s]."""
+    first = int(start)
+    data[first + 1] = VALUE
+    data[first + 2] = eccentricity_x
+    data[first + 3] = eccentricity_y
+    data[first + 4] = rate_x
+    data[first + 5] = rate_y
+    data[first + 6] = spin
+    data[first + 7] = time
+    ask(data, first)
+    return data[first + 29]
+
+
+def conserving_keep(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time, joint, data, start):
+    """Remember this state as the last accepted one; returns its time [s]."""
+    first = int(start)
+    data[first + 1] = KEEP
+    data[first + 2] = eccentricity_x
+    data[first + 3] = eccentricity_y
+    data[first + 4] = rate_x
+    data[first + 5] = rate_y
+    data[first + 6] = spin
+    data[first + 7] = time
+    ask(data, first)
+    return time
+
+
+conserving.slopes = conserving_slopes
+
+
+class FemAnswer(Answerer):
+    """The finite element film behind a joint."""
+
+    def __init__(self, joint: FilmJoint, settings: dict):
+        from clearance.film.fem import FemFilm
+
+        bearing = Bearing.of(
+            joint, cavitation=settings["cavitation"], ambient=settings["ambient"], grooves=settings["grooves"],
+            roughness=joint.roughness if settings["flow_factors"] else 0.0,
+        )  # fmt: skip
+        self.film, self.asked, self.found = FemFilm(bearing, settings["mesh"]), None, None
+        super().__init__(3, 4, self._solve)
+
+    def _solve(self, wanted: float, state: list[float]):
+        if state != self.asked:
+            eps = min(state[0], NEAREST)
+            self.found = self.film.linearised(eps, *state[1:])
+            self.asked = list(state)
+        return self.found
+
+
+class MemoryAnswer(Answerer):
+    """The film with memory behind a joint; times only grow between two resets."""
+
+    def __init__(self, joint: FilmJoint, settings: dict):
+        from clearance.film.conserving import MemoryFilm
+
+        bearing = Bearing.of(joint, ambient=settings["ambient"], grooves=settings["grooves"])
+        self.film = MemoryFilm(bearing, settings["mesh"], settings["liner"], settings["memory"])
+        super().__init__(6, 4, self._solve)
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to the start of a run: full of oil."""
+        self.film.reset()
+        self.now, self.asked, self.found, self.worst = 0.0, None, None, 0.0
+
+    def _solve(self, wanted: float, state: list[float]):
+        *motion, time = state
+        if wanted == KEEP:
+            self.film.commit(*motion, max(time - self.now, 0.0))
+            self.worst = max(self.worst, self.film.mass_defect)
+            self.now, self.asked = time, None
+            return None
+        if state != self.asked:
+            found = self.film.trial(*motion, max(time - self.now, 0.0))
+            self.found = [[*row, 0.0] for row in found]  # time is no input that Newton's method moves
+            self.asked = list(state)
+        return self.found
+
+    def facts(self) -> dict:
+        """What a run reports of it."""
+        return {"film_mass_defect": self.worst}
+
+
+_fem = DataLaw(wet_film, fem, {}, FemAnswer)
+_fem.shown = {"side_flow": fem_side_flow}
+_conserving = DataLaw(memory_film, conserving, {}, MemoryAnswer)
+_conserving.shown = {"side_flow": conserving_side_flow}
+_conserving.keep = conserving_keep
+_fem.linear_in_viscosity = _conserving.linear_in_viscosity = False  # they solve for the viscosity they began with
+
+
+def fem_film(
+    *, cavitation: str = "reynolds", ambient: float | None = None, grooves: tuple[Groove, ...] = (),
+    flow_factors: bool = False, mesh: tuple[int, int] = (32, 4),
+) -> BoundLaw:  # fmt: skip
+    """The film of a finite bearing by finite elements at every call: for short runs that check the table.
+
+    cavitation: "reynolds", "gumbel" or "none"; ambient: pressure at the ends above cavitation [Pa] or None; grooves
+    stand still against the *line of centres*; flow_factors: with those of the joint's roughness; mesh: cells around
+    and over half the length.
+    """
+    if cavitation not in CAVITATIONS[:3]:
+        raise ValueError(f"fem_film: cavitation must be one of {', '.join(CAVITATIONS[:3])}; got {cavitation!r}")
+    settings = {"cavitation": cavitation, "ambient": ambient, "grooves": tuple(grooves)}
+    return _fem.bind(settings | {"flow_factors": bool(flow_factors), "mesh": check_mesh(mesh)})
+
+
+def conserving_film(
+    *, ambient: float | None = None, grooves: tuple[Groove, ...] = (), liner: float = 0.0, memory: bool = True,
+    mesh: tuple[int, int] = (64, 6),
+) -> BoundLaw:  # fmt: skip
+    """The film that conserves its oil through cavitation, with a memory; see the law `conserving`.
+
+    ambient: pressure at the ends above cavitation [Pa] or None; grooves: on the bearing; liner: compliance [m/Pa] of an
+    elastic lining, 0 for rigid; memory: False leaves the memory of the oil out (for a liner alone); mesh: cells around
+    and over half the length. Starts full of oil. First order in the step, which is at most a 400th of a turn.
+    """
+    liner = checks.non_negative("conserving_film: liner", liner)
+    settings = {"ambient": ambient, "grooves": tuple(grooves), "liner": liner, "memory": bool(memory)}
+    return _conserving.bind(settings | {"mesh": check_mesh(mesh)})
