@@ -27,6 +27,8 @@ def scene(
     friction_coefficient: float = 0.1,
     film: str = "table",
     film_torques: bool = True,
+    ambient: float = 0.0,
+    flow_factors: bool = False,
     roughness: float = 0.8e-6,
     transition: str = "load_sharing",
     thresholds: str = "0.4,1,3",
@@ -45,6 +47,8 @@ def scene(
     friction_coefficient: coefficient of friction of contact and asperities [-]
     film: film law: table (of the Reynolds equation), harmonic, short, long, pinkus_sternlicht, sommerfeld, fem, ... [-]
     film_torques: whether the film drags on both bodies [-]
+    ambient: pressure at the bearing's ends above cavitation (films table, fem, conserving); 0: cavitates there [Pa]
+    flow_factors: whether the film of table and fem is that of rough surfaces (Patir and Cheng) [-]
     roughness: composite rms roughness; 0 leaves out the film thickness ratio, and mixed joints need it [m]
     transition: how film and contact share a mixed joint: none, flores, fuzzy or load_sharing [-]
     thresholds: film thickness ratios dry,mixed,full of the fuzzy states [-]
@@ -54,7 +58,7 @@ def scene(
     joint = joint_factory(
         joints, "ABCD", model=model, clearance=clearance, radius=10e-3, length=20e-3, viscosity=viscosity,
         restitution=restitution, contact=contact, friction=friction, friction_coefficient=friction_coefficient,
-        film=film, roughness=roughness, film_torques=film_torques,
+        film=film, roughness=roughness, film_torques=film_torques, ambient=ambient, flow_factors=flow_factors,
         transition=transition, thresholds=thresholds, asperity=asperity,
     )  # fmt: skip
     return cl.Scene(

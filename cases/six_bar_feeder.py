@@ -30,6 +30,8 @@ def scene(
     friction_coefficient: float = 0.1,
     film: str = "table",
     film_torques: bool = True,
+    ambient: float = 0.0,
+    flow_factors: bool = False,
     roughness: float = 0.8e-6,
     transition: str = "load_sharing",
     thresholds: str = "0.4,1,3",
@@ -48,6 +50,8 @@ def scene(
     friction_coefficient: coefficient of friction of contact and asperities [-]
     film: film law: table (of the Reynolds equation), harmonic, short, long, pinkus_sternlicht, sommerfeld, fem, ... [-]
     film_torques: whether the film drags on both bodies [-]
+    ambient: pressure at the bearing's ends above cavitation (films table, fem, conserving); 0: cavitates there [Pa]
+    flow_factors: whether the film of table and fem is that of rough surfaces (Patir and Cheng) [-]
     roughness: composite rms roughness; 0 leaves out the film thickness ratio, and mixed joints need it [m]
     transition: how film and contact share a mixed joint: none, flores, fuzzy or load_sharing [-]
     thresholds: film thickness ratios dry,mixed,full of the fuzzy states [-]
@@ -64,7 +68,7 @@ def scene(
         joints, "ABCDEF", model=model, clearance=clearance, radius=JOURNAL_RADIUS, length=BEARING_LENGTH,
         viscosity=viscosity, restitution=restitution, contact=contact, friction=friction,
         friction_coefficient=friction_coefficient, film=film, roughness=roughness, film_torques=film_torques,
-        transition=transition, thresholds=thresholds, asperity=asperity,
+        ambient=ambient, flow_factors=flow_factors, transition=transition, thresholds=thresholds, asperity=asperity,
     )  # fmt: skip
     return cl.Scene(
         joint("A", cl.ground.at(0, 0), crank["A"]),

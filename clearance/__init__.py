@@ -1,6 +1,9 @@
 """clearance: tribodynamics of planar mechanisms whose joints have clearance, lubricant and friction."""
 
 from clearance import laws
+from clearance.film.bearing import Bearing, FilmSolution, Groove
+from clearance.film.online import conserving_film, fem_film
+from clearance.film.tabulated import table_film
 from clearance.joints import ClearanceRevolute, Prismatic, Revolute
 from clearance.laws import (
     ambrosio,
@@ -59,27 +62,29 @@ from clearance.laws import (
     zhiying_qishao,
 )
 from clearance.loads import Drive, Force, SpringDamper, Torque, TorsionSpring
-from clearance.materials import Lubricant, Material, steel
+from clearance.materials import HeatBalance, Lubricant, Material, steel
 from clearance.scene import Body, Point, Scene, ground
 from clearance.units import cP, degree, mm, rpm, um
 
 __all__ = [
-    "Body", "ClearanceRevolute", "Drive", "Force", "Lubricant", "Material", "Point", "Prismatic", "Revolute", "Scene",
-    "SimulationError", "SpringDamper", "Torque", "TorsionSpring", "ambrosio", "asperity", "bengisu_akay", "bristle",
-    "cP", "composite_roughness", "contact", "contact_flow_factor", "contact_modulus", "coulomb",
-    "coulomb_tanh", "coulomb_viscous", "degree", "delivered_restitution", "effort", "exact_damping",
-    "exact_restitution", "film", "film_torques", "flores", "flores_hybrid", "friction", "full_sommerfeld", "fuzzy",
+    "Bearing", "Body", "ClearanceRevolute", "Drive", "FilmSolution", "Force", "Groove", "HeatBalance", "Lubricant",
+    "Material", "Point", "Prismatic", "Revolute", "Scene", "SimulationError", "SpringDamper", "Torque",
+    "TorsionSpring", "ambrosio", "asperity", "bengisu_akay", "bristle", "cP", "composite_roughness",
+    "conserving_film", "contact", "contact_flow_factor", "contact_modulus", "coulomb", "coulomb_tanh",
+    "coulomb_viscous", "degree", "delivered_restitution", "effort", "exact_damping", "exact_restitution",
+    "fem_film", "film", "film_torques", "flores", "flores_hybrid", "friction", "full_sommerfeld", "fuzzy",
     "gonthier", "greenwood_tripp", "greenwood_williamson", "ground", "harmonic", "herbert_mcwhannell", "hertz",
     "hertz_stiffness", "hole_check", "hu_guo", "hunt_crossley", "hunt_crossley_memoryless", "impact", "johnson",
     "kelvin_voigt", "lankarani_nikravesh", "laws", "layer_modulus", "lee_wang", "liu", "load_case", "load_sharing",
     "long_film", "lugre", "memberships", "mm", "open_result", "pinkus_sternlicht", "pressure_flow_factor", "rpm",
-    "shear_flow_factor", "short_film", "signal", "simulate", "steel", "stribeck", "superposed", "threlfall",
-    "transition", "um", "winkler", "zhiying_qishao",
+    "shear_flow_factor", "short_film", "signal", "simulate", "solve_film", "steel", "stribeck", "superposed",
+    "table_film", "threlfall", "transition", "um", "winkler", "zhiying_qishao",
 ]  # fmt: skip
 
 _LAZY = {
     "simulate": "clearance.simulation", "SimulationError": "clearance.simulation", "open_result": "clearance.results",
     "Result": "clearance.results", "load_case": "clearance.catalogue", "hole_check": "clearance.regimes",
+    "solve_film": "clearance.film.solvers",
 }  # fmt: skip
 
 

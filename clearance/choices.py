@@ -103,6 +103,8 @@ FILMS = {
     "short": laws.short_film, "harmonic": laws.harmonic, "table": table_film,
     "fem": fem_film, "conserving": conserving_film,
 }  # fmt: skip
+#: films that solve a Reynolds equation, and so know an ambient pressure
+REYNOLDS = ("table", "fem", "conserving")
 ASPERITIES = {"greenwood_tripp": laws.greenwood_tripp, "greenwood_williamson": laws.greenwood_williamson}
 #: name -> the law for the thresholds dry, mixed, full of the film thickness ratio
 TRANSITIONS: dict[str, Callable] = {
@@ -155,6 +157,18 @@ def _solids(model: str, pair: Pair, contact: str, restitution: float, friction: 
     return found
 
 
+def _film(name: str, ambient: float, flow_factors: bool):
+    """A film law; ambient: pressure above cavitation [Pa], 0 where the film cavitates at ambient pressure."""
+    options: dict = {"ambient": ambient} if checks.non_negative("ambient", ambient) > 0.0 else {}
+    if flow_factors:
+        options["flow_factors"] = True
+    known = {"ambient": REYNOLDS, "flow_factors": REYNOLDS[:2]}
+    for option in options:
+        if name not in known[option]:
+            raise ValueError(f"film {name} has no {option}; {', '.join(known[option])} have")
+    return FILMS[name](**options)
+
+
 def joint_factory(
     joints: str | Collection[str],
     known: Collection[str],
@@ -171,6 +185,8 @@ def joint_factory(
     film: str,
     roughness: float,
     film_torques: bool = True,
+    ambient: float = 0.0,
+    flow_factors: bool = False,
     transition: str = "load_sharing",
     thresholds: str = "0.4,1,3",
     asperity: str = "greenwood_tripp",
@@ -197,7 +213,8 @@ def joint_factory(
         if model in ("dry", "mixed"):
             slots |= _solids(model, pair, contact, restitution, friction, friction_coefficient)
         if model in ("lubricated", "mixed"):
-            slots |= {"film": FILMS[film](), "lubricant": Lubricant(viscosity), "film_torques": bool(film_torques)}
+            slots |= {"film": _film(film, ambient, flow_factors), "lubricant": Lubricant(viscosity)}
+            slots["film_torques"] = bool(film_torques)
         if model == "mixed":
             slots["transition"] = TRANSITIONS[transition](*thresholds_of(thresholds))
             if asperity != "none" and transition == "load_sharing":

@@ -284,7 +284,7 @@ def _summary(case, values: dict, result, began: tuple[float, float]) -> dict:
 SHARES = {"share_full_film": "full film", "share_mixed": "mixed", "share_dry": "dry"}
 JOINT_FACTS = (
     "peak_force", "smallest_gap", "film_pressure", "piezoviscous_number", "flattening_ratio", "mean_asperity_share",
-    *SHARES,
+    "film_table_error_closing", *SHARES,
 )  # fmt: skip
 
 

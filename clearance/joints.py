@@ -84,8 +84,8 @@ class Prismatic(Joint):
 
 #: what a clearance joint may have, and the kinds of law it takes for it
 SLOTS = {
-    "contact": (contact,), "friction": (friction, bristle), "film": (film, wet_film, memory_film), "asperity": (asperity,),
-    "transition": (transition,),
+    "contact": (contact,), "friction": (friction, bristle), "film": (film, wet_film, memory_film),
+    "asperity": (asperity,), "transition": (transition,),
 }  # fmt: skip
 
 

@@ -357,6 +357,8 @@ class Run:
             wall = clock_of_the_wall.perf_counter() - began
             finished = "complete" if code == codes.DONE else f"partial: {failure or 'stopped by an error'}"
             summary = self._summary(wall) | {"energy_residual_share": writer.residual_share()}
+            for joint, source in self.mechanism.sources.items():
+                writer.file[f"joints/{joint.name}"].attrs.update(source.facts())
             writer.close(finished, summary, self._warnings(writer))
         result = Result(path)
         if folder is not None:

@@ -286,7 +286,7 @@ def start(cells, source, lowest, pressure, state, coarse):
                 dry = source[j] > 0.0
             else:
                 known = coarse[j // 2 % coarse.shape[0], k // 2]
-                dry = known == DRY or known == CUT
+                dry = known in (DRY, CUT)
             if dry:
                 state[j, k], pressure[j, k] = DRY, lowest
     if cut < 0 and lowest == 0.0:

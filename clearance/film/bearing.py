@@ -172,9 +172,7 @@ def check_state(eccentricity_ratio: float, radial_rate: float, entrainment: floa
     """The state as (eps, v_r, v_t). Raises ValueError for an eccentricity at or beyond contact."""
     eps = checks.non_negative("eccentricity_ratio", eccentricity_ratio)
     if eps > CONTACT:
-        raise ValueError(
-            f"eccentricity_ratio must be below 1 for a film to be left, got {eccentricity_ratio!r}: at or beyond contact"
-        )
+        raise ValueError(f"eccentricity_ratio {eccentricity_ratio!r} is at or beyond contact: a film needs one below 1")
     rate = checks.finite("radial_rate", radial_rate)
     return eps, rate, 0.5 * eps * checks.finite("entrainment", entrainment)
 

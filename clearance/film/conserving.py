@@ -35,6 +35,7 @@ COND, GAP, DRAG = (
     10,
 )  # in `face`: conductance and gap, each followed by d/d(ex, ey, this cell's P, the next cell's P)
 AXIAL, VOLUME, SHEAR = 0, 4, 8  # in `cell`: each followed by d/d(ex, ey, this cell's P)
+START, BRAKE, SLOW, FAST = 15, 100., 0.3, 2.0
 LIMIT = 200  # linear systems before a film counts as unsettled
 PATIENCE = 30  # linear systems after which only the worst cells switch, which ends a cycle
 LOWEST_GAP = 1e-6  # H is not taken below this: roughness is larger
@@ -193,15 +194,15 @@ def add_along(i, k, kind, p, flow, cell, place, matrix, rest):
 
 
 @compiled
-def assemble(kind, p, content, old, base, volume, flow, face, cell, place, matrix, rest):
+def assemble(kind, p, content, old, base, growth, flow, face, cell, place, matrix, rest):
     """Matrix and right-hand side of one Newton step.
 
     The balance of a cell, flows out counted positive:
-        hold V (f - old) + base + press old (V - volume) + sum of the flows = 0
+        hold V (f - old) + base + press old growth + sum of the flows = 0
     kind, p = P - lowest, content f (n, nz): the state; old: content of the last moment; base: what the motion sweeps;
-    volume: the cells' last volumes (n, nz); flow: drag = 6 spin, hold, press [1/s], end pressure, end factor (the
+    growth: that of the cells' volumes V (n, nz); flow: drag = 6 spin, hold, press [1/s], end pressure, end factor (the
     conductance of the end over that between two cells), carried (1: the flow carries the content, 0: it carries full
-    gaps, the memoryless film); place: position of each column (n,); matrix (n nz, 2 w + 1): row i holds a_ij at
+    gaps, the memoryless film), area of a cell, brake [1/s] on the liner's steps; place: position of each column (n,); matrix (n nz, 2 w + 1): row i holds a_ij at
     w + j - i; rest (n nz, 1). Written in differences from the last moment so that hold -> infinity loses no digits.
     """
     (n, nz), w = kind.shape, matrix.shape[1] // 2
@@ -213,12 +214,12 @@ def assemble(kind, p, content, old, base, volume, flow, face, cell, place, matri
             a = place[i] * nz + k
             v = cell[i, k if cell.shape[1] > 1 else 0]
             gained = content[i, k] - old[i, k]
-            stored = hold * v[VOLUME] * gained + base[i, k] + press * old[i, k] * (v[VOLUME] - volume[i, k])
+            stored = hold * v[VOLUME] * gained + base[i, k] + press * old[i, k] * growth[i, k]
             rest[a, 0] -= stored
             if kind[i, k] == CAVITATED:
                 matrix[a, w] += hold * v[VOLUME]
             else:
-                matrix[a, w] += v[VOLUME + 3] * (hold * gained + press * old[i, k])
+                matrix[a, w] += v[VOLUME + 3] * (hold * gained + press * old[i, k] + flow[7])
             add_around(i, k, kind, p, content, flow, face, place, matrix, rest)
             add_along(i, k, kind, p, flow, cell, place, matrix, rest)
     for i in range(n):
@@ -270,7 +271,7 @@ def substitute(matrix, rest):
 
 
 @compiled
-def move(kind, p, content, cell, place, rest):
+def move(kind, p, content, flow, cell, place, rest):
     """Take the step in `rest`. Returns the largest change of P over the largest P.
 
     A liner's gap must not be stepped through zero nor far beyond its size: that is where its Newton step fails.
@@ -285,8 +286,9 @@ def move(kind, p, content, cell, place, rest):
                 continue
             v = cell[i, k if cell.shape[1] > 1 else 0]
             if v[VOLUME + 3] > 0.0:
-                gap = v[VOLUME] / v[VOLUME + 3]
-                step = min(max(step, -0.7 * gap), 4.0 * gap)
+                much = max(v[VOLUME], 0.05 * flow[6])
+                less = 0.7 * v[VOLUME] if v[VOLUME] > 2.0 * LOWEST_GAP * flow[6] else much
+                step = min(max(step, -less / v[VOLUME + 3]), 4.0 * much / v[VOLUME + 3])
             p[i, k] += step
             most, change = max(most, abs(p[i, k])), max(change, abs(step))
     return change / most
@@ -317,46 +319,58 @@ def switch(kind, p, content, share):
 
 
 @compiled
-def step(kind, p, content, old, base, volume, flow, face, cell, place, matrix, rest, share):
+def step(kind, p, content, old, base, growth, flow, face, cell, place, matrix, rest, share):
     """One Newton step, in place; arguments as in `assemble`. Returns (cells that switched, relative change of P).
 
     The ring also serves as a strip: fix the first and the last column and close the face between them (0).
     """
-    assemble(kind, p, content, old, base, volume, flow, face, cell, place, matrix, rest)
+    assemble(kind, p, content, old, base, growth, flow, face, cell, place, matrix, rest)
     factor(matrix)
     substitute(matrix, rest)
-    change = move(kind, p, content, cell, place, rest)
+    change = move(kind, p, content, flow, cell, place, rest)
     return switch(kind, p, content, share), change
+
+
+@compiled
+def grow(p, held, stored, follow, cell, growth):
+    """Growth of the cells' volumes: since `stored` (n, nz), or (follow) by the liner alone, which held P - lowest."""
+    for i in range(p.shape[0]):
+        for k in range(p.shape[1]):
+            v = cell[i, k if cell.shape[1] > 1 else 0]
+            growth[i, k] = v[VOLUME + 3] * (p[i, k] - held[i, k]) if follow else v[VOLUME] - stored[i, k]
 
 
 @compiled
 def settle(motion, material, state, last, flow, grid, shape, work):
     """Newton steps until no cell switches (with a liner: and P no longer moves). Returns how many, -1 if unsettled.
 
-    motion: ex, ey; material: soft, lowest; state: kind, p, content; last: old, base, volume, held = P - lowest of the
-    last moment, follow (1: `volume` becomes that of the held pressure in today's rigid gap, 0: it is given);
-    grid: ring, place; shape: sizes; work: face, cell, matrix, rest.
+    motion: ex, ey; material: soft, lowest; state: kind, p, content; last: old, base, growth, held, stored, follow (see
+    `grow`); grid: ring, place; shape: sizes; work: face, cell, matrix, rest.
     """
     kind, p, content = state
-    old, base, volume, held, follow = last
+    old, base, growth, held, stored, follow = last
     ring, place = grid
     face, cell, matrix, rest = work
     soft, lowest = material
+    brake, before = 0.0, 1.0
     for count in range(LIMIT):
         if count == 0 or soft > 0.0:
             measure(motion[0], motion[1], flow[0], soft, lowest, p, ring, shape, face, cell)
-            if follow:
-                for i in range(kind.shape[0]):
-                    for k in range(kind.shape[1]):
-                        v = cell[i, k if soft > 0.0 else 0]
-                        volume[i, k] = v[VOLUME] - v[VOLUME + 3] * (p[i, k] - held[i, k])
-        share = 0.0 if count < PATIENCE else 0.9
-        switched, change = step(kind, p, content, old, base, volume, flow, face, cell, place, matrix, rest, share)
+            grow(p, held, stored, follow, cell, growth)
+        share = 0.0 if count < PATIENCE or soft > 0.0 else 0.9
+        braked = (flow[0], flow[1], flow[2], flow[3], flow[4], flow[5], flow[6], brake)
+        switched, change = step(kind, p, content, old, base, growth, braked, face, cell, place, matrix, rest, share)
+        if count == START:
+            brake = BRAKE * (abs(flow[0]) + np.abs(base).max() / flow[6])
+        elif count > START:
+            brake *= min(max(change / before, SLOW), FAST)
+        before = change
         if not math.isfinite(change):
             return -1
         if switched == 0 and (soft == 0.0 or change < 1e-7):
             if soft > 0.0:
                 measure(motion[0], motion[1], flow[0], soft, lowest, p, ring, shape, face, cell)
+                grow(p, held, stored, follow, cell, growth)
             return count + 1
     return -1
 
@@ -533,7 +547,7 @@ class MemoryFilm:
             np.zeros((n * nz, 1)),
         )
         self._right = np.zeros((n * nz, 5))
-        self._base, self._volume = np.zeros((n, nz)), np.zeros((n, nz))
+        self._base, self._growth = np.zeros((n, nz)), np.zeros((n, nz))
         # exact for the parabola of a short bearing (its cell means too), where 2 would be the plain half cell
         self._end = 2.0 / (1.0 - 2.0 * depth / 3.0)
         force = self.bearing.force_scale
@@ -560,7 +574,8 @@ class MemoryFilm:
         self._state = (kind, p, np.ones(kind.shape))
         self.content = np.ones(kind.shape)
         self._held = p.copy()
-        self._stored = None  # the cells' volumes, unknown before the first accepted moment
+        self._stored = np.zeros(kind.shape)  # the cells' volumes, not known before the first accepted moment
+        self._begun = False
 
     @property
     def pressure(self) -> np.ndarray:
@@ -569,7 +584,8 @@ class MemoryFilm:
 
     def _flow(self, spin: float, hold: float, press: float) -> tuple[float, ...]:
         """The constants of the balance, see `assemble`."""
-        return 6.0 * spin, hold, press, -self._lowest, self._end, 1.0 if self.conserving else 0.0
+        area = self._shape[0] * self._shape[1]
+        return 6.0 * spin, hold, press, -self._lowest, self._end, float(self.conserving), area, 0.0
 
     def _since(self, vx: float, vy: float, spin: float, elapsed: float) -> float:
         """elapsed, not below INSTANT of the time in which the motion changes the film."""
@@ -612,7 +628,7 @@ class MemoryFilm:
 
     def _respond(self, motion, flow, old, out, spin) -> None:
         """`respond` on this film's arrays, its balance in rate form."""
-        last = (old, self._base, self._volume, self._held, True)
+        last = (old, self._base, self._growth, self._held, self._stored, True)
         count = respond(
             motion, self._material, self._state, last, flow, self._grid, self._shape, self._work,
             self._right, self._scales, out
@@ -644,13 +660,12 @@ class MemoryFilm:
             checks.finite(name, value)
         since = self._since(vx, vy, spin, elapsed)
         hold = 12.0 / since
-        first = self._stored is None or since > elapsed
+        first = not self._begun or since > elapsed
         sweep(vx, vy, self.content, self._grid[0], self._shape, self._base)
         if not first:
             self._base[:] = 0.0
-            self._volume[:] = self._stored
         flow = self._flow(spin, hold, hold)
-        last = (self.content, self._base, self._volume, self._held, first)
+        last = (self.content, self._base, self._growth, self._held, self._stored, first)
         count = settle((ex, ey), self._material, self._state, last, flow, self._grid, self._shape, self._work)
         self._check(count, ex, ey, spin)
         self._remember(flow, hold, ex, ey)
@@ -664,9 +679,9 @@ class MemoryFilm:
         self._held = np.maximum(p, 0.0)
         if self.conserving:
             free = kind != FIXED
-            was = self.content * self._volume - self._base / hold
+            was = self.content * (volume - self._growth) - self._base / hold
             gained = np.sum((content * volume - was)[free])
             missing = gained - inflow(kind, p, content, flow, face, cell) / hold
             self.mass_defect = abs(missing) / max(np.sum((content * volume)[free]), 1e-300)
             self.content = np.clip(content, 0.0, 1.0)
-        self._stored = volume
+        self._stored, self._begun = volume, True

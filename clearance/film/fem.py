@@ -203,7 +203,7 @@ class _Assembled:
     def _integrals(self, index: np.ndarray):
         basis = self.basis
         self.area, self.which = basis.dx.ravel(), index
-        values = np.concatenate([np.broadcast_to(f[0].value, basis.dx.shape).ravel() for f in basis.basis])
+        values = np.concatenate([np.broadcast_to(np.asarray(f[0]), basis.dx.shape).ravel() for f in basis.basis])
         nodes = np.concatenate([np.repeat(d, basis.dx.shape[1]) for d in basis.element_dofs])
         points = np.tile(np.arange(index.size), len(basis.basis))
         self.at_points = sp.csr_matrix((values, (points, nodes)), shape=(index.size, self.count))
@@ -243,7 +243,7 @@ class _Film:
     def __init__(self, bearing: Bearing, cells: tuple[int, int], quadratic: bool):
         self.bearing, self.parts = bearing, _Assembled(bearing, cells, quadratic)
         self.cut = bearing.cavitation == "gumbel"
-        self.known = None
+        self.known, self.defect = None, math.nan
 
     def conductance(self, eps: float) -> tuple[np.ndarray, np.ndarray]:
         """phi H^3 at the angles and its slope by eps."""
@@ -398,10 +398,9 @@ class _Conserving(_Film):
         self.weights = np.empty((2, parts.count))
         for weights, direction in zip(self.weights, (np.cos, np.sin), strict=True):
             weights[parts.layout] = np.outer(wide * direction(parts.theta), along)
-        self.defect = 0.0
 
     def forces(self, at_nodes: np.ndarray, at_points: np.ndarray) -> np.ndarray:
-        """W_r and W_t; nodal pressures are better than bilinear ones, so splines along and trapezia around add them up."""
+        """W_r and W_t, by splines along and trapezia around: the nodal pressures are better than bilinear ones."""
         return self.weights @ at_nodes
 
     def mean_gap(self, cos: np.ndarray, eps: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -497,7 +496,7 @@ class _Conserving(_Film):
         field.source = self.carriers(state)[0] @ -np.ones(parts.count)
         supplied = step / 12.0 * np.sum((matrix @ field.pressure + moved @ field.content)[parts.fixed])
         kept = np.sum((room * field.content)[self.free])
-        self.defect = float(kept - np.sum(held[self.free]) - supplied) / max(kept, np.sum(held[self.free]))
+        self.defect = float(kept - np.sum(held[self.free]) - supplied) / np.sum(room[self.free])
         return field
 
 
@@ -563,7 +562,7 @@ class FemFilm:
 
     @property
     def mass_defect(self) -> float:
-        """Of the last `advance`: oil stored less oil before and supplied, over the oil held."""
+        """Of the last `advance`: oil now less oil before and oil supplied, over that of a full film; nan before one."""
         return self._film.defect
 
 

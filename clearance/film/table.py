@@ -7,9 +7,9 @@ V' = (v_r, s v_t) and alpha' the angle of V' it is
     side flow = |V'| s^-1 q(eps, alpha'),
 
 and w_r, w_t, K, q stay bounded and smooth up to contact: near it the gap is a parabola of half-width sqrt(2 (1 - eps)).
-They are kept on a grid uniform in y = -ln(1 - eps) and alpha' as C2 cubic B-splines; beyond the last y they stay as they
-are, which is the film of a parabolic gap. The film of the concentric bearing, -A (v_r, -v_t), is taken off before, so
-that the force and its derivatives are exact in the centre.
+They are kept on a grid uniform in y = -ln(1 - eps) and alpha' as C2 cubic B-splines; beyond the last y they stay as
+they are, which is the film of a parabolic gap. The film of the concentric bearing, -A (v_r, -v_t), is taken off
+before, so that the force and its derivatives are exact in the centre.
 
 An ambient pressure above the cavitation pressure adds a third axis tau = S / (S + 3), S = sigma |V| s^4 / |V'|, from
 cavitation at ambient pressure (0) to the full film (1); sigma |V| = p_ambient (c/R)^2 / mu.
@@ -23,7 +23,7 @@ import os
 import warnings
 import zipfile
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -37,6 +37,7 @@ LOG = logging.getLogger("clearance")
 TOP = 6.2  # largest y: eps = 0.998
 HALF_WAY = 3.0  # S at tau = 1/2
 MESH, CHECK_MESH = (96, 12), (192, 24)
+BESIDE = 0.01  # step in ln(L/D) of the tables that others are interpolated from
 CHECKS = 48  # states off the nodes that a table is tested at
 SPEED_STEP = 0.02  # eccentricity ratio of the difference that gives the slope at the centre
 HEAD = 8  # numbers before the coefficients: A, nodes over y and alpha', cells per y and alpha', tau nodes, first flow
@@ -56,6 +57,14 @@ class Table:
     error_closing: float
     error_median: float
     error_opening: float
+
+    @property
+    def errors(self) -> tuple[float, float, float]:
+        return self.error_closing, self.error_median, self.error_opening
+
+    def facts(self) -> dict:
+        """What a run reports of it."""
+        return {f"film_table_{name}": value for name, value in vars(self).items() if name != "numbers"}
 
 
 @dataclass(frozen=True)
@@ -233,6 +242,28 @@ def table(key: Key) -> Table:
     return found
 
 
+@lru_cache(maxsize=256)
+def between(key: Key) -> Table:
+    """The table of any L/D, for joints: of its own where L/D has at most three digits, else between two neighbours.
+
+    The neighbours are BESIDE apart in ln(L/D), so that a sweep over clearances, which changes the journal's radius a
+    little, needs a few tables and not one a point. Linear in ln(L/D): the film is at most of degree two in L/D, so that
+    this adds at most BESIDE^2 / 2 to the error.
+    """
+    if math.isclose(key.slenderness, float(f"{key.slenderness:.3g}"), rel_tol=1e-9):
+        return table(key)
+    place = math.log(key.slenderness) / BESIDE
+    share = place - math.floor(place)
+    low, high = (
+        table(replace(key, slenderness=float(f"{math.exp(BESIDE * k):.9g}")))
+        for k in (math.floor(place), math.floor(place) + 1)
+    )
+    numbers = (1.0 - share) * low.numbers + share * high.numbers
+    numbers[1:HEAD] = low.numbers[1:HEAD]
+    errors = (max(pair) + 0.5 * BESIDE**2 for pair in zip(low.errors, high.errors, strict=True))
+    return Table(numbers, *errors)
+
+
 def _read(path: Path) -> Table | None:
     if not path.exists():
         return None
@@ -253,7 +284,7 @@ def _write(path: Path, found: Table) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with open(temporary, "wb") as file:
-            np.savez(file, numbers=found.numbers, errors=[found.error_closing, found.error_median, found.error_opening])
+            np.savez(file, numbers=found.numbers, errors=found.errors)
         os.replace(temporary, path)
     except OSError as reason:
         temporary.unlink(missing_ok=True)
@@ -270,7 +301,7 @@ def _alone(path: Path):
         return
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        lock = open(path.with_suffix(".lock"), "w")
+        lock = open(path.with_suffix(".lock"), "w")  # noqa: SIM115 - closed below
     except OSError:
         yield
         return

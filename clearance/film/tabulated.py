@@ -175,9 +175,9 @@ def key_of(joint: FilmJoint, settings: dict):
 
 
 def _made(joint: FilmJoint, settings: dict):
-    from clearance.film.table import table as built
+    from clearance.film.table import between
 
-    return built(key_of(joint, settings))
+    return between(key_of(joint, settings))
 
 
 _table = DataLaw(wet_film, table, {}, _made)

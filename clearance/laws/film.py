@@ -270,9 +270,9 @@ def film_torques(eccentricity_ratio, tangential, journal_speed, bearing_speed, r
 def wet_film_torques(
     eccentricity_ratio, tangential, shear, journal_speed, bearing_speed, radius, clearance, length, viscosity
 ):  # fmt: skip
-    """As `film_torques`, with the integral of 1/H over the wet area (`shear`): T_c = mu R^3 L / c (omega_J - omega_B) K.
+    """As `film_torques`, where only the wet area drags: T_c = mu R^3 L / c (omega_J - omega_B) K.
 
-    What has cavitated does not drag. Source: Raimondi and Boyd, ASLE Trans. 1 (1958) 159, whose friction it gives.
+    shear K: the integral of 1/H over the wet area, at most 2 pi / sqrt(1 - eps^2).
     """
     couette = viscosity * radius**3 * length / clearance * shear * (journal_speed - bearing_speed)
     moment = 0.5 * eccentricity_ratio * clearance * tangential

@@ -1,0 +1,28 @@
+"""One call for all solvers of a film in one state of motion."""
+
+from clearance.film.bearing import Bearing, FilmSolution
+
+SOLVERS = ("fast", "fem")
+
+
+def solve_film(
+    bearing: Bearing, eccentricity_ratio: float, radial_rate: float, entrainment: float, *, solver: str = "auto",
+    mesh: tuple[int, int] | None = None,
+) -> FilmSolution:  # fmt: skip
+    """Pressure, load, friction, side flow of a bearing's film from the Reynolds equation.
+
+    eccentricity_ratio eps; radial_rate d(eps)/dt [1/s]; entrainment w = omega_J + omega_B - 2 gamma' [rad/s].
+    solver: "fast" (finite volumes in Sommerfeld's angle), "fem" (biquadratic elements; also mass-conserving) or "auto",
+    the fast one where it can. mesh: cells around and over half the length (default (128, 16), of fem (64, 8)).
+    Raises ValueError for a mesh too coarse, an eccentricity at or beyond contact, a condition the solver has not got.
+    """
+    if solver == "auto":
+        solver = "fem" if bearing.cavitation == "mass_conserving" else "fast"
+    if solver == "fast":
+        from clearance.film.bands import solve
+    elif solver == "fem":
+        from clearance.film.fem import solve
+    else:
+        raise ValueError(f"solver must be one of auto, {', '.join(SOLVERS)}; got {solver!r}")
+    state = (bearing, eccentricity_ratio, radial_rate, entrainment)
+    return solve(*state) if mesh is None else solve(*state, mesh)
