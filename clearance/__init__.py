@@ -2,7 +2,7 @@
 
 from clearance import laws
 from clearance.film.bearing import Bearing, FilmSolution, Groove
-from clearance.film.online import conserving_film, fem_film
+from clearance.film.online import conserving_film, fast_film, fem_film
 from clearance.film.tabulated import table_film
 from clearance.joints import ClearanceRevolute, Prismatic, Revolute
 from clearance.laws import (
@@ -72,7 +72,7 @@ __all__ = [
     "TorsionSpring", "ambrosio", "asperity", "bengisu_akay", "bristle", "cP", "composite_roughness",
     "conserving_film", "contact", "contact_flow_factor", "contact_modulus", "coulomb", "coulomb_tanh",
     "coulomb_viscous", "degree", "delivered_restitution", "effort", "exact_damping", "exact_restitution",
-    "fem_film", "film", "film_torques", "flores", "flores_hybrid", "friction", "full_sommerfeld", "fuzzy",
+    "fast_film", "fem_film", "film", "film_torques", "flores", "flores_hybrid", "friction", "full_sommerfeld", "fuzzy",
     "gonthier", "greenwood_tripp", "greenwood_williamson", "ground", "harmonic", "herbert_mcwhannell", "hertz",
     "hertz_stiffness", "hole_check", "hu_guo", "hunt_crossley", "hunt_crossley_memoryless", "impact", "johnson",
     "kelvin_voigt", "lankarani_nikravesh", "laws", "layer_modulus", "lee_wang", "liu", "load_case", "load_sharing",

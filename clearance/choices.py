@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 from clearance import checks, laws
-from clearance.film.online import conserving_film, fem_film
+from clearance.film.online import conserving_film, fast_film, fem_film
 from clearance.film.tabulated import table_film
 from clearance.joints import ClearanceRevolute, Joint, Revolute
 from clearance.materials import Lubricant, Material, steel
@@ -101,10 +101,10 @@ FRICTIONS: dict[str, Callable] = {
 FILMS = {
     "sommerfeld": laws.full_sommerfeld, "pinkus_sternlicht": laws.pinkus_sternlicht, "long": laws.long_film,
     "short": laws.short_film, "harmonic": laws.harmonic, "table": table_film,
-    "fem": fem_film, "conserving": conserving_film,
+    "fast": fast_film, "fem": fem_film, "conserving": conserving_film,
 }  # fmt: skip
 #: films that solve a Reynolds equation, and so know an ambient pressure
-REYNOLDS = ("table", "fem", "conserving")
+REYNOLDS = ("table", "fast", "fem", "conserving")
 ASPERITIES = {"greenwood_tripp": laws.greenwood_tripp, "greenwood_williamson": laws.greenwood_williamson}
 #: name -> the law for the thresholds dry, mixed, full of the film thickness ratio
 TRANSITIONS: dict[str, Callable] = {
@@ -162,7 +162,7 @@ def _film(name: str, ambient: float, flow_factors: bool):
     options: dict = {"ambient": ambient} if checks.non_negative("ambient", ambient) > 0.0 else {}
     if flow_factors:
         options["flow_factors"] = True
-    known = {"ambient": REYNOLDS, "flow_factors": REYNOLDS[:2]}
+    known = {"ambient": REYNOLDS, "flow_factors": REYNOLDS[:3]}
     for option in options:
         if name not in known[option]:
             raise ValueError(f"film {name} has no {option}; {', '.join(known[option])} have")

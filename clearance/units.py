@@ -11,9 +11,10 @@ UNITS = {
     "s": ("s", 1.0), "ms": ("s", 1e-3), "us": ("s", 1e-6),
     "m/s": ("m/s", 1.0), "mm/s": ("m/s", 1e-3), "m/s2": ("m/s2", 1.0),
     "Pas": ("Pa s", 1.0), "Pa.s": ("Pa s", 1.0), "mPas": ("Pa s", 1e-3), "cP": ("Pa s", 1e-3),
+    "1/s": ("1/s", 1.0), "K": ("K", 1.0),
     "kg": ("kg", 1.0), "g": ("kg", 1e-3), "kgm2": ("kg m2", 1.0),
     "N": ("N", 1.0), "kN": ("N", 1e3), "Nm": ("N m", 1.0), "N/m": ("N/m", 1.0),
-    "Pa": ("Pa", 1.0), "MPa": ("Pa", 1e6), "GPa": ("Pa", 1e9),
+    "Pa": ("Pa", 1.0), "kPa": ("Pa", 1e3), "bar": ("Pa", 1e5), "MPa": ("Pa", 1e6), "GPa": ("Pa", 1e9),
 }  # fmt: skip
 _KINDS = {kind for kind, _ in UNITS.values()}
 

@@ -13,13 +13,14 @@ import math
 
 import numpy as np
 
-from clearance.film.bearing import Bearing, FilmSolution, check_mesh, check_state
+from clearance.film.bearing import CONTACT, Bearing, FilmSolution, check_mesh, check_state
 from clearance.mechanism.store import njit
 
 SHARP = {"contract", "arcp", "nsz", "reassoc"}  # sums of a factorisation may be reordered, nothing else
 GRADING = 1.0  # of the axial nodes towards the ends
 LEAST_AROUND, LEAST_ALONG = 24, 3  # cells of the coarsest grid that serves for extrapolation
 MOST_CHANGES = 300  # of the active set
+DIFFERENCE = 1e-6  # steps of differences, over the sizes of what is moved
 #: Gauss-Legendre rule of 4 points on (0, 1)
 NODES = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263)
 WEIGHTS = (0.17392742256872692, 0.32607257743127305, 0.32607257743127305, 0.17392742256872692)
@@ -253,7 +254,7 @@ def measures(cells, width, link, source, lowest, pressure, state):
 
 
 @njit(cache=True, error_model="numpy")
-def mark(theta, zeta, step, grooves, pressure, state):
+def mark(theta, zeta, grooves, pressure, state):
     """Nodes inside grooves (rows: angle, width, length, P) are given; a line takes the column nearest to it."""
     for g in range(grooves.shape[0]):
         angle, width, length = grooves[g, 0], grooves[g, 1], grooves[g, 2]
@@ -306,7 +307,7 @@ def on_grid(count, rows, eps, axial, vr, vt, lowest, thickness, cavitation, clus
     zeta, width, link = along(rows, axial)
     source = vr * cells[RADIAL] + vt * cells[TURNING]
     pressure, state = np.zeros((count, rows)), np.zeros((count, rows), np.int64)
-    mark(theta, zeta, 0.0, grooves, pressure, state)
+    mark(theta, zeta, grooves, pressure, state)
     if cavitation == REYNOLDS:
         cut = start(cells, source, lowest, pressure, state, coarse)
         solutions = settle(cells, width, link, source, lowest, pressure, state, cut)
@@ -374,6 +375,58 @@ def film(count, rows, eps, axial, vr, vt, lowest, thickness, cavitation, grooves
 CODES = {"reynolds": REYNOLDS, "gumbel": GUMBEL, "none": FULL}
 
 
+class FastFilm:
+    """The film of one bearing on one nest of grids. mesh: cells around and over half the length.
+
+    Raises ValueError for a mesh too coarse and for mass-conserving cavitation, which this solver has not got.
+    """
+
+    def __init__(self, bearing: Bearing, mesh: tuple[int, int] = (128, 16)):
+        if bearing.cavitation not in CODES:
+            raise ValueError(f"the fast solver knows cavitation {', '.join(CODES)}, not {bearing.cavitation}")
+        self.bearing, self.mesh = bearing, check_mesh(mesh)
+        self._grooves = np.array(
+            [(g.angle, g.width, g.length, g.pressure / bearing.pressure_scale) for g in bearing.grooves]
+        ).reshape(-1, 4)
+        self._thickness = bearing.clearance / bearing.roughness if bearing.roughness > 0.0 else 0.0
+        force = bearing.force_scale
+        self._scales = np.array([force, force, 1.0, bearing.flow_scale])
+
+    def _film(self, eccentricity_ratio: float, radial_rate: float, entrainment: float):
+        eps, vr, vt = check_state(eccentricity_ratio, radial_rate, entrainment)
+        b = self.bearing
+        return film(
+            *self.mesh, eps, b.axial, vr, vt, b.lowest, self._thickness, CODES[b.cavitation], self._grooves
+        )  # fmt: skip
+
+    def outputs(self, eccentricity_ratio: float, radial_rate: float, entrainment: float) -> np.ndarray:
+        """radial, tangential [N], shear, side flow [m3/s]."""
+        return self._film(eccentricity_ratio, radial_rate, entrainment)[0] * self._scales
+
+    def linearised(self, eccentricity_ratio: float, radial_rate: float, entrainment: float) -> np.ndarray:
+        """Outputs and their slopes by the three arguments, (4, 4), from forward differences."""
+        state = np.array([eccentricity_ratio, radial_rate, entrainment])
+        speed = math.hypot(radial_rate, 0.5 * entrainment) + 1e-9
+        here, columns = self.outputs(*state), []
+        for k, step in enumerate((min(DIFFERENCE, 0.5 * (CONTACT - state[0])), DIFFERENCE * speed, DIFFERENCE * speed)):
+            moved = state.copy()
+            moved[k] += step
+            columns.append((self.outputs(*moved) - here) / step)
+        return np.column_stack([here, *columns])
+
+    def solve(self, eccentricity_ratio: float, radial_rate: float, entrainment: float) -> FilmSolution:
+        """Fields and outputs in one state."""
+        best, solutions, pressure, state, theta, zeta = self._film(eccentricity_ratio, radial_rate, entrainment)
+        forward = np.argsort(theta % (2.0 * math.pi))
+        end = np.zeros((len(theta), 1))
+        pressure = np.hstack([pressure, end])[forward] * self.bearing.pressure_scale
+        wet = np.hstack([(state == WET) | (state == GIVEN), end == 0.0])[forward]
+        return FilmSolution(
+            self.bearing, (theta % (2.0 * math.pi))[forward], np.append(zeta, 0.5) * self.bearing.length, pressure,
+            wet.astype(float), *(float(x) for x in best * self._scales), solutions, state.size,
+        )  # fmt: skip
+
+
 def solve(
     bearing: Bearing, eccentricity_ratio: float, radial_rate: float, entrainment: float,
     mesh: tuple[int, int] = (128, 16),
@@ -383,23 +436,4 @@ def solve(
     mesh: cells around and over half the length; (48, 6) costs 0.1 ms and is right to 1e-3, (128, 16) to 1e-4.
     Raises ValueError for a mesh too coarse, an eccentricity at or beyond contact, or mass-conserving cavitation.
     """
-    count, rows = check_mesh(mesh)
-    eps, vr, vt = check_state(eccentricity_ratio, radial_rate, entrainment)
-    if bearing.cavitation not in CODES:
-        raise ValueError(f"the fast solver knows cavitation {', '.join(CODES)}, not {bearing.cavitation}")
-    grooves = np.array(
-        [(g.angle, g.width, g.length, g.pressure / bearing.pressure_scale) for g in bearing.grooves]
-    ).reshape(-1, 4)  # fmt: skip
-    thickness = bearing.clearance / bearing.roughness if bearing.roughness > 0.0 else 0.0
-    best, solutions, pressure, state, theta, zeta = film(
-        count, rows, eps, bearing.axial, vr, vt, bearing.lowest, thickness, CODES[bearing.cavitation], grooves
-    )
-    forward = np.argsort(theta % (2.0 * math.pi))
-    end = np.zeros((count, 1))
-    pressure = np.hstack([pressure, end])[forward] * bearing.pressure_scale
-    wet = np.hstack([(state == WET) | (state == GIVEN), end == 0.0])[forward]
-    return FilmSolution(
-        bearing, (theta % (2.0 * math.pi))[forward], np.append(zeta, 0.5) * bearing.length, pressure,
-        wet.astype(float), best[0] * bearing.force_scale, best[1] * bearing.force_scale, best[2],
-        best[3] * bearing.flow_scale, solutions, count * rows,
-    )  # fmt: skip
+    return FastFilm(bearing, mesh).solve(eccentricity_ratio, radial_rate, entrainment)

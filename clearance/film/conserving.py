@@ -35,9 +35,9 @@ COND, GAP, DRAG = (
     10,
 )  # in `face`: conductance and gap, each followed by d/d(ex, ey, this cell's P, the next cell's P)
 AXIAL, VOLUME, SHEAR = 0, 4, 8  # in `cell`: each followed by d/d(ex, ey, this cell's P)
-START, BRAKE, SLOW, FAST = 15, 100., 0.3, 2.0
 LIMIT = 200  # linear systems before a film counts as unsettled
-PATIENCE = 30  # linear systems after which only the worst cells switch, which ends a cycle
+EASY = 15  # linear systems after which the steps of a film with a liner are braked
+PATIENCE = 30  # linear systems after which only the worst cells of a rigid film switch, which ends a cycle
 LOWEST_GAP = 1e-6  # H is not taken below this: roughness is larger
 INSTANT = 1e-9  # shortest time since the last moment, in units of the time in which the motion changes the film
 
@@ -202,8 +202,9 @@ def assemble(kind, p, content, old, base, growth, flow, face, cell, place, matri
     kind, p = P - lowest, content f (n, nz): the state; old: content of the last moment; base: what the motion sweeps;
     growth: that of the cells' volumes V (n, nz); flow: drag = 6 spin, hold, press [1/s], end pressure, end factor (the
     conductance of the end over that between two cells), carried (1: the flow carries the content, 0: it carries full
-    gaps, the memoryless film), area of a cell, brake [1/s] on the liner's steps; place: position of each column (n,); matrix (n nz, 2 w + 1): row i holds a_ij at
-    w + j - i; rest (n nz, 1). Written in differences from the last moment so that hold -> infinity loses no digits.
+    gaps, the memoryless film), area of a cell, brake [1/s] on the liner's steps; place: position of each column (n,);
+    matrix (n nz, 2 w + 1): row i holds a_ij at w + j - i; rest (n nz, 1).
+    Written in differences from the last moment so that hold -> infinity loses no digits.
     """
     (n, nz), w = kind.shape, matrix.shape[1] // 2
     hold, press = flow[1], flow[2]
@@ -360,10 +361,10 @@ def settle(motion, material, state, last, flow, grid, shape, work):
         share = 0.0 if count < PATIENCE or soft > 0.0 else 0.9
         braked = (flow[0], flow[1], flow[2], flow[3], flow[4], flow[5], flow[6], brake)
         switched, change = step(kind, p, content, old, base, growth, braked, face, cell, place, matrix, rest, share)
-        if count == START:
-            brake = BRAKE * (abs(flow[0]) + np.abs(base).max() / flow[6])
-        elif count > START:
-            brake *= min(max(change / before, SLOW), FAST)
+        # steps in pseudo-time, longer as they calm down: plain Newton steps need not settle a liner far from its state
+        if count == EASY:
+            brake = 100.0 * (abs(flow[0]) + np.abs(base).max() / flow[6])
+        brake *= min(max(change / before, 0.5), 2.0)
         before = change
         if not math.isfinite(change):
             return -1
@@ -593,18 +594,29 @@ class MemoryFilm:
             raise ValueError(f"elapsed must not be negative, got {elapsed!r}")
         return max(elapsed, INSTANT / max(math.hypot(vx, vy) + abs(spin), 1.0))
 
-    def _check(self, count: int, ex: float, ey: float, spin: float) -> None:
-        """Keep the count of linear systems, or raise RuntimeError."""
-        self.iterations = count if count > 0 else LIMIT
-        if count < 0:
-            kind, p, content = self._state  # not a start for the next call
-            kind[kind == CAVITATED] = FULL
-            p[kind == FULL] = -self._lowest
-            content[:] = 1.0
-            raise RuntimeError(
-                f"film with memory: the cavity's boundary did not settle within {LIMIT} linear systems "
-                f"at ex = {ex!r}, ey = {ey!r}, spin = {spin!r} 1/s"
-            )
+    def _restart(self) -> None:
+        """Start the next solution from the last accepted moment."""
+        kind, p, content = self._state
+        free = kind != FIXED
+        kind[free] = np.where(self.content[free] < 1.0, CAVITATED, FULL)
+        p[:], content[:] = self._held, self.content
+
+    def _settled(self, attempt, ex: float, ey: float, spin: float) -> None:
+        """Make the attempt, and again from the last accepted moment where the last answer is no good start.
+
+        Raises RuntimeError if that does not settle the film either.
+        """
+        for _ in range(2):
+            count = attempt()
+            if count > 0:
+                self.iterations = count
+                return
+            self._restart()
+        self.iterations = LIMIT
+        raise RuntimeError(
+            f"film with memory: the cavity's boundary did not settle within {LIMIT} linear systems "
+            f"at ex = {ex!r}, ey = {ey!r}, spin = {spin!r} 1/s: a smaller step may help"
+        )
 
     def trial(self, ex: float, ey: float, vx: float, vy: float, spin: float, elapsed: float) -> np.ndarray:
         """The film's answer `elapsed` seconds after the last accepted moment; the memory stays as it is.
@@ -629,11 +641,14 @@ class MemoryFilm:
     def _respond(self, motion, flow, old, out, spin) -> None:
         """`respond` on this film's arrays, its balance in rate form."""
         last = (old, self._base, self._growth, self._held, self._stored, True)
-        count = respond(
-            motion, self._material, self._state, last, flow, self._grid, self._shape, self._work,
-            self._right, self._scales, out
-        )  # fmt: skip
-        self._check(count, *motion, spin)
+
+        def attempt():
+            return respond(
+                motion, self._material, self._state, last, flow, self._grid, self._shape, self._work,
+                self._right, self._scales, out
+            )  # fmt: skip
+
+        self._settled(attempt, *motion, spin)
 
     def steady(self, ex: float, ey: float, spin: float) -> np.ndarray:
         """force_x, force_y, shear, side_flow as in `trial`, (4,), of a film that no longer changes.
@@ -666,8 +681,11 @@ class MemoryFilm:
             self._base[:] = 0.0
         flow = self._flow(spin, hold, hold)
         last = (self.content, self._base, self._growth, self._held, self._stored, first)
-        count = settle((ex, ey), self._material, self._state, last, flow, self._grid, self._shape, self._work)
-        self._check(count, ex, ey, spin)
+
+        def attempt():
+            return settle((ex, ey), self._material, self._state, last, flow, self._grid, self._shape, self._work)
+
+        self._settled(attempt, ex, ey, spin)
         self._remember(flow, hold, ex, ey)
 
     def _remember(self, flow, hold, ex, ey) -> None:

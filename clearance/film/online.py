@@ -1,6 +1,6 @@
 """Film laws that solve the Reynolds equation as the run goes: for what no table holds, and to check the table.
 
-`fem` is memoryless and stands where any film law stands. `conserving` has a memory: the oil content of the gap, over
+`solved` is memoryless and stands where any film law stands. `conserving` has a memory: the oil content of the gap, over
 the bearing, is kept from step to step (implicit Euler between accepted states), and its liner may be elastic. Both are
 answered in Python (film/asking.py), some 1e3 to 1e4 times dearer than the table.
 """
@@ -14,11 +14,11 @@ NEAREST = 1.0 - 1e-4  # eccentricity ratio that a finite element mesh is asked f
 STEPS_PER_TURN = 400  # shortest memory: the content is first order in the step
 
 
-def fem(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
-    """Film of a finite bearing, its Reynolds equation solved by finite elements at every call [N, N, 1].
+def solved(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
+    """Film of a finite bearing, its Reynolds equation solved at every call [N, N, 1].
 
-    The equation and its frame are those of film/bearing.py; derivatives hold the wet region fixed. Eccentricity ratios
-    above 0.9999 count as 0.9999.
+    The equation and its frame are those of film/bearing.py. Finite elements hold the wet region fixed in derivatives,
+    the fast solver takes differences. Eccentricity ratios above 0.9999 count as 0.9999.
     """
     first = int(start)
     data[first + 1] = VALUE
@@ -29,8 +29,8 @@ def fem(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
     return data[first + 5], data[first + 9], data[first + 13]
 
 
-def fem_slopes(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
-    """Values of `fem`, then the derivatives of each by eccentricity ratio, radial rate and entrainment."""
+def solved_slopes(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
+    """Values of `solved`, then the derivatives of each by eccentricity ratio, radial rate and entrainment."""
     first = int(start)
     data[first + 1] = SLOPES
     data[first + 2] = eccentricity_ratio
@@ -45,7 +45,7 @@ def fem_slopes(eccentricity_ratio, radial_rate, entrainment, joint, data, start)
     )  # fmt: skip
 
 
-def fem_side_flow(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
+def solved_side_flow(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
     """Oil that leaves the bearing at both ends [m3/s]."""
     first = int(start)
     data[first + 1] = VALUE
@@ -56,7 +56,7 @@ def fem_side_flow(eccentricity_ratio, radial_rate, entrainment, joint, data, sta
     return data[first + 17]
 
 
-fem.slopes = fem_slopes
+solved.slopes = solved_slopes
 
 
 def conserving(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time, joint, data, start):
@@ -127,17 +127,19 @@ def conserving_keep(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time, 
 conserving.slopes = conserving_slopes
 
 
-class FemAnswer(Answerer):
-    """The finite element film behind a joint."""
+class FilmAnswer(Answerer):
+    """The memoryless film behind a joint, of either solver."""
 
     def __init__(self, joint: FilmJoint, settings: dict):
-        from clearance.film.fem import FemFilm
-
+        if settings["solver"] == "fem":
+            from clearance.film.fem import FemFilm as Film
+        else:
+            from clearance.film.bands import FastFilm as Film
         bearing = Bearing.of(
             joint, cavitation=settings["cavitation"], ambient=settings["ambient"], grooves=settings["grooves"],
             roughness=joint.roughness if settings["flow_factors"] else 0.0,
         )  # fmt: skip
-        self.film, self.asked, self.found = FemFilm(bearing, settings["mesh"]), None, None
+        self.film, self.asked, self.found = Film(bearing, settings["mesh"]), None, None
         super().__init__(3, 4, self._solve)
 
     def _solve(self, wanted: float, state: list[float]):
@@ -182,12 +184,19 @@ class MemoryAnswer(Answerer):
         return {"film_mass_defect": self.worst}
 
 
-_fem = DataLaw(wet_film, fem, {}, FemAnswer)
-_fem.shown = {"side_flow": fem_side_flow}
+_solved = DataLaw(wet_film, solved, {}, FilmAnswer)
+_solved.shown = {"side_flow": solved_side_flow}
 _conserving = DataLaw(memory_film, conserving, {}, MemoryAnswer)
 _conserving.shown = {"side_flow": conserving_side_flow}
 _conserving.keep = conserving_keep
-_fem.linear_in_viscosity = _conserving.linear_in_viscosity = False  # they solve for the viscosity they began with
+_solved.linear_in_viscosity = _conserving.linear_in_viscosity = False  # they solve for the viscosity they began with
+
+
+def _memoryless(solver: str, cavitation: str, ambient, grooves, flow_factors: bool, mesh) -> BoundLaw:
+    if cavitation not in CAVITATIONS[:3]:
+        raise ValueError(f"{solver}_film: cavitation must be one of {', '.join(CAVITATIONS[:3])}; got {cavitation!r}")
+    settings = {"solver": solver, "cavitation": cavitation, "ambient": ambient, "grooves": tuple(grooves)}
+    return _solved.bind(settings | {"flow_factors": bool(flow_factors), "mesh": check_mesh(mesh)})
 
 
 def fem_film(
@@ -200,10 +209,15 @@ def fem_film(
     stand still against the *line of centres*; flow_factors: with those of the joint's roughness; mesh: cells around
     and over half the length.
     """
-    if cavitation not in CAVITATIONS[:3]:
-        raise ValueError(f"fem_film: cavitation must be one of {', '.join(CAVITATIONS[:3])}; got {cavitation!r}")
-    settings = {"cavitation": cavitation, "ambient": ambient, "grooves": tuple(grooves)}
-    return _fem.bind(settings | {"flow_factors": bool(flow_factors), "mesh": check_mesh(mesh)})
+    return _memoryless("fem", cavitation, ambient, grooves, flow_factors, mesh)
+
+
+def fast_film(
+    *, cavitation: str = "reynolds", ambient: float | None = None, grooves: tuple[Groove, ...] = (),
+    flow_factors: bool = False, mesh: tuple[int, int] = (48, 6),
+) -> BoundLaw:  # fmt: skip
+    """As `fem_film`, by the fast solver that tables are made with."""
+    return _memoryless("fast", cavitation, ambient, grooves, flow_factors, mesh)
 
 
 def conserving_film(

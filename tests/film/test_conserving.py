@@ -7,7 +7,7 @@ import pytest
 
 from clearance.film import conserving
 from clearance.film.bearing import Bearing, Groove
-from clearance.film.conserving import AXIAL, CAVITATED, COND, FIXED, FULL, GAP, SHEAR, VOLUME, MemoryFilm
+from clearance.film.conserving import COND, DRAG, FIXED, FULL, GAP, SHEAR, VOLUME, MemoryFilm
 
 LINE = (Groove(angle=math.pi),)  # on the widest gap of a journal displaced along +x
 POCKET = (Groove(angle=0.5, width=0.3, length=0.6, pressure=3e3),)
@@ -23,7 +23,7 @@ class Strip:
     def __init__(self, cells, ends, drag, hold):
         n = cells + 2
         column = np.arange(n)
-        self.face, self.cell = np.zeros((n, 1, DEEP)), np.zeros((n, 1, SHEAR + 4))
+        self.face, self.cell = np.zeros((n, 1, DRAG + 1)), np.zeros((n, 1, SHEAR + 4))
         self.kind = np.full((n, 1), FULL)
         self.kind[[0, -1]] = FIXED
         self.p, self.content = np.full((n, 1), ends), np.ones((n, 1))
@@ -45,9 +45,6 @@ class Strip:
     @property
     def full(self):
         return self.kind[1:-1, 0] == FULL
-
-
-DEEP = conserving.DRAG + 1
 
 
 class Slider:
@@ -168,9 +165,9 @@ class TestSteady:
         ("eps", "sommerfeld", "attitude"), [(0.4, 0.264, 63.10), (0.6, 0.121, 50.58), (0.8, 0.0446, 36.24)]
     )
     def test_raimondi_boyd(self, eps, sommerfeld, attitude):
-        """Their three digits; 63.10 deg at 0.4 is 0.5 deg off what every later solution finds (62.57)."""
+        """Their three digits; at 0.4 both are off what later solutions find (0.2604, 62.57 deg), 1.4 % and 0.5 deg."""
         number, angle, _, _ = self.answer(eps, (256, 24))
-        assert 1.0 / (2.0 * math.pi * number) == pytest.approx(sommerfeld, rel=0.015)
+        assert 1.0 / (2.0 * math.pi * number) == pytest.approx(sommerfeld, rel=0.015 if eps == 0.4 else 0.01)
         assert angle == pytest.approx(attitude, abs=0.6 if eps == 0.4 else 0.4)
 
     @pytest.mark.parametrize(
@@ -366,14 +363,15 @@ class TestLimits:
 
     @pytest.mark.parametrize("mesh", [(48, 4), (96, 8)])
     @pytest.mark.parametrize("rate", [3.0, -3.0])
-    def test_at_and_beyond_the_wall(self, mesh, rate):
-        """Finite, and the closing film pushes harder the nearer it is."""
-        film, _ = travelled(MemoryFilm(bearing(), mesh))
+    @pytest.mark.parametrize("liner", [0.0, 1e-11, 1e-9])
+    def test_at_and_beyond_the_wall(self, mesh, rate, liner):
+        """Finite, and the closing film on a rigid bearing pushes harder the nearer it is."""
+        film, _ = travelled(MemoryFilm(bearing(), mesh, liner))
         was = 0.0
         for eps in (0.9, 0.99, 1.0 - 1e-4, 1.0 - 1e-6, 1.0 - 1e-9, 1.0, 1.1, 2.0, 10.0):
             found = film.trial(eps, 0.0, rate, 0.0, 20.0, 1e-3)
             assert np.isfinite(found).all()
-            if rate > 0.0 and eps <= 1.0:
+            if rate > 0.0 and eps <= 1.0 and liner == 0.0:
                 assert found[0, 0] < was
                 was = found[0, 0]
 
@@ -438,5 +436,3 @@ def test_grooves_take_whole_cells():
     assert fixed[0].all()
     assert fixed[1:].sum() == 5 * 4
     assert np.abs(film.theta[1:][fixed[1:, 0]] - 3.0).max() < 0.3
-    assert not (film._state[0] == CAVITATED).any()
-    assert film._work[1].shape[2] > AXIAL

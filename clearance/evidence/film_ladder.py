@@ -1,0 +1,347 @@
+"""Film models from coarse to fine: error against run time, for single states and for a whole run; mesh convergence."""
+
+import math
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from clearance import choices
+from clearance.catalogue import find_case
+from clearance.film import bands, fem
+from clearance.film.bearing import Bearing
+from clearance.film.tabulated import table_film
+from clearance.laws.law import BoundLaw, DataLaw, FilmJoint
+from clearance.mechanism import store
+from clearance.mechanism.build import build
+from clearance.mechanism.library import Library
+from clearance.results import save_tables
+from clearance.simulation import Run, Span, choose_method
+
+JOINT = FilmJoint(radius=0.01, clearance=1e-4, length=0.02, viscosity=0.05)  # of the feeder
+STATES = 120
+FAST = ((32, 4), (48, 6), (64, 8), (96, 12), (128, 16), (192, 24))
+ELEMENTS = ((16, 2), (32, 4), (64, 8), (128, 16))
+REFERENCE = (384, 48)
+NODES = (9, 17, 33, 65)
+RUN_RTOL, REFERENCE_RTOL = 1e-6, 1e-9
+SAMPLES = 401
+REPEATS = 5
+
+
+@dataclass
+class Rung:
+    """One film model. seconds: of one force, or of one run; error_closing, error: largest relative force error of the
+    states where the journal closes in, median of all; in a run both are the rms error of the journal's path over c.
+    """
+
+    name: str
+    kind: str
+    seconds: float
+    error_closing: float
+    error: float
+    steps: int = 0
+    slopes_seconds: float = math.nan  # of force and derivatives
+
+
+@dataclass
+class Ladder:
+    """The rungs of single states and of a run."""
+
+    states: list[Rung]
+    runs: list[Rung]
+    remarks: list[str] = field(default_factory=list)
+
+
+# --- single states
+def path() -> np.ndarray:
+    """Neighbouring states (eps, d(eps)/dt, w), (STATES, 3): loops through eps 0.1 to 0.97, closing and opening."""
+    t = np.linspace(0.0, 2.0 * math.pi, STATES, endpoint=False) + 0.013
+    y = 1.8 + 1.6 * np.cos(3.0 * t)
+    eps = -np.expm1(-y)
+    s = np.sqrt(1.0 - eps**2)
+    angle = 1.5 * (1.0 + np.sin(2.0 * t)) + 0.05
+    return np.column_stack([eps, 30.0 * s * np.cos(angle), 60.0 * np.sin(angle) / eps])
+
+
+def is_closing(states: np.ndarray) -> np.ndarray:
+    """Where the scaled velocity points towards the wall."""
+    return states[:, 1] > 0.0
+
+
+def errors_of(forces: np.ndarray, wanted: np.ndarray, states: np.ndarray) -> tuple[float, float]:
+    """Largest relative error of the force where the journal closes in, and the median of all."""
+    found = np.hypot(*(forces - wanted).T) / np.hypot(*wanted.T)
+    return float(found[is_closing(states)].max()), float(np.median(found))
+
+
+def compiled_law(law: BoundLaw, slopes: bool) -> tuple[Callable, np.ndarray]:
+    """A kernel that evaluates a film law at t states of y [eps, rate, w], and the numbers it reads."""
+    library = Library()
+    name = library.add(law.law.function)
+    called = library.jacobian(name, (0, 1, 2)) if slopes else name
+    numbers, arguments = np.zeros(1), ""
+    if isinstance(law.law, DataLaw):
+        numbers, arguments = np.asarray(law.source(JOINT).numbers, float), ", par, 0.0"
+    functions = "".join(f"\n@plain\n{f}\n" for f in library.sources([called]))
+    facts = ", ".join(repr(float(v)) for v in JOINT)
+    text = (
+        "import math\n\nfrom clearance.laws.law import FilmJoint\nfrom clearance.mechanism.store import kernel, plain\n"
+        f"\n{functions}\n\n@kernel\ndef rhs(t, y, par, work, out):\n    for i in range(int(t)):\n"
+        f"        found = {called}(y[3 * i], y[3 * i + 1], y[3 * i + 2], FilmJoint({facts}){arguments})\n"
+        "        out[2 * i], out[2 * i + 1] = found[0], found[1]\n"
+    )
+    return store.load("rhs", text), numbers
+
+
+def law_rung(name: str, kind: str, law: BoundLaw, states: np.ndarray, wanted: np.ndarray) -> Rung:
+    """A law that kernels call, timed inside compiled code."""
+    seconds, out = [], np.zeros(2 * len(states))
+    many = np.tile(states, (50, 1))
+    spent = np.zeros(2 * len(many))
+    for slopes in (False, True):
+        evaluate, numbers = compiled_law(law, slopes)
+        evaluate(float(len(states)), states.ravel(), numbers, out, out)
+        best = math.inf
+        for _ in range(REPEATS):
+            began = time.thread_time()
+            evaluate(float(len(many)), many.ravel(), numbers, spent, spent)
+            best = min(best, (time.thread_time() - began) / len(many))
+        seconds.append(best)
+    errors = errors_of(out.reshape(-1, 2), wanted, states)
+    return Rung(name, kind, seconds[0], *errors, slopes_seconds=seconds[1])
+
+
+def solver_rung(name: str, kind: str, film, states: np.ndarray, wanted: np.ndarray) -> Rung:
+    """A solver called from Python along the path, so that it starts from the state before (the fast one does not)."""
+    evaluate = film.outputs if hasattr(film, "outputs") else lambda *state: film.linearised(*state)[:, 0]
+    best, slopes = math.inf, math.inf
+    for _ in range(3):
+        began = time.thread_time()
+        forces = np.array([evaluate(*state)[:2] for state in states])
+        best = min(best, (time.thread_time() - began) / len(states))
+    began = time.thread_time()
+    for state in states:
+        film.linearised(*state)
+    slopes = (time.thread_time() - began) / len(states)
+    return Rung(name, kind, best, *errors_of(forces, wanted, states), slopes_seconds=slopes)
+
+
+class _Fem:
+    """Finite elements without slopes, as a film among the others."""
+
+    def __init__(self, bearing: Bearing, mesh: tuple[int, int]):
+        self.film = fem.FemFilm(bearing, mesh)
+        self.linearised = self.film.linearised
+
+    def outputs(self, *state) -> np.ndarray:
+        found = self.film.solve(*state)
+        return np.array([found.radial, found.tangential])
+
+
+def single_states(progress: Callable[[str], None], quick: bool = False) -> list[Rung]:
+    """All rungs at the states of `path`, in the feeder's bearing (L/D = 1)."""
+    bearing, states = Bearing.of(JOINT), path()
+    progress("reference")
+    finest = bands.FastFilm(bearing, FAST[-1] if quick else REFERENCE)
+    wanted = np.array([finest.outputs(*state)[:2] for state in states])
+    found = []
+    for name in ("pinkus_sternlicht", "long", "short", "harmonic"):
+        progress(name)
+        found.append(law_rung(name, "closed form", choices.FILMS[name](), states, wanted))
+    for nodes in NODES[:3] if quick else NODES:
+        progress(f"table of {nodes} nodes")
+        law = table_film(nodes=nodes)
+        found.append(law_rung(f"table {nodes}x{nodes}", "table", law, states, wanted))
+    for mesh in FAST[:2] if quick else FAST:
+        progress(f"fast solver {mesh}")
+        film = bands.FastFilm(bearing, mesh)
+        found.append(solver_rung(f"fast solver {mesh[0]}x{mesh[1]}", "fast solver", film, states, wanted))
+    for mesh in ELEMENTS[:2] if quick else ELEMENTS:
+        progress(f"finite elements {mesh}")
+        found.append(solver_rung(f"FEM {mesh[0]}x{mesh[1]}", "finite elements", _Fem(bearing, mesh), states, wanted))
+    return found
+
+
+# --- a whole run
+def whole_runs(turns: float, progress: Callable[[str], None], quick: bool = False) -> list[Rung]:
+    """The feeder with each film: time of the integration, distance of the journal's path from the finest table's."""
+    case = find_case("six_bar_feeder")
+    reference = _journal(_with_film(case, table_film(nodes=65, mesh=(64, 8) if quick else (128, 16))), turns,
+                         REFERENCE_RTOL)[0]  # fmt: skip
+    films = {n: ("closed form", choices.FILMS[n]()) for n in ("pinkus_sternlicht", "long", "short", "harmonic")}
+    films |= {f"table {n}x{n}": ("table", table_film(nodes=n)) for n in (NODES[:3] if quick else NODES)}
+    for mesh in () if quick else FAST[:2]:
+        films[f"fast solver {mesh[0]}x{mesh[1]}"] = ("fast solver", choices.FILMS["fast"](mesh=mesh))
+    for mesh in ELEMENTS[:1] if quick else ELEMENTS[:2]:
+        films[f"FEM {mesh[0]}x{mesh[1]}"] = ("finite elements", choices.FILMS["fem"](mesh=mesh))
+    found = []
+    for name, (kind, law) in films.items():
+        progress(f"run with {name}")
+        journal, seconds, steps = _journal(_with_film(case, law), turns, RUN_RTOL)
+        error = float(np.sqrt(((journal - reference) ** 2).sum(axis=1).mean()))
+        found.append(Rung(name, kind, seconds, error, error, steps))
+    return found
+
+
+def _with_film(case, law: BoundLaw):
+    from dataclasses import replace
+
+    from clearance.scene import Scene
+
+    scene = case.scene()
+    joints = [replace(j, film=law) if getattr(j, "film", None) is not None else j for j in scene.joints]
+    return Scene(*joints, *scene.loads, gravity=scene.gravity, name=scene.name)
+
+
+def _journal(scene, turns: float, rtol: float) -> tuple[np.ndarray, float, int]:
+    """Path of the journal over c, seconds of the compiled loop (warm where that is cheap), steps."""
+    mechanism = build(scene, ledger=False)
+    joint = next(iter(mechanism.places))
+    at, seconds = mechanism.places[joint], []
+    while len(seconds) < REPEATS + 1 and sum(seconds) < 2.0:
+        run = Run(
+            mechanism, Span(turns * scene.turn, SAMPLES), rtol, choose_method(mechanism, rtol=rtol), outputs=False
+        )
+        _, rows, _ = run.trajectory()
+        seconds.append(run.wall)
+    steps = int(run.counts[run.types.STEPS])
+    return rows[:, at : at + 2] / joint.clearance, statistics.median(seconds[1:] or seconds), steps
+
+
+def ladder(turns: float = 1.0, quick: bool = False, progress: Callable[[str], None] = lambda text: None) -> Ladder:
+    """The whole film ladder."""
+    remarks = [
+        f"single states: {STATES} on a path through eps 0.1 to 0.97 in a bearing of L/D = 1; reference the fast solver "
+        f"on {REFERENCE[0]}x{REFERENCE[1]}, extrapolated; finite elements start from the state before",
+        f"runs: the feeder, {turns:g} turn(s), rtol {RUN_RTOL:g}; reference the table of 65 x 65 nodes at rtol "
+        f"{REFERENCE_RTOL:g}; error: rms of the journal's path over the clearance",
+    ]
+    return Ladder(single_states(progress, quick), whole_runs(turns, progress, quick), remarks)
+
+
+# --- mesh convergence
+@dataclass
+class Mesh:
+    """One mesh of one solver: relative error of the force, its order against the mesh before, cost of one film."""
+
+    solver: str
+    mesh: str
+    unknowns: int
+    error: float
+    order: float
+    seconds: float
+
+
+CONVERGENCE_STATES = ((0.5, 20.0, 40.0), (0.8, 5.0, 30.0), (0.9, 0.0, 60.0), (0.9, 10.0, 0.0))
+
+
+def convergence(
+    bearing: Bearing, states=CONVERGENCE_STATES, progress: Callable[[str], None] = lambda text: None
+) -> list[Mesh]:
+    """Error of the force (rms over states) as the meshes are halved, for the fast solver and finite elements."""
+    finest = bands.FastFilm(bearing, REFERENCE)
+    wanted = np.array([finest.outputs(*state)[:2] for state in states])
+    found: list[Mesh] = []
+    for solver, meshes, film in (
+        ("fast solver, one grid", [(c, r) for c, r in zip((17, 33, 65, 129), (3, 5, 9, 17), strict=True)], None),
+        ("fast solver, extrapolated", ((48, 6), (96, 12), (192, 24)), bands.FastFilm),
+        ("finite elements", ELEMENTS, fem.FemFilm),
+    ):
+        last = None
+        for mesh in meshes:
+            progress(f"{solver} {mesh}")
+            made = (film or bands.FastFilm)(bearing, mesh)
+            began = time.thread_time()
+            solutions = [made.solve(*state) for state in states]
+            seconds = (time.thread_time() - began) / len(states)
+            forces = np.array([(s.radial, s.tangential) for s in solutions])
+            each = np.hypot(*(forces - wanted).T) / np.hypot(*wanted.T)
+            error = float(np.sqrt((each**2).mean()))
+            order = math.log(last[0] / error) / math.log(mesh[0] / last[1]) if last else math.nan
+            found.append(Mesh(solver, f"{mesh[0]}x{mesh[1]}", solutions[0].unknowns, error, order, seconds))
+            last = error, mesh[0]
+    return found
+
+
+# --- reports
+def table(study: Ladder) -> list[str]:
+    """Both halves as Markdown."""
+    lines = [
+        "| film, single states | a force | with derivatives | error, closing in | median error |",
+        "|---|---|---|---|---|",
+    ]
+    for r in study.states:
+        cells = (_time(r.seconds), _time(r.slopes_seconds), f"{r.error_closing:.1e}", f"{r.error:.1e}")
+        lines.append(f"| {r.name} | {' | '.join(cells)} |")
+    lines += [
+        "",
+        "| film, feeder run | run time | steps | a step | error of the journal's path |",
+        "|---|---|---|---|---|",
+    ]
+    for r in study.runs:
+        cells = (_time(r.seconds), str(r.steps), _time(r.seconds / max(r.steps, 1)), f"{r.error:.1e}")
+        lines.append(f"| {r.name} | {' | '.join(cells)} |")
+    return lines
+
+
+def _time(seconds: float) -> str:
+    for factor, unit in ((1.0, "s"), (1e3, "ms"), (1e6, "us"), (1e9, "ns")):
+        if seconds * factor >= 1.0 or unit == "ns":
+            return f"{seconds * factor:.3g} {unit}"
+    raise AssertionError
+
+
+def describe(study: Ladder) -> list[str]:
+    return [*study.remarks, "times: one core, smallest of repeats (runs: median), warm"]
+
+
+def plain(study: Ladder) -> dict:
+    """The ladder as one JSON document."""
+    return {"states": [asdict(r) for r in study.states], "runs": [asdict(r) for r in study.runs]}
+
+
+def save(study: Ladder, folder: str | Path) -> Path:
+    """The ladder as HDF5."""
+    tables = {}
+    for group, rungs in (("states", study.states), ("runs", study.runs)):
+        columns = {
+            "name": ("1", "film", np.array([r.name for r in rungs])),
+            "seconds": ("s", "of one force, or one run", np.array([r.seconds for r in rungs])),
+            "error_closing": (
+                "1",
+                "largest relative force error, closing in",
+                np.array([r.error_closing for r in rungs]),
+            ),
+            "error": ("1", "median force error, or rms of the path over c", np.array([r.error for r in rungs])),
+            "steps": ("1", "steps of the run", np.array([r.steps for r in rungs])),
+        }
+        tables[group] = ({}, columns)
+    return save_tables(Path(folder) / "film_ladder.h5", "clearance-film-ladder", {"remarks": "; ".join(study.remarks)},
+                       tables)  # fmt: skip
+
+
+def convergence_table(meshes: list[Mesh]) -> list[str]:
+    """The mesh study as Markdown."""
+    lines = ["| solver | mesh | unknowns | error of the force | order | a film |", "|---|---|---|---|---|---|"]
+    for m in meshes:
+        order = "-" if math.isnan(m.order) else f"{m.order:.1f}"
+        lines.append(f"| {m.solver} | {m.mesh} | {m.unknowns} | {m.error:.1e} | {order} | {_time(m.seconds)} |")
+    return lines
+
+
+def save_convergence(meshes: list[Mesh], folder: str | Path) -> Path:
+    """The mesh study as HDF5."""
+    columns = {
+        "solver": ("1", "solver", np.array([m.solver for m in meshes])),
+        "mesh": ("1", "cells around x over half the length", np.array([m.mesh for m in meshes])),
+        "unknowns": ("1", "unknowns", np.array([m.unknowns for m in meshes])),
+        "error": ("1", "relative error of the force", np.array([m.error for m in meshes])),
+        "seconds": ("s", "of one film", np.array([m.seconds for m in meshes])),
+    }
+    return save_tables(
+        Path(folder) / "film_convergence.h5", "clearance-film-convergence", {}, {"meshes": ({}, columns)}
+    )
