@@ -97,14 +97,15 @@ FRICTIONS: dict[str, Callable] = {
     "coulomb_viscous": lambda mu: laws.coulomb_viscous(coefficient=mu, viscous=0.1),
     "lugre": lambda mu: laws.lugre(static=1.25 * mu, kinetic=mu, damping=100.0 * mu),
 }
-#: coarse to fine
+#: coarse to fine: formulas and the table of the Reynolds equation
 FILMS = {
     "sommerfeld": laws.full_sommerfeld, "pinkus_sternlicht": laws.pinkus_sternlicht, "long": laws.long_film,
     "short": laws.short_film, "harmonic": laws.harmonic, "table": table_film,
-    "fast": fast_film, "fem": fem_film, "conserving": conserving_film,
 }  # fmt: skip
-#: films that solve a Reynolds equation, and so know an ambient pressure
-REYNOLDS = ("table", "fast", "fem", "conserving")
+#: films that solve the Reynolds equation as the run goes: 1e3 times dearer and more
+ONLINE_FILMS = {"fast": fast_film, "fem": fem_film, "conserving": conserving_film}
+#: what a film must be to know an ambient pressure, or the flow factors of rough surfaces
+WITH_AMBIENT, WITH_FLOW_FACTORS = ("table", *ONLINE_FILMS), ("table", "fast", "fem")
 ASPERITIES = {"greenwood_tripp": laws.greenwood_tripp, "greenwood_williamson": laws.greenwood_williamson}
 #: name -> the law for the thresholds dry, mixed, full of the film thickness ratio
 TRANSITIONS: dict[str, Callable] = {
@@ -162,11 +163,11 @@ def _film(name: str, ambient: float, flow_factors: bool):
     options: dict = {"ambient": ambient} if checks.non_negative("ambient", ambient) > 0.0 else {}
     if flow_factors:
         options["flow_factors"] = True
-    known = {"ambient": REYNOLDS, "flow_factors": REYNOLDS[:3]}
+    known = {"ambient": WITH_AMBIENT, "flow_factors": WITH_FLOW_FACTORS}
     for option in options:
         if name not in known[option]:
             raise ValueError(f"film {name} has no {option}; {', '.join(known[option])} have")
-    return FILMS[name](**options)
+    return (FILMS | ONLINE_FILMS)[name](**options)
 
 
 def joint_factory(
@@ -205,7 +206,7 @@ def joint_factory(
         slots["roughness"] = roughness
     one_of("contact", contact, ("auto", *CONTACTS))
     one_of("friction", friction, ("none", *FRICTIONS))
-    one_of("film", film, FILMS)
+    one_of("film", film, FILMS | ONLINE_FILMS)
     one_of("transition", transition, TRANSITIONS)
     one_of("asperity", asperity, ("none", *ASPERITIES))
     try:

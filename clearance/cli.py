@@ -61,9 +61,76 @@ def parser() -> Parser:
     run.add_argument("-o", dest="output", metavar="FILE.h5", help="result file (default CASE.h5)")
     run.add_argument("--plot", action="store_true", help="draw a picture beside the result file")
     explain.add_argument("--cost", action="store_true", help="also measure what each part of such a scene costs")
-    for command in (cases, run, explain, study, stress):
+    for command in (cases, run, explain, study, stress, *_film_commands(commands)):
         command.add_argument("--json", action="store_true", help="one JSON document on stdout, nothing else")
     return top
+
+
+def _film_commands(commands) -> list:
+    """`clearance film WHAT`: the Reynolds equation on its own."""
+    film = commands.add_parser("film", help="oil films: pressure fields, force maps, snapshots, mesh and error studies")
+    whats = film.add_subparsers(dest="what", required=True, metavar="WHAT")
+    pressure = whats.add_parser("pressure", help="pressure, load, friction and flow of a bearing in one state")
+    map_ = whats.add_parser("map", help="what the force table of a bearing holds, and its error")
+    shots = whats.add_parser("snapshots", help="pressure fields along a run, from its result file")
+    meshes = whats.add_parser("convergence", help="error of both solvers as their meshes are refined")
+    ladder = whats.add_parser("ladder", help="error against run time of all films, single states and a feeder run")
+    for command in (pressure, map_, meshes):
+        for name, default, text in _BEARING:
+            command.add_argument(
+                f"--{name}", type=_quantity_of(text[1]), default=default, help=f"{text[0]} ({default})"
+            )
+        command.add_argument("--cavitation", default="reynolds", help="reynolds, gumbel, none or mass_conserving")
+    for name, default, text in _STATE:
+        pressure.add_argument(f"--{name}", type=_quantity_of(text[1]), default=default, help=f"{text[0]} ({default})")
+    pressure.add_argument(
+        "--groove", action="append", default=[], metavar="ANGLE[,WIDTH[,LENGTH[,PRESSURE]]]",
+        help="oil supply: angle from the widest gap and width [rad or deg], axial share, pressure [Pa]; repeatable",
+    )  # fmt: skip
+    pressure.add_argument("--solver", default="auto", help="auto, fast or fem")
+    for command in (pressure, shots):
+        command.add_argument("--mesh", type=_mesh, metavar="NxM", help="cells around x over half the length")
+    map_.add_argument("--nodes", type=int, default=33, help="nodes over eccentricity and direction (33)")
+    shots.add_argument("file", metavar="RUN.h5", help="a result file")
+    shots.add_argument("--joint", help="joint (default the first with a film)")
+    shots.add_argument("--count", type=int, default=6, metavar="N", help="moments over the last turn (6)")
+    ladder.add_argument("--turns", type=_number, default=1.0, help="length of the feeder run in turns (1)")
+    ladder.add_argument("--quick", action="store_true", help="coarse meshes only")
+    every = [pressure, map_, shots, meshes, ladder]
+    for command in every:
+        command.add_argument("-o", dest="output", metavar="DIR", help="folder for table, picture and data")
+    return every
+
+
+#: options of `clearance film`: name, default, (meaning, unit)
+_BEARING = (
+    ("radius", "10mm", ("journal radius", "m")), ("clearance", "0.1mm", ("radial clearance", "m")),
+    ("length", "20mm", ("length of the bearing", "m")), ("viscosity", "50cP", ("dynamic viscosity", "Pa s")),
+)  # fmt: skip
+_STATE = (
+    ("eccentricity", "0.8", ("eccentricity ratio", "1")), ("rate", "0", ("rate of the eccentricity ratio", "1/s")),
+    ("entrainment", "300rpm", ("omega_J + omega_B - 2 gamma'", "rad/s")),
+    ("ambient", "0", ("ambient above cavitation pressure, 0: the same", "Pa")),
+    ("roughness", "0", ("composite roughness of the flow factors, 0: smooth", "m")),
+)  # fmt: skip
+
+
+def _quantity_of(units: str):
+    def parse(text: str) -> float:
+        from clearance.units import quantity
+
+        try:
+            return quantity(text, units)
+        except ValueError as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+
+    return parse
+
+
+def _mesh(text: str) -> tuple[int, int]:
+    if not (found := re.fullmatch(r"(\d+)x(\d+)", text)):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a mesh such as 64x8")
+    return int(found[1]), int(found[2])
 
 
 def _number(text: str) -> float:
@@ -87,7 +154,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser().parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
     action = {
         "cases": list_cases, "run": run_case, "explain": explain_case, "work-precision": measure_case,
-        "stress": stress_cases,
+        "stress": stress_cases, "film": study_film,
     }[options.command]  # fmt: skip
     try:
         return action(options)
@@ -409,6 +476,99 @@ def stress_cases(options) -> int:
         options, lines, document, lambda folder: stress.save(verdicts, folder), pictures.stress, verdicts, "stress"
     )
     return FAILED if any(v.kind == "fault" for v in verdicts) else DONE
+
+
+def study_film(options) -> int:
+    """The Reynolds equation on its own: see `clearance film --help`."""
+    _make_folder(options)
+    return {
+        "pressure": _film_pressure, "map": _film_map, "snapshots": _film_snapshots, "convergence": _film_convergence,
+        "ladder": _film_ladder,
+    }[options.what](options)  # fmt: skip
+
+
+def _bearing(options, **more):
+    from clearance.film.bearing import Bearing
+
+    return Bearing(
+        options.radius, options.clearance, options.length, options.viscosity, options.cavitation, **more
+    )  # fmt: skip
+
+
+def _groove(text: str):
+    from clearance.film.bearing import Groove
+    from clearance.units import quantity
+
+    values = [quantity(t, u) for t, u in zip(text.split(","), ("rad", "rad", "1", "Pa"), strict=False)]
+    if text.count(",") > 3:
+        raise ValueError(f"--groove {text}: expected ANGLE[,WIDTH[,LENGTH[,PRESSURE]]]")
+    return Groove(*values)
+
+
+def _film_pressure(options) -> int:
+    from clearance.evidence import film_pictures, films
+    from clearance.film.solvers import solve_film
+
+    bearing = _bearing(
+        options, ambient=options.ambient or None, grooves=tuple(map(_groove, options.groove)),
+        roughness=options.roughness,
+    )  # fmt: skip
+    state = options.eccentricity, options.rate, options.entrainment
+    found = solve_film(bearing, *state, solver=options.solver, mesh=options.mesh)
+    title = f"L/D {bearing.slenderness:.3g}, eps {state[0]:g}, d(eps)/dt {state[1]:g} 1/s, w {state[2]:.4g} rad/s"
+    return _publish(
+        options, films.report(found), films.plain(found), lambda folder: films.save(found, folder),
+        lambda solution, path: film_pictures.pressure(solution, title, path), found, "film_pressure",
+    )  # fmt: skip
+
+
+def _film_map(options) -> int:
+    from clearance.evidence import film_pictures, films
+
+    bearing = _bearing(options)
+    found, table = films.force_map(bearing.slenderness, options.cavitation, options.nodes)
+    title = f"film table of L/D {bearing.slenderness:.3g}, {options.cavitation}, {options.nodes} nodes each way"
+    return _publish(
+        options, films.map_report(table, title), table.facts(), lambda folder: films.save_map(found, table, folder),
+        lambda shown, path: film_pictures.force_map(shown, title, path), found, "film_map",
+    )  # fmt: skip
+
+
+def _film_snapshots(options) -> int:
+    from clearance.evidence import film_pictures, films
+    from clearance.results import open_result
+
+    result = open_result(options.file)
+    shots = films.snapshots(result, options.joint, options.count, options.mesh)
+    case, joint = result.attributes["case"], films.joint_with_film(result, options.joint)
+    return _publish(
+        options, films.shots_report(shots), {"snapshots": [films.shot_plain(s) for s in shots]},
+        lambda folder: films.save_shots(shots, folder),
+        lambda shown, path: film_pictures.snapshots(shown, joint, case, path), shots, "film_snapshots",
+    )  # fmt: skip
+
+
+def _film_convergence(options) -> int:
+    import dataclasses
+
+    from clearance.evidence import film_ladder, film_pictures
+
+    meshes = film_ladder.convergence(_bearing(options), progress=_Line(options))
+    return _publish(
+        options, film_ladder.convergence_table(meshes), {"meshes": [dataclasses.asdict(m) for m in meshes]},
+        lambda folder: film_ladder.save_convergence(meshes, folder), film_pictures.convergence, meshes,
+        "film_convergence",
+    )  # fmt: skip
+
+
+def _film_ladder(options) -> int:
+    from clearance.evidence import film_ladder, film_pictures
+
+    study = film_ladder.ladder(options.turns, options.quick, _Line(options))
+    return _publish(
+        options, [*film_ladder.table(study), "", *film_ladder.describe(study)], film_ladder.plain(study),
+        lambda folder: film_ladder.save(study, folder), film_pictures.ladder, study, "film_ladder",
+    )  # fmt: skip
 
 
 def _make_folder(options) -> None:

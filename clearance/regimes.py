@@ -6,7 +6,7 @@ from functools import lru_cache
 from clearance import checks
 from clearance.joints import ClearanceRevolute
 from clearance.laws.contact import oedometric_modulus
-from clearance.laws.law import FilmJoint
+from clearance.laws.law import FilmJoint, memory_film
 
 FULL_FILM = 3.0  # film thickness ratio above which surfaces count as separated
 PIEZOVISCOUS = 0.5  # alpha p above which the viscosity no longer counts as constant
@@ -58,10 +58,13 @@ def hole_check(joint: ClearanceRevolute, entrainment: float, approach: float = 0
 
     entrainment: omega_J + omega_B - 2 gamma' [rad/s]; approach: speed towards the wall [m/s]. A weighted transition
     switches the film off over thresholds * roughness; a contact law too soft to take over by then leaves a hole, into
-    which the journal falls. Raises ValueError for joints without a transition model or roughness.
+    which the journal falls. Raises ValueError for joints without a transition model or roughness, and for films with a
+    memory, whose load depends on the past.
     """
     if joint.transition is None or joint.roughness is None:
         raise ValueError(f"{joint.label()}: a hole check needs a transition model and a roughness")
+    if joint.film.law.family is memory_film:
+        raise ValueError(f"{joint.label()}: the load of {joint.film.law.name} depends on the past: no hole check")
     checks.finite("entrainment", entrainment)
     checks.finite("approach", approach)
     parameters = joint.transition.parameters
@@ -80,7 +83,7 @@ def hole_check(joint: ClearanceRevolute, entrainment: float, approach: float = 0
 
 def hole_warning(joint: ClearanceRevolute, frequency: float, wanted: float) -> str | None:
     """The hole check as a warning, at the entrainment 2 x frequency: a hole that carries less than `wanted` [N]."""
-    if joint.transition is None or joint.roughness is None:
+    if joint.transition is None or joint.roughness is None or joint.film.law.family is memory_film:
         return None
     found = hole_check(joint, 2.0 * frequency)
     if found.monotone or found.left >= wanted:

@@ -175,9 +175,9 @@ def whole_runs(turns: float, progress: Callable[[str], None], quick: bool = Fals
     films = {n: ("closed form", choices.FILMS[n]()) for n in ("pinkus_sternlicht", "long", "short", "harmonic")}
     films |= {f"table {n}x{n}": ("table", table_film(nodes=n)) for n in (NODES[:3] if quick else NODES)}
     for mesh in () if quick else FAST[:2]:
-        films[f"fast solver {mesh[0]}x{mesh[1]}"] = ("fast solver", choices.FILMS["fast"](mesh=mesh))
+        films[f"fast solver {mesh[0]}x{mesh[1]}"] = ("fast solver", choices.ONLINE_FILMS["fast"](mesh=mesh))
     for mesh in ELEMENTS[:1] if quick else ELEMENTS[:2]:
-        films[f"FEM {mesh[0]}x{mesh[1]}"] = ("finite elements", choices.FILMS["fem"](mesh=mesh))
+        films[f"FEM {mesh[0]}x{mesh[1]}"] = ("finite elements", choices.ONLINE_FILMS["fem"](mesh=mesh))
     found = []
     for name, (kind, law) in films.items():
         progress(f"run with {name}")

@@ -420,7 +420,8 @@ class FastFilm:
         forward = np.argsort(theta % (2.0 * math.pi))
         end = np.zeros((len(theta), 1))
         pressure = np.hstack([pressure, end])[forward] * self.bearing.pressure_scale
-        wet = np.hstack([(state == WET) | (state == GIVEN), end == 0.0])[forward]
+        wet = ((state == WET) | (state == GIVEN))[forward]
+        wet = np.hstack([wet, wet[:, -1:]])  # at ambient pressure an end cannot tell
         return FilmSolution(
             self.bearing, (theta % (2.0 * math.pi))[forward], np.append(zeta, 0.5) * self.bearing.length, pressure,
             wet.astype(float), *(float(x) for x in best * self._scales), solutions, state.size,

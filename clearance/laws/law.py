@@ -8,6 +8,7 @@ import inspect
 from collections import namedtuple
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 from clearance.checks import Check, finite
 
@@ -109,6 +110,7 @@ class DataLaw(Law):
         if list(self.parameters)[:2] != ["data", "start"]:
             raise TypeError(f"{family.name} law {self.name} must take data and start after its state")
         self.make = make
+        self.looked_at = lru_cache(maxsize=8)(lambda joint, settings: make(joint, dict(settings)))
         self.shown: dict[str, Callable] = {}  # outputs of their own: functions of the same arguments
         self.keep: Callable | None = None  # of films with a memory: called with the law's arguments at each step's end
         del self.parameters["data"]
@@ -159,7 +161,7 @@ class BoundLaw:
     def _of_data(self, *state):
         """As a law whose parameters are this joint's numbers."""
         (joint,) = (s for s, name in zip(state, self.law.family.state, strict=True) if name == "joint")
-        source = self.source(joint)
+        source = self.law.looked_at(joint, self.settings)
         numbers = (source.numbers, 0.0, *self.numbers[1:])
         return BoundLaw(Law(self.law.family, self.law.function, {}), numbers)(*state)
 

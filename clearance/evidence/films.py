@@ -1,0 +1,215 @@
+"""What a table holds, and pressure fields along a run: the data behind the pictures of films."""
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from clearance.film.bearing import Bearing, FilmSolution, Groove
+from clearance.film.solvers import solve_film
+from clearance.film.table import TOP, Key, Table
+from clearance.film.table import table as film_table
+from clearance.film.tabulated import looked_up
+from clearance.results import Result, save_tables
+
+
+@dataclass(frozen=True)
+class Shot:
+    """A film at one moment of a run."""
+
+    time: float
+    eccentricity_ratio: float
+    radial_rate: float
+    entrainment: float
+    solution: FilmSolution
+
+
+def force_map(slenderness: float, cavitation: str = "reynolds", nodes: int = 33) -> tuple[dict, Table]:
+    """Size of the force over P0 |V|, its angle against the motion, and the wet share of the shear, from a table.
+
+    Arrays over y = -ln(1 - eps) and the direction of (d(eps)/dt, eps w / 2).
+    """
+    found = film_table(Key(slenderness, cavitation, nodes=nodes))
+    y, angle = np.linspace(0.0, min(TOP, 5.3), 107), np.linspace(0.0, math.pi, 91)
+    size, direction, shear = np.zeros((3, len(y), len(angle)))
+    for i, height in enumerate(y):
+        eps = -math.expm1(-height)
+        s = math.sqrt(1.0 - eps * eps)
+        for j, a in enumerate(angle):
+            scaled = math.atan2(s * math.sin(a), math.cos(a))
+            speed = math.hypot(math.cos(a), s * math.sin(a))
+            rest_r, rest_t, wet = looked_up(found.numbers, 0, height, scaled)
+            radial = speed * (rest_r - found.numbers[0] * math.cos(scaled)) / s**3
+            tangential = speed * (rest_t + found.numbers[0] * math.sin(scaled)) / s**2
+            size[i, j] = math.hypot(radial, tangential)
+            against = math.atan2(tangential, -radial) - a
+            direction[i, j] = (against + math.pi) % (2.0 * math.pi) - math.pi
+            shear[i, j] = wet / (2.0 * math.pi)
+    return {"y": y, "angle": angle, "size": size, "direction": direction, "shear": shear}, found
+
+
+def snapshots(result: Result, joint: str | None = None, count: int = 6, mesh=None) -> list[Shot]:
+    """Films of a lubricated joint at moments spread over the last turn (or the whole run) of a result file.
+
+    The motion comes from the file alone: eccentricity from the joint, its rate from the bodies' velocities. The film is
+    solved anew, with the bearing, ambient pressure and flow factors of the run. Raises ValueError for a joint that has
+    no film or does not exist, and for a count below 1.
+    """
+    scene, name = json.loads(result.attributes["scene"]), joint_with_film(result, joint)
+    if count < 1:
+        raise ValueError(f"count must be at least 1, got {count!r}")
+    found = next(j for j in scene["joints"] if j["name"] == name)
+    bearing, motion = _bearing(found), _motion(result, found, scene)
+    times = result.time
+    begin = np.searchsorted(times, times[-1] - _turn(scene, times))
+    chosen = np.unique(np.linspace(begin, len(times) - 1, count + 1).astype(int)[1:])
+    return [
+        Shot(float(times[i]), *motion[i], solve_film(bearing, *motion[i], **({} if mesh is None else {"mesh": mesh})))
+        for i in chosen
+    ]
+
+
+def joint_with_film(result: Result, joint: str | None) -> str:
+    """The joint asked for, or the first with a film. Raises ValueError naming those there are."""
+    films = [j["name"] for j in json.loads(result.attributes["scene"])["joints"] if j.get("film")]
+    if not films:
+        raise ValueError(f"{result.path}: this run has no joint with a film")
+    if joint is not None and joint not in films:
+        raise ValueError(f"{result.path}: joint {joint!r} has no film; joints with one: {', '.join(films)}")
+    return films[0] if joint is None else joint
+
+
+def _turn(scene: dict, times: np.ndarray) -> float:
+    speed = next((d["speed"] for d in scene["loads"] if isinstance(d.get("speed"), float) and d["speed"]), None)
+    return min(2.0 * math.pi / abs(speed), times[-1]) if speed else float(times[-1])
+
+
+def _bearing(joint: dict) -> Bearing:
+    """The bearing as the run's film law had it; laws without options cavitate at ambient pressure."""
+    law = joint["film"]
+    cavitation = law.get("cavitation", "reynolds")
+    if law["law"].endswith(":conserving"):
+        cavitation = "reynolds"  # its memory is not in the file
+    ambient = law.get("ambient") or None
+    return Bearing(
+        joint["radius"], joint["clearance"], joint["length"], joint["lubricant"]["viscosity"], cavitation,
+        ambient if not isinstance(ambient, bool) else None, tuple(_groove(g) for g in law.get("grooves", ())),
+        joint["roughness"] if law.get("flow_factors") else 0.0,
+    )  # fmt: skip
+
+
+def _groove(found: dict) -> Groove:
+    return Groove(**{k: v for k, v in found.items() if k != "type"})
+
+
+def _motion(result: Result, joint: dict, scene: dict) -> list[tuple[float, float, float]]:
+    """(eps, d(eps)/dt, w) at each sample."""
+    offset = result.joint(joint["name"]).eccentricity
+    rate = _velocity(result, joint["b"], scene) - _velocity(result, joint["a"], scene)
+    distance = np.maximum(np.hypot(*offset.T), 1e-9 * joint["clearance"])
+    normal = offset / distance[:, None]
+    outward = (rate * normal).sum(axis=1)
+    sideways = normal[:, 0] * rate[:, 1] - normal[:, 1] * rate[:, 0]
+    spins = sum(_spin(result, joint[side]["body"]) for side in "ab")
+    c = joint["clearance"]
+    eps = np.minimum(distance / c, 1.0 - 1e-6)
+    return list(zip(*(v.tolist() for v in (eps, outward / c, spins - 2.0 * sideways / distance)), strict=True))
+
+
+def _spin(result: Result, body: str) -> np.ndarray:
+    return result[body].omega if body in result.file["bodies"] else np.zeros_like(result.time)
+
+
+def _velocity(result: Result, point: dict, scene: dict) -> np.ndarray:
+    """Velocity of a body's point along time, (n, 2)."""
+    if point["body"] not in result.file["bodies"]:
+        return np.zeros((len(result.time), 2))
+    found = result[point["body"]]
+    com = next(b["com"] for b in scene["bodies"] if b["name"] == point["body"])
+    x, y = point["x"] - com[0], point["y"] - com[1]
+    cos, sin = np.cos(found.theta), np.sin(found.theta)
+    arm = np.column_stack([cos * x - sin * y, sin * x + cos * y])
+    return np.column_stack([found.vx - found.omega * arm[:, 1], found.vy + found.omega * arm[:, 0]])
+
+
+# --- reports
+FACTS = (
+    ("load", "N", "size of the film force"), ("radial", "N", "force on the journal along the line of centres"),
+    ("tangential", "N", "force on the journal across it"), ("attitude_angle", "rad", "of the load it carries"),
+    ("centre_of_pressure", "rad", "from the widest gap"), ("peak_pressure", "Pa", "above ambient"),
+    ("shear", "1", "integral of 1/H over the wet area"), ("side_flow", "m3/s", "oil that leaves at both ends"),
+)  # fmt: skip
+
+
+def plain(solution: FilmSolution) -> dict:
+    """Results of a film as plain data."""
+    found = {name: float(getattr(solution, name)) for name, _, _ in FACTS}
+    return found | {"iterations": solution.iterations, "unknowns": solution.unknowns}
+
+
+def report(solution: FilmSolution) -> list[str]:
+    """Results of a film as text."""
+    lines = [f"{name:<20} {getattr(solution, name):>14.6g} {units:<5} {text}" for name, units, text in FACTS]
+    return [*lines, f"{solution.unknowns} unknowns, {solution.iterations} linear systems"]
+
+
+def _fields(solution: FilmSolution) -> dict:
+    return {
+        "theta": ("rad", "angle from the widest gap", solution.theta),
+        "axial": ("m", "from the middle", solution.axial),
+        "pressure": ("Pa", "pressure above ambient (theta, axial)", solution.pressure),
+        "content": ("1", "share of the gap that holds oil (theta, axial)", solution.content),
+    }
+
+
+def save(solution: FilmSolution, folder: str | Path) -> Path:
+    """Fields and results of a film as HDF5."""
+    return save_tables(Path(folder) / "film_pressure.h5", "clearance-film", plain(solution),
+                       {"film": ({}, _fields(solution))})  # fmt: skip
+
+
+def map_report(table: Table, title: str) -> list[str]:
+    """What a table is worth."""
+    return [
+        title, f"largest relative force error where the journal closes in  {table.error_closing:.1e}",
+        f"median of all states                                      {table.error_median:.1e}",
+        f"largest where it recedes (of a force that is small then)  {table.error_opening:.1e}",
+        f"{table.numbers.size} numbers, {table.numbers.nbytes / 1024:.0f} kB",
+    ]  # fmt: skip
+
+
+def save_map(found: dict, table: Table, folder: str | Path) -> Path:
+    """A force map as HDF5."""
+    columns = {
+        "y": ("1", "-ln(1 - eccentricity ratio)", found["y"]),
+        "angle": ("rad", "direction of the motion (d(eps)/dt, eps w / 2)", found["angle"]),
+        "size": ("1", "force over mu L R^3 / c^2 |V| (y, angle)", found["size"]),
+        "direction": ("rad", "angle of the force against the motion (y, angle)", found["direction"]),
+        "shear": ("1", "wet share of the Couette drag (y, angle)", found["shear"]),
+    }
+    return save_tables(Path(folder) / "film_map.h5", "clearance-film-map", table.facts(), {"map": ({}, columns)})
+
+
+def shot_plain(shot: Shot) -> dict:
+    """A snapshot as plain data."""
+    return {n: v for n, v in vars(shot).items() if n != "solution"} | plain(shot.solution)
+
+
+def shots_report(shots: list[Shot]) -> list[str]:
+    """Snapshots as a table."""
+    lines = [
+        "| time / ms | eps | d(eps)/dt [1/s] | w [rad/s] | load [N] | peak pressure [MPa] |",
+        "|---|---|---|---|---|---|",
+    ]
+    for s in shots:
+        state = f"{s.time * 1e3:.5g} | {s.eccentricity_ratio:.4f} | {s.radial_rate:.4g} | {s.entrainment:.4g}"
+        lines.append(f"| {state} | {s.solution.load:.4g} | {s.solution.peak_pressure / 1e6:.4g} |")
+    return lines
+
+
+def save_shots(shots: list[Shot], folder: str | Path) -> Path:
+    """Snapshots as HDF5, one group a moment."""
+    groups = {f"snapshot_{i}": (shot_plain(s), _fields(s.solution)) for i, s in enumerate(shots)}
+    return save_tables(Path(folder) / "film_snapshots.h5", "clearance-film-snapshots", {}, groups)

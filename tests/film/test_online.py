@@ -1,0 +1,359 @@
+"""Films that are solved as the run goes: how kernels ask for them, and that runs with them are those of the table.
+
+The film with memory is compared with films that remember nothing where the two must agree.
+"""
+
+import gc
+import math
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance.film import asking
+from clearance.film.asking import KEEP, SLOPES, VALUE, Answerer, ask
+from clearance.film.bearing import Bearing, Groove
+from clearance.film.fem import FemFilm
+from clearance.film.online import conserving_film, fem_film
+from clearance.film.tabulated import table_film
+from clearance.laws.law import FilmJoint
+from clearance.mechanism.build import build
+from clearance.simulation import Run, Span, choose_method
+
+C = 1e-4
+JOINT = FilmJoint(radius=0.01, clearance=C, length=0.02, viscosity=0.05)
+
+
+def answer(wanted, inputs):
+    """Two outputs of three inputs: a sum with weights 1, 2, 3, and ten times it."""
+    row = [sum(w * x for w, x in zip((1.0, 2.0, 3.0), inputs, strict=True)), 1.0, 2.0, 3.0]
+    return np.array([row, np.multiply(row, 10.0)])
+
+
+class TestAsking:
+    def letter(self, teller, wanted, inputs=(1.0, 1.0, 1.0)):
+        block = np.array(teller.numbers)
+        block[1], block[2:5] = wanted, inputs
+        return block
+
+    def test_values_only(self):
+        teller = Answerer(3, 2, answer)
+        block = self.letter(teller, VALUE)
+        block[5:] = -1.0
+        assert teller.fill(block) == 0.0
+        assert list(block[5:]) == [6.0, -1.0, -1.0, -1.0, 60.0, -1.0, -1.0, -1.0]
+
+    def test_slopes_too(self):
+        teller = Answerer(3, 2, answer)
+        block = self.letter(teller, SLOPES, (0.5, 0.0, 2.0))
+        teller.fill(block)
+        assert list(block[5:]) == [6.5, 1.0, 2.0, 3.0, 65.0, 10.0, 20.0, 30.0]
+
+    def test_keeping_answers_nothing(self):
+        heard = []
+        teller = Answerer(3, 2, lambda wanted, inputs: heard.append((wanted, inputs)))
+        block = self.letter(teller, KEEP, (1.0, 2.0, 3.0))
+        before = block.copy()
+        teller.fill(block)
+        assert heard == [(KEEP, [1.0, 2.0, 3.0])]
+        assert (block == before).all()
+
+    def test_letter_inside_a_vector(self):
+        """As kernels have it: other numbers before and after stay as they are."""
+        teller = Answerer(3, 2, answer)
+        data = np.full(30, 7.0)
+        data[4 : 4 + len(teller.numbers)] = self.letter(teller, SLOPES)
+        ask(data, 4)
+        assert data[9] == 6.0
+        assert (data[:4] == 7.0).all()
+        assert (data[4 + len(teller.numbers) :] == 7.0).all()
+
+    @pytest.mark.parametrize("failure", [ValueError("no film"), RuntimeError("unsettled"), KeyboardInterrupt()])
+    def test_failure_is_nan_and_kept(self, failure):
+        def fails(wanted, inputs):
+            raise failure
+
+        teller = Answerer(3, 2, fails)
+        block = self.letter(teller, SLOPES)
+        teller.fill(block)
+        assert np.isnan(block[5:]).all()
+        assert teller.failure is failure
+
+    def test_only_arrays(self):
+        teller = Answerer(3, 2, answer)
+        with pytest.raises(TypeError, match="must be an array"):
+            ask(list(teller.numbers), 0)
+
+    def test_an_answerer_that_is_gone_is_not_called(self):
+        teller = Answerer(3, 2, answer)
+        block = np.array(teller.numbers)
+        del teller
+        gc.collect()
+        with pytest.raises(KeyError):
+            ask(block, 0)
+        assert int(block[0]) not in asking._answerers
+
+    def test_address_is_exact_in_a_float(self):
+        """Addresses of user space have 47 bits, a float 53."""
+        teller = Answerer(3, 2, answer)
+        assert int(teller.numbers[0]) == teller.address
+
+
+STATES = [(0.0, 1.0, 0.0), (0.3, 0.0, 20.0), (0.6, 5.0, 20.0), (0.9, -3.0, -10.0), (0.99, 1.0, 1.0)]
+
+
+#: the law hands its answerer's list of numbers to `ask`, which takes arrays only
+LIST = pytest.mark.xfail(strict=True, raises=TypeError, reason="a film that is asked cannot be called from Python")
+
+
+class TestFem:
+    @LIST
+    @pytest.mark.parametrize("motion", STATES)
+    def test_law_is_the_solver(self, motion):
+        found = fem_film()(*motion, JOINT)
+        film = FemFilm(Bearing.of(JOINT), (32, 4)).solve(*motion)
+        assert found == pytest.approx((film.radial, film.tangential, film.shear), rel=1e-9, abs=1e-12)
+
+    @LIST
+    def test_options_arrive(self):
+        rough, motion = JOINT._replace(roughness=2e-5), (0.6, 5.0, 20.0)
+        options = {"ambient": 1e3, "grooves": (Groove(0.5, 0.4, 1.0, 2e3),), "mesh": (48, 4)}
+        film = FemFilm(Bearing.of(rough, ambient=1e3, grooves=options["grooves"], roughness=2e-5), (48, 4)).solve(
+            *motion
+        )
+        assert fem_film(**options, flow_factors=True)(*motion, rough)[0] == pytest.approx(film.radial, rel=1e-9)
+
+    @LIST
+    def test_beyond_the_nearest(self):
+        """Trial states at and beyond the wall count as 0.9999."""
+        law = fem_film()
+        wanted = law(0.9999, 1.0, 1.0, JOINT)
+        for eps in (0.99995, 1.0, 1.3):
+            assert law(eps, 1.0, 1.0, JOINT) == pytest.approx(wanted, rel=1e-9)
+
+    @pytest.mark.parametrize(
+        ("make", "more", "line"),
+        [(fem_film, {"cavitation": "mass_conserving"}, "cavitation must be one of"),
+         (fem_film, {"mesh": (8, 4)}, "coarse"), (conserving_film, {"mesh": (64, 1)}, "coarse"),
+         (conserving_film, {"liner": -1.0}, "liner")],
+    )  # fmt: skip
+    def test_bad_input(self, make, more, line):
+        with pytest.raises(ValueError, match=line):
+            make(**more)
+
+
+def loaded(film, spin=100.0, mass=3.0):
+    """A heavy turning journal in a bearing of the ground: eccentricity about 0.6."""
+    body = cl.Body("journal", mass, 1e-3, angular_velocity=spin)
+    joint = cl.ClearanceRevolute(
+        cl.ground.at(0, 0), body.at(0, 0), name="J", radius=0.01, clearance=C, length=0.02, film=film,
+        lubricant=cl.Lubricant(0.05), eccentricity=(0.2 * C, -0.3 * C),
+    )  # fmt: skip
+    return cl.Scene(joint)
+
+
+def answered(mechanism, role, y, size=None, t=1e-4):
+    """What a compiled kernel returns."""
+    out = np.zeros(size or len(mechanism.y0))
+    mechanism.kernel(role)(t, y, mechanism.par, np.append(mechanism.work0, 0.0), out)
+    return out
+
+
+def shaken(mechanism):
+    """States of the loaded journal at eccentricities of 0.1 to 0.9, closing and opening."""
+    draw = np.random.default_rng(4)
+    (at,), half = mechanism.places.values(), mechanism.coordinates
+    for _ in range(5):
+        y, size, angle = mechanism.y0.copy(), draw.uniform(0.1, 0.9) * C, draw.uniform(0.0, 2.0 * math.pi)
+        y[at : at + 2] = size * math.cos(angle), size * math.sin(angle)
+        y[half + at : half + at + 2] = draw.normal(size=2) * 2e-3
+        yield y
+
+
+class TestKernels:
+    def test_right_hand_side_is_the_tables(self):
+        """Accelerations within the mesh's error: 8e-3 at (32, 4), whose free boundary is a node (5e-3)."""
+        table, fem = build(loaded(table_film())), build(loaded(fem_film()))
+        half = table.coordinates
+        for y in shaken(table):
+            wanted, found = (answered(mech, "rhs", y)[half : 2 * half] for mech in (table, fem))
+            assert np.linalg.norm(found - wanted) < 8e-3 * np.linalg.norm(wanted)
+
+    @pytest.mark.parametrize("film", [fem_film(), conserving_film()], ids=["fem", "conserving"])
+    def test_derivative_against_differences(self, film):
+        """1e-4 of the largest (3e-9): with the wet region held, exact where no node changes sides."""
+        mechanism = build(loaded(film))
+        n, scale = mechanism.size, mechanism.scale
+        for y in shaken(mechanism):
+            found = answered(mechanism, "jacobian", y, n * n).reshape(n, n) * scale
+            wanted = np.zeros((n, n))
+            for i in range(n):
+                step = np.zeros(len(y))
+                step[i] = 1e-5 * scale[i]
+                ahead, behind = (answered(mechanism, "rhs", y + k * step)[:n] for k in (1.0, -1.0))
+                wanted[:, i] = (ahead - behind) / 2e-5
+            assert np.abs(found - wanted).max() < 1e-4 * np.abs(wanted).max()
+
+    def test_derivative_is_nearly_the_tables(self):
+        """Accelerations by everything: 5 % of the largest (3.8 %; the free boundary moves by nodes). The journal's
+        own angular acceleration is left out: the wet area it rubs on is held here."""
+        table, fem = build(loaded(table_film())), build(loaded(fem_film(mesh=(64, 8))))
+        n = table.size
+        for y in shaken(table):
+            wanted, found = (answered(mech, "jacobian", y, n * n).reshape(n, n) * mech.scale for mech in (table, fem))
+            assert np.abs(found - wanted)[4:].max() < 0.05 * np.abs(wanted[4:]).max()
+
+    def test_other_scenes_carry_no_letter(self):
+        """A block of a few numbers where a film is solved, none where it is a formula; nobody asks without one."""
+        formula, table, fem = (build(loaded(f)) for f in (cl.harmonic(), table_film(), fem_film()))
+        assert all("ask" not in text for mech in (formula, table) for text in mech.structure.texts.values())
+        assert "ask(" in fem.structure.texts["rhs"]
+        index = len(formula.structure.index) + len(formula.structure.slots.order)
+        assert len(formula.par) == index
+        (source,) = fem.sources.values()
+        assert len(fem.par) == len(fem.structure.index) + len(fem.structure.slots.order) + len(source.numbers)
+        first = int(fem.par[fem.structure.index["joint.J.film.start"]])
+        assert fem.par[first] == source.address
+
+    def test_joints_do_not_share_a_letter(self):
+        """Each asks for its own film."""
+        one, other = cl.Body("one", 1.0, 1e-3), cl.Body("other", 1.0, 1e-3)
+        slots = {"radius": 0.01, "clearance": C, "length": 0.02, "film": fem_film(), "lubricant": cl.Lubricant(0.05)}
+        joints = [
+            cl.ClearanceRevolute(cl.ground.at(x, 0), b, name=n, **slots) for x, b, n in ((0, one, "A"), (1, other, "B"))
+        ]
+        mechanism = build(cl.Scene(*joints))
+        starts = [int(mechanism.par[mechanism.structure.index[f"joint.{n}.film.start"]]) for n in "AB"]
+        assert mechanism.par[starts[0]] != mechanism.par[starts[1]]
+
+
+def run(film, until=0.02, **more):
+    """Eccentricity over clearance (2, n) of the loaded journal."""
+    joint = cl.simulate(loaded(film, **more), until=until, samples=41).joint("J")
+    return np.array([joint.eccentricity_x, joint.eccentricity_y]) / C
+
+
+class TestRuns:
+    def test_feeder_by_elements(self):
+        """The first tenth of a turn: 1e-3 of the clearance (3e-5)."""
+        found = [cl.simulate(cl.load_case("six_bar_feeder", film=f), until=0.005).joint("B") for f in ("table", "fem")]
+        assert found[1].eccentricity_x == pytest.approx(found[0].eccentricity_x, abs=1e-3 * C)
+        assert found[1].eccentricity_y == pytest.approx(found[0].eccentricity_y, abs=1e-3 * C)
+
+    @pytest.mark.parametrize("cavitation", ["reynolds", "none"])
+    def test_loaded_journal_by_elements(self, cavitation):
+        """1e-3 of the clearance (2e-5)."""
+        table, fem = run(table_film(cavitation=cavitation)), run(fem_film(cavitation=cavitation))
+        assert fem == pytest.approx(table, abs=1e-3)
+        assert np.hypot(*table).max() > 0.5
+
+    @pytest.mark.parametrize("error", [RuntimeError("the elements gave up"), KeyboardInterrupt()], ids=["film", "user"])
+    def test_failure_of_a_film_ends_the_run(self, monkeypatch, error):
+        """A nan inside compiled code, which no step gets past."""
+
+        def fails(self, *state):
+            raise error
+
+        monkeypatch.setattr(FemFilm, "linearised", fails)
+        with pytest.raises((cl.SimulationError, KeyboardInterrupt)):
+            run(fem_film())
+
+    @pytest.mark.xfail(strict=True, reason="the answerer keeps its failure, but no run asks for it")
+    @pytest.mark.parametrize("error", [RuntimeError("the elements gave up"), KeyboardInterrupt("enough")])
+    def test_run_says_why(self, monkeypatch, error):
+        """What the solver said, or that the user pressed a key, in the message or as its cause."""
+
+        def fails(self, *state):
+            raise error
+
+        monkeypatch.setattr(FemFilm, "linearised", fails)
+        with pytest.raises((cl.SimulationError, KeyboardInterrupt)) as caught:
+            run(fem_film())
+        assert caught.value is error or caught.value.__cause__ is error or str(error) in str(caught.value)
+
+
+class TestMemory:
+    def test_stays_within_bounds_and_keeps_its_oil(self):
+        """The film never lets the journal out, closes the ledger, and loses less than 1e-10 of its oil a step."""
+        result = cl.simulate(loaded(conserving_film()), until=0.02, samples=41)
+        joint, found = result.joint("J"), result.file["joints/J"]
+        assert 0.0 < joint.gap.min() < joint.gap.max() <= C
+        assert found.attrs["film_mass_defect"] <= 1e-10
+        assert result.solver["energy_residual_share"] < 1e-6
+        assert result.solver["steps"] >= 400
+        assert np.abs(joint.force_y[-10:]).max() < 1.2 * 3.0 * 9.81
+        assert joint.side_flow.min() > -1e-9
+
+    def test_no_cavity_no_memory(self):
+        """With a high ambient pressure the film is the linear one of the table without cavitation: 1e-3 of the
+        clearance (3.6e-4 at (64, 6), 9e-5 at twice as many cells each way)."""
+        wanted = run(table_film(cavitation="none"))
+        errors = [np.abs(run(conserving_film(ambient=1e9, mesh=mesh)) - wanted).max() for mesh in ((64, 6), (128, 12))]
+        assert errors[0] < 1e-3
+        assert errors[1] < 0.4 * errors[0]
+
+    def test_without_its_memory_it_is_the_table(self):
+        """Swift-Stieber's film on the bearing's grid: 1e-3 of the clearance (3.2e-4)."""
+        assert run(conserving_film(memory=False)) == pytest.approx(run(table_film()), abs=1e-3)
+
+    def test_memory_matters_a_little_here(self):
+        """The cavity is remembered: another path than the film that forgets, by 6e-3 of the clearance at most here."""
+        apart = np.abs(run(conserving_film()) - run(conserving_film(memory=False))).max()
+        assert 1e-3 < apart < 2e-2
+
+    def test_liner_softens(self):
+        """A lining of 1e-11 m/Pa under some bar: the journal sinks deeper, the more so the softer it is."""
+        ends = [np.hypot(*run(conserving_film(liner=k)))[-1] for k in (0.0, 1e-12, 1e-11)]
+        assert ends[0] < ends[1] < ends[2]
+        assert ends[1] - ends[0] == pytest.approx(0.1 * (ends[2] - ends[0]), rel=0.5)
+
+    def test_runs_repeat(self):
+        """The same scene twice is the same to the last digit."""
+        scene = loaded(conserving_film())
+        first, second = (cl.simulate(scene, until=0.005, samples=11).joint("J") for _ in range(2))
+        assert (first.eccentricity_x == second.eccentricity_x).all()
+        assert (first.eccentricity_y == second.eccentricity_y).all()
+
+    def test_every_run_begins_full_of_oil(self):
+        """One mechanism, and so one film, run twice: the second does not know of the first."""
+        mechanism = build(loaded(conserving_film()))
+        rows = [
+            Run(mechanism, Span(0.002, 11), 1e-6, choose_method(mechanism), outputs=False).trajectory()[1]
+            for _ in range(2)
+        ]
+        assert (rows[0] == rows[1]).all()
+
+    @staticmethod
+    def two(swapped, spins, mesh):
+        """Eccentricity of body two in (or around) body one, and force on it, over their sizes; both bodies free."""
+        one = cl.Body("one", 1.3, 2e-3, angular_velocity=spins[0])
+        two = cl.Body("two", 0.7, 1e-3, angular_velocity=spins[1])
+        (a, b), sign = ((two, one), -1.0) if swapped else ((one, two), 1.0)
+        joint = cl.ClearanceRevolute(
+            a.at(0, 0), b.at(0, 0), name="J", radius=0.01, clearance=C, length=0.02, film=conserving_film(mesh=mesh),
+            lubricant=cl.Lubricant(0.05), eccentricity=(0.5 * sign * C, -0.3 * sign * C),
+            eccentricity_rate=(1e-3 * sign, 0.0),
+        )  # fmt: skip
+        hold = cl.SpringDamper(cl.ground.at(1, 0), one, stiffness=1e-9)
+        scene = cl.Scene(joint, hold, cl.Force(two, x=30.0, y=10.0), gravity=(0.0, 0.0))
+        found = cl.simulate(scene, until=0.02, samples=41).joint("J")
+        force = np.array([found.force_x, found.force_y])
+        return sign * np.array([found.eccentricity_x, found.eccentricity_y]) / C, sign * force / np.abs(force).max()
+
+    @pytest.mark.parametrize(("spins", "bound"), [((40.0, 100.0), 2e-3), ((70.0, 70.0), 5e-5)])
+    def test_either_body_may_carry_the_bearing(self, spins, bound):
+        """Oil moves with the mean of both surfaces, so the equation does not tell bearing from journal. The grid does:
+        it turns with the bearing. Apart by its error (8.7e-4 of the clearance at (64, 6), 1.7e-4 at (128, 12)); where
+        both turn alike the cells are the same, and steps and Newton's tolerance are left (5e-6)."""
+        (one, force), (other, opposite) = (self.two(s, spins, (64, 6)) for s in (False, True))
+        assert other == pytest.approx(one, abs=bound)
+        assert opposite == pytest.approx(force, abs=5e-3)
+        assert np.hypot(*one).max() > 0.6
+
+    def test_letter_of_the_film_with_memory(self):
+        """Committed once a step by the commit kernel, whose texts ask too; the others' structure has no such commit."""
+        mechanism = build(loaded(conserving_film()))
+        assert mechanism.structure.commits == 1
+        assert "ask(" in mechanism.structure.texts["commit"]
+        assert "ask" not in mechanism.structure.texts["events"]
+        assert build(loaded(fem_film())).structure.commits == 0
