@@ -341,6 +341,7 @@ class Run:
             while code == codes.RUNNING:
                 code = self.advance()
                 self._drain(writer)
+                self._notice_interrupt()
                 if writer.residual_share() > max(LedgerWatch.limit, min(1e4 * self.rtol, WORST_LEDGER)):
                     code = codes.LEDGER_BROKEN
                 elif self.spoilt:
@@ -381,6 +382,12 @@ class Run:
         place[loop.ROWS] = place[loop.EVENTS] = place[loop.LOGGED] = 0
         writer.flush()
 
+    def _notice_interrupt(self) -> None:
+        """An interrupt that came while a film was being solved cannot pass through compiled code by itself."""
+        for source in self.mechanism.sources.values():
+            if isinstance(getattr(source, "failure", None), KeyboardInterrupt):
+                raise source.failure
+
     def _names(self) -> list[str]:
         return [j.name for j in self.mechanism.scene.clearance_joints]
 
@@ -400,6 +407,9 @@ class Run:
             return f"from t = {ledger.since or 0.0:.9g} s on: {codes.MESSAGES[code]}: {self._suspects()}"
         if self.spoilt:
             return self.spoilt
+        for joint, source in self.mechanism.sources.items():
+            if getattr(source, "failure", None) is not None:
+                return f"at t = {self.clock[self.loop.TIME]:.9g} s: {joint.label()}: its film: {source.failure}"
         joints, moving = self.mechanism.scene.clearance_joints, self.mechanism.eccentric
         count = len(self.mechanism.structure.plan.free)
         states = [

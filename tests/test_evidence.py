@@ -227,9 +227,9 @@ def test_physics_prices(monkeypatch):
     assert not any(c.note for c in study.choices)
     by_name = {c.name: c for c in study.choices}
     assert by_name[study.finest].distance == 0.0
-    assert study.finest == "mixed, harmonic, transition load_sharing"
+    assert study.finest == "mixed, table, transition load_sharing"
     films = [c for c in study.choices if c.model == "lubricated" and "no drag" not in c.name]
-    assert len(films) == 5
+    assert len(films) == 6
     assert all(0.0 < c.distance < by_name["ideal joints"].distance for c in films if "sommerfeld" not in c.name)
 
 

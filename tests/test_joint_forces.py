@@ -99,7 +99,7 @@ def test_mixed_force_is_its_parts(name, ratio):
     joint, row = scene.joints[0], observed(build(scene))
     facts = regimes.facts(joint)
     film, gap, slope, share, depth, *states = joint.transition((1.0 - ratio) * C, facts)
-    w = 20.0 - 70.0 - 2.0 * 0.03 / (ratio * C)
+    w = 20.0 - 70.0 - 2.0 * 0.03 / (C - gap)  # the film turns as its own eccentricity does
     radial, tangential = joint.film(1.0 - gap / C, slope * 0.01 / C, w, facts)
     touching = not joint.impacts or ratio > 1.0
     push = share * joint.contact(depth, 0.01, 0.0) if touching else 0.0

@@ -59,7 +59,7 @@ def scenes():
                 yield f"{name}-{kind}", make(hinge)
     yield "parallelogram-dry", m.parallelogram(lambda a, b, name: m.dry(a, b, name, stiffness=1e6))
     for joints in ("B", "C,E", "B,C,E", "A,B,C,D,E,F"):
-        yield f"feeder-{joints}", load_case("six_bar_feeder", joints=joints)
+        yield f"feeder-{joints}", load_case("six_bar_feeder", joints=joints, film="pinkus_sternlicht")
         yield f"feeder-dry-{joints}", load_case("six_bar_feeder", joints=joints, model="dry", friction="none")
 
 

@@ -9,6 +9,8 @@ import math
 import weakref
 from collections.abc import Callable
 
+import numpy as np
+
 VALUE, SLOPES, KEEP = 1.0, 2.0, 3.0  # wanted: outputs; their derivatives by the inputs too; remember this state
 _answerers: "weakref.WeakValueDictionary[int, Answerer]" = weakref.WeakValueDictionary()
 
@@ -25,7 +27,12 @@ class Answerer:
         self._called = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_int64)(self._by_address)
         self.address = ctypes.cast(self._called, ctypes.c_void_p).value
         _answerers[self.address] = self
-        self.numbers = [float(self.address), VALUE] + [0.0] * (inputs + outputs * (1 + inputs))
+        self.numbers = np.zeros(2 + inputs + outputs * (1 + inputs))
+        self.numbers[0] = self.address
+
+    def reset(self) -> None:
+        """Forget the run before."""
+        self.failure = None
 
     def facts(self) -> dict:
         """What a run reports of it."""
@@ -50,10 +57,7 @@ class Answerer:
 
 def ask(data, first):
     """Have the block at data[first] answered. Kernels have a compiled form of this (mechanism/store.py)."""
-    block = data[first:]
-    if not hasattr(data, "__array__"):
-        raise TypeError("the numbers of an online film must be an array")
-    return _answerers[int(data[first])].fill(block)
+    return _answerers[int(data[first])].fill(data[first:])
 
 
 ask.ready_made = True  # not taken into kernels as source text

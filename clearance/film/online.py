@@ -163,6 +163,7 @@ class MemoryAnswer(Answerer):
 
     def reset(self) -> None:
         """Back to the start of a run: full of oil."""
+        super().reset()
         self.film.reset()
         self.now, self.asked, self.found, self.worst = 0.0, None, None, 0.0
 

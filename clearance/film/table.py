@@ -7,9 +7,10 @@ V' = (v_r, s v_t) and alpha' the angle of V' it is
     side flow = |V'| s^-1 q(eps, alpha'),
 
 and w_r, w_t, K, q stay bounded and smooth up to contact: near it the gap is a parabola of half-width sqrt(2 (1 - eps)).
-They are kept on a grid uniform in y = -ln(1 - eps) and alpha' as C2 cubic B-splines; beyond the last y they stay as
-they are, which is the film of a parabolic gap. The film of the concentric bearing, -A (v_r, -v_t), is taken off
-before, so that the force and its derivatives are exact in the centre.
+They are kept on a grid uniform in y = -ln(1 - eps) and alpha' as C2 cubic B-splines. Beyond the last y the force goes
+on (C1) to its limit, the film of a parabolic gap, from which it differs in proportion to s, that is to exp(-y / 2); K
+and q stay as they are. The film of the concentric bearing, -A (v_r, -v_t), is taken off before, so that the force and
+its derivatives are exact in the centre.
 
 An ambient pressure above the cavitation pressure adds a third axis tau = S / (S + 3), S = sigma |V| s^4 / |V'|, from
 cavitation at ambient pressure (0) to the full film (1); sigma |V| = p_ambient (c/R)^2 / mu.
@@ -20,9 +21,8 @@ import json
 import logging
 import math
 import os
-import warnings
 import zipfile
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -36,9 +36,9 @@ from clearance.mechanism import store
 LOG = logging.getLogger("clearance")
 TOP = 6.2  # largest y: eps = 0.998
 HALF_WAY = 3.0  # S at tau = 1/2
-MESH, CHECK_MESH = (96, 12), (192, 24)
+MESH, CHECK_MESH, ROUGH_CHECK = (96, 12), (192, 24), (128, 16)
 BESIDE = 0.01  # step in ln(L/D) of the tables that others are interpolated from
-CHECKS = 48  # states off the nodes that a table is tested at
+CHECKS = 40  # states off the nodes, each closing in, opening and receding straight, that a table is tested at
 SPEED_STEP = 0.02  # eccentricity ratio of the difference that gives the slope at the centre
 HEAD = 8  # numbers before the coefficients: A, nodes over y and alpha', cells per y and alpha', tau nodes, first flow
 PARTS = 3  # splines that a force needs: w_r + A cos, w_t - A sin, K
@@ -203,20 +203,21 @@ def _errors(key: Key, numbers: np.ndarray) -> tuple[float, float, float]:
 
     draw = np.random.default_rng(1)
     found = []
-    for _ in range(CHECKS if key.layers == 1 else 2 * CHECKS):
-        y, angle, tau = draw.uniform(0.0, 5.3), draw.uniform(0.0, math.pi), draw.uniform() if key.layers > 1 else 0.0
+    for first, last, mesh in ((0.0, 0.5, CHECK_MESH), (0.5, 1.0, ROUGH_CHECK), (0.9, 1.0, ROUGH_CHECK)) * CHECKS:
+        y, angle = draw.uniform(0.0, 5.3), math.pi * draw.uniform(first, last)
+        tau = draw.uniform() if key.layers > 1 else 0.0
         eps = -math.expm1(-y)
         s = math.sqrt(1.0 - eps * eps)
-        wanted = scaled_film(key, y, angle, tau, CHECK_MESH)[:2]
+        wanted = scaled_film(key, y, angle, tau, mesh)[:2]
         if key.layers > 1:
             size, *w = looked_up_ambient(numbers, 0, y, angle, tau)
         else:
             size, *w = numbers[0], *looked_up(numbers, 0, y, angle)
         w = np.array([w[0] - size * math.cos(angle), w[1] + size * math.sin(angle)])
         error = math.hypot(w[0] - wanted[0], (w[1] - wanted[1]) * s) / math.hypot(wanted[0], wanted[1] * s)
-        found.append((angle < 0.5 * math.pi, error))
-    closing, opening = ([e for c, e in found if c == side] for side in (True, False))
-    return max(closing), float(np.median([e for _, e in found])), max(opening)
+        found.append(error)
+    closing, opening, receding = found[::3], found[1::3], found[2::3]
+    return max(closing), float(np.median([*closing, *opening])), max(opening + receding)
 
 
 # --- store
@@ -268,13 +269,13 @@ def _read(path: Path) -> Table | None:
     if not path.exists():
         return None
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
             found = Table(file["numbers"], *(float(e) for e in file["errors"]))
         if found.numbers.ndim != 1 or not np.isfinite(found.numbers).all():
             raise ValueError("numbers are missing")
         return found
     except DAMAGED as reason:
-        warnings.warn(f"film table {path} is damaged ({reason}); it is built again", stacklevel=3)
+        LOG.warning(f"film table {path} is damaged ({reason}); it is built again")
         return None
 
 
@@ -287,8 +288,9 @@ def _write(path: Path, found: Table) -> None:
             np.savez(file, numbers=found.numbers, errors=found.errors)
         os.replace(temporary, path)
     except OSError as reason:
-        temporary.unlink(missing_ok=True)
-        warnings.warn(f"film table {path} cannot be kept ({reason})", stacklevel=3)
+        with suppress(OSError):
+            temporary.unlink()
+        LOG.warning(f"film table {path} cannot be kept ({reason})")
 
 
 @contextmanager

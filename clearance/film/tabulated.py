@@ -45,12 +45,16 @@ def looked_up(data, start, y, angle):
     i, j = min(int(x), nodes - 2), min(int(z), nodes - 2)
     t, u = x - i, z - j
     p0, p1, p2, p3 = bump_0(t), bump_1(t), bump_1(1.0 - t), bump_0(1.0 - t)
+    f1, f3 = p1, p3  # of the force, which goes on beyond the last node
+    if y * data[start + 2] > top:
+        further = (1.0 - math.exp(0.5 * (top / data[start + 2] - y))) * data[start + 2]
+        f1, f3 = f1 - further, f3 + further
     w0, w1, w2, w3 = bump_0(u), bump_1(u), bump_1(1.0 - u), bump_0(1.0 - u)
     line = 3 * (nodes + 2)
     at = start + 9 + i * line + 3 * j
     return (
-        patch(data, at, line, 3, p0, p1, p2, p3, w0, w1, w2, w3),
-        patch(data, at + 1, line, 3, p0, p1, p2, p3, w0, w1, w2, w3),
+        patch(data, at, line, 3, p0, f1, p2, f3, w0, w1, w2, w3),
+        patch(data, at + 1, line, 3, p0, f1, p2, f3, w0, w1, w2, w3),
         patch(data, at + 2, line, 3, p0, p1, p2, p3, w0, w1, w2, w3),
     )
 
@@ -75,9 +79,9 @@ def table(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
     v_t = eps w / 2,  s = sqrt(1 - eps^2),  V' = (eps', s v_t),  P0 = mu L R^3 / c^2
     F_r = P0 |V'| s^-3 w_r(eps, alpha'),   F_t = P0 |V'| s^-2 w_t(eps, alpha'),   shear = K / s
 
-    C2 cubic splines over -ln(1 - eps) and alpha' = angle of V' (see film/table.py), kept up to eps = 0.998 and constant
-    beyond; default table within 1e-3 of the Reynolds equation where the journal closes in. Rigid, aligned, isoviscous,
-    cavitating at ambient pressure.
+    C2 cubic splines over -ln(1 - eps) and alpha' = angle of V' (see film/table.py) up to eps = 0.998, continued (C1) to
+    contact. The default table is within 1e-3 of the Reynolds equation where the journal closes in. Rigid, aligned,
+    isoviscous, cavitating at ambient pressure.
     """
     first = int(start)
     eps = min(eccentricity_ratio, 1.0)
@@ -124,6 +128,10 @@ def looked_up_ambient(data, start, y, angle, tau):
     i, j, k = min(int(x), nodes - 2), min(int(z), nodes - 2), min(int(c), layers - 2)
     t, u, v = x - i, z - j, c - k
     p0, p1, p2, p3 = bump_0(t), bump_1(t), bump_1(1.0 - t), bump_0(1.0 - t)
+    f1, f3 = p1, p3  # of the force, which goes on beyond the last node
+    if y * data[start + 2] > top:
+        further = (1.0 - math.exp(0.5 * (top / data[start + 2] - y))) * data[start + 2]
+        f1, f3 = f1 - further, f3 + further
     w0, w1, w2, w3 = bump_0(u), bump_1(u), bump_1(1.0 - u), bump_0(1.0 - u)
     q0, q1, q2, q3 = bump_0(v), bump_1(v), bump_1(1.0 - v), bump_0(1.0 - v)
     line = 3 * (layers + 2)
@@ -131,8 +139,8 @@ def looked_up_ambient(data, start, y, angle, tau):
     at = start + 10 + layers + i * plane + j * line + 3 * k
     return (
         row(data, start + 8 + k, 1, q0, q1, q2, q3),
-        block(data, at, plane, line, 3, p0, p1, p2, p3, w0, w1, w2, w3, q0, q1, q2, q3),
-        block(data, at + 1, plane, line, 3, p0, p1, p2, p3, w0, w1, w2, w3, q0, q1, q2, q3),
+        block(data, at, plane, line, 3, p0, f1, p2, f3, w0, w1, w2, w3, q0, q1, q2, q3),
+        block(data, at + 1, plane, line, 3, p0, f1, p2, f3, w0, w1, w2, w3, q0, q1, q2, q3),
         block(data, at + 2, plane, line, 3, p0, p1, p2, p3, w0, w1, w2, w3, q0, q1, q2, q3),
     )
 

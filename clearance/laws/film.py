@@ -294,7 +294,7 @@ def peak_film_pressure(load, thickness, radius, clearance, length):
 def thinning(warming, surroundings, vogel, vogel_zero):
     """mu(T) / mu(T_0) of Vogel's law, for T = T_0 + warming [K]: exp(B / (T - theta) - B / (T_0 - theta)).
 
-    Temperatures below theta + 1 K count as that. Source: Vogel, Physikalische Zeitschrift 22 (1921) 645.
+    Temperatures below theta + B / 500 count as that. Source: Vogel, Physikalische Zeitschrift 22 (1921) 645.
     """
-    above = max(surroundings + warming - vogel_zero, 1.0)
+    above = max(surroundings + warming - vogel_zero, 0.002 * vogel)
     return math.exp(vogel / above - vogel / (surroundings - vogel_zero))

@@ -194,8 +194,12 @@ def _film(
     """Film force at the journal's centre, its reaction at the bearing's, and both friction torques."""
     facts = _facts(kinematics.number, joint)
     radius, clearance, length, viscosity, _ = facts
-    eccentricity = polar.distance / clearance if share.film_gap is None else 1.0 - share.film_gap / clearance
-    turning, closing = polar.sideways * polar.inverse, share.slope * polar.outward / clearance
+    eccentricity, turning = polar.distance / clearance, polar.sideways * polar.inverse
+    if share.film_gap is not None:  # the film's own eccentricity; the journal's velocity stays what it is
+        eccentricity = 1.0 - share.film_gap / clearance
+        eccentricity = calls.trace.select(eccentricity - CENTRE, eccentricity, CENTRE)
+        turning = polar.sideways / (clearance * eccentricity)
+    closing = share.slope * polar.outward / clearance
     if joint.film.law.family is memory_film:
         away = polar.vector(eccentricity, 0.0), polar.vector(closing, eccentricity * turning)
         radial, tangential, *shear = _with_memory(calls, kinematics, joint, polar, away, spins, memory.time, result)

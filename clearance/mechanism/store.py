@@ -19,6 +19,7 @@ from numba import float64, njit, types, void
 VECTOR = float64[::1]
 KERNEL_SIGNATURE = void(float64, VECTOR, VECTOR, VECTOR, VECTOR)
 KERNEL = types.FunctionType(KERNEL_SIGNATURE)
+OPTIONS = {"error_model": "numpy", "_nrt": False}  # nothing in a kernel allocates: arrays need no counting
 COMPILED = not numba.config.DISABLE_JIT
 
 _loaded: dict[str, Callable] = {}
@@ -28,7 +29,7 @@ _addresses: dict[Callable, int] = {}
 def kernel(function: Callable) -> Callable:
     """Compile a kernel, or guard it in plain Python so that it fails as compiled code does: with nan."""
     if COMPILED:
-        return njit(KERNEL_SIGNATURE, cache=True, error_model="numpy")(function)
+        return njit(KERNEL_SIGNATURE, cache=True, **OPTIONS)(function)
 
     def guarded(t, y, par, work, out):
         try:
@@ -80,7 +81,7 @@ if COMPILED:
 
         return float64(types.int64, types.int64), generate
 
-    @njit(error_model="numpy")
+    @njit(**OPTIONS)
     def ask(data, first):
         """Have the film block at data[first] answered, see film/asking.py."""
         return _call(int(data[first]), data.ctypes.data + 8 * first)
@@ -91,7 +92,7 @@ else:
 
 def plain(function: Callable) -> Callable:
     """A function that kernels of the same file call."""
-    return njit(error_model="numpy")(function)
+    return njit(**OPTIONS)(function)
 
 
 def folder() -> Path:

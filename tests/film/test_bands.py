@@ -442,7 +442,6 @@ class TestAgainstFiniteElements:
         """Closing, the long film is lowest where this pocket is. With any ambient pressure nothing is cut: 2e-3."""
         assert self.pocket(0.0, 0.3, 0.5, (0.6, 1.0, 1.0), ambient=1e-9 * SCALE) < 2e-3
 
-    @pytest.mark.xfail(strict=True, reason="the column of the long film's minimum is held dry though a pocket feeds it")
     def test_pocket_beside_the_cut(self):
         """The same without: the pressure of the pocket wets the column that the ring is cut at."""
         assert self.pocket(0.0, 0.3, 0.5, (0.6, 1.0, 1.0)) < 5e-3

@@ -102,19 +102,13 @@ class TestAsking:
 STATES = [(0.0, 1.0, 0.0), (0.3, 0.0, 20.0), (0.6, 5.0, 20.0), (0.9, -3.0, -10.0), (0.99, 1.0, 1.0)]
 
 
-#: the law hands its answerer's list of numbers to `ask`, which takes arrays only
-LIST = pytest.mark.xfail(strict=True, raises=TypeError, reason="a film that is asked cannot be called from Python")
-
-
 class TestFem:
-    @LIST
     @pytest.mark.parametrize("motion", STATES)
     def test_law_is_the_solver(self, motion):
         found = fem_film()(*motion, JOINT)
         film = FemFilm(Bearing.of(JOINT), (32, 4)).solve(*motion)
         assert found == pytest.approx((film.radial, film.tangential, film.shear), rel=1e-9, abs=1e-12)
 
-    @LIST
     def test_options_arrive(self):
         rough, motion = JOINT._replace(roughness=2e-5), (0.6, 5.0, 20.0)
         options = {"ambient": 1e3, "grooves": (Groove(0.5, 0.4, 1.0, 2e3),), "mesh": (48, 4)}
@@ -123,7 +117,6 @@ class TestFem:
         )
         assert fem_film(**options, flow_factors=True)(*motion, rough)[0] == pytest.approx(film.radial, rel=1e-9)
 
-    @LIST
     def test_beyond_the_nearest(self):
         """Trial states at and beyond the wall count as 0.9999."""
         law = fem_film()
@@ -258,7 +251,6 @@ class TestRuns:
         with pytest.raises((cl.SimulationError, KeyboardInterrupt)):
             run(fem_film())
 
-    @pytest.mark.xfail(strict=True, reason="the answerer keeps its failure, but no run asks for it")
     @pytest.mark.parametrize("error", [RuntimeError("the elements gave up"), KeyboardInterrupt("enough")])
     def test_run_says_why(self, monkeypatch, error):
         """What the solver said, or that the user pressed a key, in the message or as its cause."""

@@ -8,9 +8,9 @@ import logging
 import math
 import multiprocessing
 import os
+import re
 import subprocess
 import sys
-import warnings
 
 import numpy as np
 import pytest
@@ -435,12 +435,8 @@ class TestStore:
         ]
         assert len({tables.path_of(k) for k in keys}) == len(keys)
 
-    @pytest.mark.parametrize(
-        "damage",
-        [pytest.param("truncated", marks=pytest.mark.xfail(reason="the file stays open", raises=ResourceWarning)),
-         "garbage", "empty", "nan"],
-    )  # fmt: skip
-    def test_damaged_file_is_built_again(self, store, damage):
+    @pytest.mark.parametrize("damage", ["truncated", "garbage", "empty", "nan"])
+    def test_damaged_file_is_built_again(self, store, damage, caplog):
         built = tables.table(TINY)
         path = tables.path_of(TINY)
         whole = path.read_bytes()
@@ -452,15 +448,15 @@ class TestStore:
                 {"truncated": whole[: len(whole) // 2], "garbage": b"no table " * 50, "empty": b""}[damage]
             )
         tables.table.cache_clear()
-        with pytest.warns(UserWarning, match="is damaged .* built again"):
-            again = tables.table(TINY)
+        again = tables.table(TINY)
+        assert re.search("is damaged .* built again", caplog.text)
         assert (again.numbers == built.numbers).all()
+        caplog.clear()
         tables.table.cache_clear()
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            assert (tables.table(TINY).numbers == built.numbers).all()
+        assert (tables.table(TINY).numbers == built.numbers).all()
+        assert not caplog.text
 
-    def test_store_that_is_full(self, store, monkeypatch):
+    def test_store_that_is_full(self, store, monkeypatch, caplog):
         """The table is there, with a warning, and nothing half written is left."""
 
         def full(file, **arrays):
@@ -468,21 +464,18 @@ class TestStore:
             raise OSError(28, "No space left on device")
 
         monkeypatch.setattr(np, "savez", full)
-        with pytest.warns(UserWarning, match="cannot be kept .*No space left"):
-            assert np.isfinite(tables.table(TINY).numbers).all()
+        assert np.isfinite(tables.table(TINY).numbers).all()
+        assert re.search("cannot be kept .*No space left", caplog.text)
         assert not [p for p in store.iterdir() if p.suffix != ".lock"]
 
-    @pytest.mark.xfail(strict=True, reason="the clean-up after a failed write fails itself", raises=NotADirectoryError)
-    def test_store_that_takes_nothing(self, tmp_path, monkeypatch):
+    def test_store_that_takes_nothing(self, tmp_path, monkeypatch, caplog):
         """A file stands where the folder should be: the table is there, and a warning."""
         (tmp_path / "file").write_text("")
         monkeypatch.setenv("CLEARANCE_STORE", str(tmp_path / "file"))
         tables.table.cache_clear()
-        with warnings.catch_warnings(record=True) as said:
-            warnings.simplefilter("always")
-            assert np.isfinite(tables.table(TINY).numbers).all()
+        assert np.isfinite(tables.table(TINY).numbers).all()
         tables.table.cache_clear()
-        assert any("cannot be kept" in str(w.message) for w in said)
+        assert "cannot be kept" in caplog.text
 
     def test_two_at_once(self, store):
         """Both have the table, and one file is left, which a third reads."""

@@ -30,7 +30,7 @@ def test_load_sharing_carries_where_the_film_alone_is_formal(viscosity):
     """Flores' case at 0.04 Pa s: eps up to 0.99937, lambda down to 0.39, peak 3113.7 N (roughness 0.8 um); thinner oils
     run on, with peaks far below those of impacts.
     """
-    scene = cl.load_case("slider_crank", model="mixed", viscosity=viscosity, friction="none")
+    scene = cl.load_case("slider_crank", model="mixed", viscosity=viscosity, friction="none", film="pinkus_sternlicht")
     result = cl.simulate(scene, turns=8 if viscosity == 0.04 else 6, rtol=1e-7)
     joint = result.joint("C")
     force = np.hypot(joint.force_x, joint.force_y)

@@ -56,7 +56,7 @@ def test_independent_integration():
     from clearance.mechanism.build import build
     from tests.augmented import Augmented
 
-    scene = cl.load_case("six_bar_feeder")
+    scene = cl.load_case("six_bar_feeder", film="pinkus_sternlicht")
     start, reference = build(scene).start, Augmented(scene)
     q0 = np.array([v for b in scene.bodies for v in start.pose[b]])
     v0 = np.array([v for b in scene.bodies for v in start.velocity[b]])
@@ -67,7 +67,7 @@ def test_independent_integration():
         q, v = z[: q0.size], z[q0.size :]
         return np.concatenate([v, reference.accelerations(q, v)[: q0.size]])
 
-    shifted = cl.load_case("six_bar_feeder")
+    shifted = cl.load_case("six_bar_feeder", film="pinkus_sternlicht")
     joint = next(j for j in shifted.joints if j.name == "B")
     object.__setattr__(joint, "eccentricity", (offset, 0.0))
     mechanism_start = build(shifted).start
