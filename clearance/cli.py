@@ -384,6 +384,8 @@ def _readable(summary: dict) -> str:
         if "share_full_film" in joint:
             shares = (f"{text} {joint[n]:.0%}" for n, text in SHARES.items() if joint[n] >= 0.005)
             line += f", {', '.join(shares)}, {joint['mean_asperity_share']:.0%} of the load on the solids"
+        if "film_table_error_closing" in joint:
+            line += f", film table within {joint['film_table_error_closing']:.1e}"
         if name in s["contacts"]:
             line += f", {s['contacts'][name]} contacts"
         lines.append(line)

@@ -11,7 +11,7 @@ from clearance.mechanism.store import folder, is_known, key
 from clearance.scene import Scene
 from clearance.simulation import choose_method, foreseen, kernel_roles
 
-PARTS = (*SLOTS, "lubricant", "roughness")
+PARTS = (*SLOTS, "lubricant", "roughness", "heat")
 #: heavy packages a reader may want to see absent
 WATCHED = ("numba", "numpy", "h5py", "scipy", "skfem", "matplotlib", "tqdm", "dask", "xarray")
 _OPERATION = re.compile(r" = .*?([-+*/])|(math\.\w+)|= (\w+)\(")
@@ -53,8 +53,10 @@ def _states(mechanism: Mechanism) -> list[str]:
     plan = mechanism.structure.plan
     names = [f"{c.body.name} {c.what}" for c in plan.free]
     names += [f"{j.name} eccentricity {a}" for j in mechanism.eccentric for a in "xy"]
+    own = [f"{j.name} bristle deflection" for j in mechanism.structure.bristles]
+    own += [f"{j.name} oil temperature" for j in mechanism.structure.warm]
     ledger = ["energy input", "energy dissipated"] if mechanism.structure.ledger else []
-    return [*names, *(f"rate of {n}" for n in names), *ledger]
+    return [*names, *(f"rate of {n}" for n in names), *own, *ledger]
 
 
 def _joint(joint: Joint) -> dict:

@@ -9,8 +9,6 @@ import math
 import weakref
 from collections.abc import Callable
 
-import numpy as np
-
 VALUE, SLOPES, KEEP = 1.0, 2.0, 3.0  # wanted: outputs; their derivatives by the inputs too; remember this state
 _answerers: "weakref.WeakValueDictionary[int, Answerer]" = weakref.WeakValueDictionary()
 
@@ -27,6 +25,8 @@ class Answerer:
         self._called = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_int64)(self._by_address)
         self.address = ctypes.cast(self._called, ctypes.c_void_p).value
         _answerers[self.address] = self
+        import numpy as np
+
         self.numbers = np.zeros(2 + inputs + outputs * (1 + inputs))
         self.numbers[0] = self.address
 

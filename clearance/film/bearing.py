@@ -16,13 +16,17 @@ t (n turned by +90 degrees) is
 Source: Hamrock, Schmid and Jacobson, Fundamentals of Fluid Film Lubrication (2004), chapter 7; Patir and Cheng (1978).
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from clearance import checks
 from clearance.laws.law import FilmJoint
+
+if TYPE_CHECKING:
+    import numpy as np
 
 #: how a film that would fall below the cavitation pressure is treated: Swift-Stieber (P and its slope vanish at the
 #: rupture), pressure cut off after the solution, not at all, Jakobsson-Floberg-Olsson (mass-conserving)
@@ -89,7 +93,7 @@ class Bearing:
                 raise TypeError(f"bearing: grooves must be Groove(...), got {groove!r}")
 
     @classmethod
-    def of(cls, joint: FilmJoint, **more) -> "Bearing":
+    def of(cls, joint: FilmJoint, **more) -> Bearing:
         """The bearing of a joint."""
         return cls(joint.radius, joint.clearance, joint.length, joint.viscosity, **more)
 

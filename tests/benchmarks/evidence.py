@@ -18,12 +18,13 @@ PICTURES = ROOT / "paper_figures"
 
 #: name: arguments of `clearance work-precision ... --peers`
 STUDIES = {
-    "slider_crank": "slider_crank -p model=lubricated",
-    "six_bar_feeder": "six_bar_feeder",
-    "slider_crank_thin": "slider_crank -p model=lubricated -p viscosity=0.04",
+    "slider_crank": "slider_crank -p model=lubricated -p film=pinkus_sternlicht",
+    "six_bar_feeder": "six_bar_feeder -p film=pinkus_sternlicht",
+    "feeder_table": "six_bar_feeder",
+    "slider_crank_thin": "slider_crank -p model=lubricated -p viscosity=0.04 -p film=pinkus_sternlicht",
     "feeder_600": "six_bar_feeder -p speed=600rpm",
     "feeder_300_BCE": "six_bar_feeder -p joints=B,C,E",
-    "feeder_600_BCE": "six_bar_feeder -p joints=B,C,E -p speed=600rpm",
+    "feeder_600_BCE": "six_bar_feeder -p joints=B,C,E -p speed=600rpm -p film=pinkus_sternlicht",
     "dry": "slider_crank -p model=dry --turns 0.5",
     "dry_memoryless": "slider_crank -p model=dry -p contact=hunt_crossley_memoryless",
 }
@@ -79,6 +80,16 @@ def sections(folder: Path) -> dict[str, list[str]]:
     for name in SHOWN:
         found[name] = (folders[name] / "work_precision.md").read_text().splitlines()
         shutil.copy(folders[name] / "work_precision.png", PICTURES / f"work_precision_{name}.png")
+    for what in ("ladder", "convergence"):
+        films = command(folder / f"film_{what}", "film", what)
+        found[f"film_{what}"] = (films / f"film_{what}.md").read_text().splitlines()
+        shutil.copy(films / f"film_{what}.png", PICTURES / f"film_{what}.png")
+    run = folder / "run.h5"
+    if not run.exists():
+        job = ["run", "six_bar_feeder", "-p", "model=lubricated", "-p", "joints=B", "--turns", "6", "-o"]
+        subprocess.run([sys.executable, "-m", "clearance.cli", *job, str(run)], check=True)
+    shots = command(folder / "film_snapshots", "film", "snapshots", str(run), "--joint", "B")
+    shutil.copy(shots / "film_snapshots.png", PICTURES / "film_snapshots.png")
     for name, path in (("stress", stress), ("physics", physics)):
         found[name] = (path / f"{name}.md").read_text().splitlines()
         shutil.copy(path / f"{name}.png", PICTURES / f"{name}.png")
