@@ -11,7 +11,16 @@ from clearance.film.bearing import CAVITATIONS, Bearing, Groove, check_mesh
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, memory_film, wet_film
 
 NEAREST = 1.0 - 1e-4  # eccentricity ratio that a finite element mesh is asked for at most
-STEPS_PER_TURN = 400  # shortest memory: the content is first order in the step
+
+
+def asked(data, first, wanted, eccentricity_ratio, radial_rate, entrainment):
+    """Write a state into the block of a memoryless film and have it answered; where its block begins."""
+    data[first + 1] = wanted
+    data[first + 2] = eccentricity_ratio
+    data[first + 3] = radial_rate
+    data[first + 4] = entrainment
+    ask(data, first)
+    return first
 
 
 def solved(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
@@ -20,43 +29,41 @@ def solved(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
     The equation and its frame are those of film/bearing.py. Finite elements hold the wet region fixed in derivatives,
     the fast solver takes differences. Eccentricity ratios above 0.9999 count as 0.9999.
     """
-    first = int(start)
-    data[first + 1] = VALUE
-    data[first + 2] = eccentricity_ratio
-    data[first + 3] = radial_rate
-    data[first + 4] = entrainment
-    ask(data, first)
-    return data[first + 5], data[first + 9], data[first + 13]
+    at = asked(data, int(start), VALUE, eccentricity_ratio, radial_rate, entrainment)
+    return data[at + 5], data[at + 9], data[at + 13]
 
 
 def solved_slopes(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
     """Values of `solved`, then the derivatives of each by eccentricity ratio, radial rate and entrainment."""
-    first = int(start)
-    data[first + 1] = SLOPES
-    data[first + 2] = eccentricity_ratio
-    data[first + 3] = radial_rate
-    data[first + 4] = entrainment
-    ask(data, first)
+    at = asked(data, int(start), SLOPES, eccentricity_ratio, radial_rate, entrainment)
     return (
-        data[first + 5], data[first + 9], data[first + 13],
-        data[first + 6], data[first + 7], data[first + 8],
-        data[first + 10], data[first + 11], data[first + 12],
-        data[first + 14], data[first + 15], data[first + 16],
+        data[at + 5], data[at + 9], data[at + 13],
+        data[at + 6], data[at + 7], data[at + 8],
+        data[at + 10], data[at + 11], data[at + 12],
+        data[at + 14], data[at + 15], data[at + 16],
     )  # fmt: skip
 
 
 def solved_side_flow(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
     """Oil that leaves the bearing at both ends [m3/s]."""
-    first = int(start)
-    data[first + 1] = VALUE
-    data[first + 2] = eccentricity_ratio
-    data[first + 3] = radial_rate
-    data[first + 4] = entrainment
-    ask(data, first)
-    return data[first + 17]
+    at = asked(data, int(start), VALUE, eccentricity_ratio, radial_rate, entrainment)
+    return data[at + 17]
 
 
 solved.slopes = solved_slopes
+
+
+def asked_on_bearing(data, first, wanted, eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time):
+    """Write a state into the block of a film with memory and have it answered; where its block begins."""
+    data[first + 1] = wanted
+    data[first + 2] = eccentricity_x
+    data[first + 3] = eccentricity_y
+    data[first + 4] = rate_x
+    data[first + 5] = rate_y
+    data[first + 6] = spin
+    data[first + 7] = time
+    ask(data, first)
+    return first
 
 
 def conserving(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time, joint, data, start):
@@ -65,62 +72,30 @@ def conserving(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time, joint
     Jakobsson, Floberg and Olsson's film (film/conserving.py) a time `time` minus that of the last accepted step after
     it; eccentricity over clearance and its rate [1/s] in the bearing's frame, spin = omega_J - omega_B [rad/s].
     """
-    first = int(start)
-    data[first + 1] = VALUE
-    data[first + 2] = eccentricity_x
-    data[first + 3] = eccentricity_y
-    data[first + 4] = rate_x
-    data[first + 5] = rate_y
-    data[first + 6] = spin
-    data[first + 7] = time
-    ask(data, first)
-    return data[first + 8], data[first + 15], data[first + 22]
+    at = asked_on_bearing(data, int(start), VALUE, eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time)
+    return data[at + 8], data[at + 15], data[at + 22]
 
 
 def conserving_slopes(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time, joint, data, start):
     """Values of `conserving`, then the derivatives of each by the first five arguments."""
-    first = int(start)
-    data[first + 1] = SLOPES
-    data[first + 2] = eccentricity_x
-    data[first + 3] = eccentricity_y
-    data[first + 4] = rate_x
-    data[first + 5] = rate_y
-    data[first + 6] = spin
-    data[first + 7] = time
-    ask(data, first)
+    at = asked_on_bearing(data, int(start), SLOPES, eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time)
     return (
-        data[first + 8], data[first + 15], data[first + 22],
-        data[first + 9], data[first + 10], data[first + 11], data[first + 12], data[first + 13],
-        data[first + 16], data[first + 17], data[first + 18], data[first + 19], data[first + 20],
-        data[first + 23], data[first + 24], data[first + 25], data[first + 26], data[first + 27],
+        data[at + 8], data[at + 15], data[at + 22],
+        data[at + 9], data[at + 10], data[at + 11], data[at + 12], data[at + 13],
+        data[at + 16], data[at + 17], data[at + 18], data[at + 19], data[at + 20],
+        data[at + 23], data[at + 24], data[at + 25], data[at + 26], data[at + 27],
     )  # fmt: skip
 
 
 def conserving_side_flow(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time, joint, data, start):
     """Oil that leaves the bearing at both ends [m3/s]."""
-    first = int(start)
-    data[first + 1] = VALUE
-    data[first + 2] = eccentricity_x
-    data[first + 3] = eccentricity_y
-    data[first + 4] = rate_x
-    data[first + 5] = rate_y
-    data[first + 6] = spin
-    data[first + 7] = time
-    ask(data, first)
-    return data[first + 29]
+    at = asked_on_bearing(data, int(start), VALUE, eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time)
+    return data[at + 29]
 
 
 def conserving_keep(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time, joint, data, start):
     """Remember this state as the last accepted one; returns its time [s]."""
-    first = int(start)
-    data[first + 1] = KEEP
-    data[first + 2] = eccentricity_x
-    data[first + 3] = eccentricity_y
-    data[first + 4] = rate_x
-    data[first + 5] = rate_y
-    data[first + 6] = spin
-    data[first + 7] = time
-    ask(data, first)
+    asked_on_bearing(data, int(start), KEEP, eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time)
     return time
 
 

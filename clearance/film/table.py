@@ -30,7 +30,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.film import bands
-from clearance.film.bearing import COARSEST
+from clearance.film.tabulated import HEAD, looked_up, looked_up_ambient
 from clearance.mechanism import store
 
 LOG = logging.getLogger("clearance")
@@ -40,7 +40,6 @@ MESH, CHECK_MESH, ROUGH_CHECK = (96, 12), (192, 24), (128, 16)
 BESIDE = 0.01  # step in ln(L/D) of the tables that others are interpolated from
 CHECKS = 40  # states off the nodes, each closing in, opening and receding straight, that a table is tested at
 SPEED_STEP = 0.02  # eccentricity ratio of the difference that gives the slope at the centre
-HEAD = 8  # numbers before the coefficients: A, nodes over y and alpha', cells per y and alpha', tau nodes, first flow
 PARTS = 3  # splines that a force needs: w_r + A cos, w_t - A sin, K
 DAMAGED = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zipfile.error)
 
@@ -199,8 +198,6 @@ def build(key: Key) -> Table:
 
 def _errors(key: Key, numbers: np.ndarray) -> tuple[float, float, float]:
     """Largest relative force error where the journal closes in, median of all, largest where it recedes."""
-    from clearance.film.tabulated import looked_up, looked_up_ambient
-
     draw = np.random.default_rng(1)
     found = []
     for first, last, mesh in ((0.0, 0.5, CHECK_MESH), (0.5, 1.0, ROUGH_CHECK), (0.9, 1.0, ROUGH_CHECK)) * CHECKS:
@@ -310,6 +307,3 @@ def _alone(path: Path):
     with lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         yield
-
-
-__all__ = ["COARSEST", "Key", "Table", "table"]

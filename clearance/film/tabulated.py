@@ -7,7 +7,9 @@ from clearance.film.bearing import CAVITATIONS
 from clearance.laws.film import REST, WALL
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, wet_film
 
-HEAD = 8  # numbers before the coefficients, see film/table.py
+#: numbers before the coefficients: A, nodes over y and alpha', cells per y and per alpha', nodes over tau, values of A,
+#: where the side flow begins, none
+HEAD = 8
 LARGEST = 257  # nodes
 LAYERS = 25  # nodes over tau
 
@@ -51,7 +53,7 @@ def looked_up(data, start, y, angle):
         f1, f3 = f1 - further, f3 + further
     w0, w1, w2, w3 = bump_0(u), bump_1(u), bump_1(1.0 - u), bump_0(1.0 - u)
     line = 3 * (nodes + 2)
-    at = start + 9 + i * line + 3 * j
+    at = start + HEAD + 1 + i * line + 3 * j
     return (
         patch(data, at, line, 3, p0, f1, p2, f3, w0, w1, w2, w3),
         patch(data, at + 1, line, 3, p0, f1, p2, f3, w0, w1, w2, w3),
@@ -136,9 +138,9 @@ def looked_up_ambient(data, start, y, angle, tau):
     q0, q1, q2, q3 = bump_0(v), bump_1(v), bump_1(1.0 - v), bump_0(1.0 - v)
     line = 3 * (layers + 2)
     plane = line * (nodes + 2)
-    at = start + 10 + layers + i * plane + j * line + 3 * k
+    at = start + HEAD + layers + 2 + i * plane + j * line + 3 * k
     return (
-        row(data, start + 8 + k, 1, q0, q1, q2, q3),
+        row(data, start + HEAD + k, 1, q0, q1, q2, q3),
         block(data, at, plane, line, 3, p0, f1, p2, f3, w0, w1, w2, w3, q0, q1, q2, q3),
         block(data, at + 1, plane, line, 3, p0, f1, p2, f3, w0, w1, w2, w3, q0, q1, q2, q3),
         block(data, at + 2, plane, line, 3, p0, p1, p2, p3, w0, w1, w2, w3, q0, q1, q2, q3),
