@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance import checks
+from clearance.film.asking import Answerer
 from clearance.mechanism import store
 from clearance.mechanism.build import Mechanism, build
 from clearance.regimes import FULL_FILM, hole_warning
@@ -33,7 +34,7 @@ SAMPLES_PER_TURN = 400
 ROWS = 1024  # output rows, steps and contacts held in memory between two writes
 LOG_ROWS = 4096
 IMPACT_ROWS = 512
-BUDGET = 2000  # steps between two looks at the progress
+BUDGET, SLOW_BUDGET = 2000, 20  # steps between two looks at the progress, of usual films and of those solved online
 STEP_LIMIT = 2**62
 WORST_LEDGER = 0.5  # share of lost energy at which a run ends itself, however loose its tolerance
 THIN = 1e-6  # film left over the clearance at which a run that cannot go on has run out of film
@@ -209,8 +210,10 @@ class Run:
         self.clock, self.place = np.zeros(loop.CLOCK_SIZE), np.zeros(loop.PLACE_SIZE, np.int64)
         self.clock[loop.END] = span.until
         self.clock[loop.LARGEST] = max_step or self._largest_step()
-        for source in mechanism.sources.values():
-            getattr(source, "reset", lambda: None)()
+        online = [s for s in mechanism.sources.values() if isinstance(s, Answerer)]
+        for source in online:
+            source.reset()
+        self.budget = SLOW_BUDGET if online else BUDGET
         self.clock[loop.SAMPLE_EVERY] = span.until / (span.samples - 1)
         self.place[loop.SAMPLES] = span.samples
         self.place[loop.STEP_LIMIT] = max_steps or STEP_LIMIT
@@ -303,7 +306,7 @@ class Run:
         code = self.loop.run(
             *self.functions, self.mechanism.par, self.work, self.y, self.f, self.scale, self.band, self.control,
             self.counts, self.clock, self.place, self.contacts, self.impacts, self.log, self.times, self.rows,
-            self.dense, self.vector, self.matrix, self.complexes, self.scratch, BUDGET,
+            self.dense, self.vector, self.matrix, self.complexes, self.scratch, self.budget,
         )  # fmt: skip
         if code == codes.STIFF:
             self._become_implicit()
@@ -385,7 +388,7 @@ class Run:
     def _notice_interrupt(self) -> None:
         """An interrupt that came while a film was being solved cannot pass through compiled code by itself."""
         for source in self.mechanism.sources.values():
-            if isinstance(getattr(source, "failure", None), KeyboardInterrupt):
+            if isinstance(source, Answerer) and isinstance(source.failure, KeyboardInterrupt):
                 raise source.failure
 
     def _names(self) -> list[str]:
@@ -408,7 +411,7 @@ class Run:
         if self.spoilt:
             return self.spoilt
         for joint, source in self.mechanism.sources.items():
-            if getattr(source, "failure", None) is not None:
+            if isinstance(source, Answerer) and source.failure is not None:
                 return f"at t = {self.clock[self.loop.TIME]:.9g} s: {joint.label()}: its film: {source.failure}"
         joints, moving = self.mechanism.scene.clearance_joints, self.mechanism.eccentric
         count = len(self.mechanism.structure.plan.free)

@@ -93,6 +93,8 @@ def work_precision(
         until = (2.0 if turns is None else checks.positive("turns", turns)) * (scene.turn or 1.0)
     began = time.perf_counter()
     problem, remarks = Problem(scene, checks.positive("until", until)), []
+    if problem.mechanism.structure.remembering:
+        raise ValueError("a film with a memory makes no initial value problem that solvers could share")
     known = store.is_known("rhs", problem.mechanism.structure.texts["rhs"])
     problem.own(problem.reference_methods[0], 1e-3, max_steps=STEP_LIMIT)
     shared = time.perf_counter() - began

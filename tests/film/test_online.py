@@ -79,11 +79,6 @@ class TestAsking:
         assert np.isnan(block[5:]).all()
         assert teller.failure is failure
 
-    def test_only_arrays(self):
-        teller = Answerer(3, 2, answer)
-        with pytest.raises(TypeError, match="must be an array"):
-            ask(list(teller.numbers), 0)
-
     def test_an_answerer_that_is_gone_is_not_called(self):
         teller = Answerer(3, 2, answer)
         block = np.array(teller.numbers)

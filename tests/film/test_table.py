@@ -245,13 +245,15 @@ class TestNearContact:
     GAPS = (1e-2, 4e-3, 2.0e-3, 1.9e-3, 1e-4, 1e-6, 1e-8, 1e-9)
 
     def test_barrier(self):
-        """Beyond the last node (eps 0.998) F_r grows as (1 - eps)^-1.5: the change of 1 + eps is left, 0.2 %. The
-        parabolic gap of an infinitely long bearing has 12 pi / 2^1.5; the ends of L/D = 1 take 4 % at the last node.
+        """F_r (1 - eps)^1.5 grows towards an infinitely long bearing's parabolic gap, 12 pi / 2^1.5: the ends of
+        L/D = 1 take 4 % at the last node (eps 0.998), and the table goes on to within 0.5 % at contact.
         """
         law = Looked(Key(1.0))
         beyond = [-law.force(1.0 - g, 1.0, 0.0)[0] * g**1.5 for g in self.GAPS[2:]]
-        assert beyond == pytest.approx([beyond[-1]] * len(beyond), rel=2e-3)
-        assert beyond[-1] == pytest.approx(12.0 * math.pi / 2.0**1.5 * 0.05 * 0.02 * 0.01**3 / 1e-8, rel=0.06)
+        limit = 12.0 * math.pi / 2.0**1.5 * 0.05 * 0.02 * 0.01**3 / 1e-8
+        assert beyond == sorted(beyond)
+        assert beyond[0] == pytest.approx(0.96 * limit, rel=0.01)
+        assert beyond[-1] == pytest.approx(limit, rel=5e-3)
 
     @pytest.mark.parametrize("slenderness", [0.5, 1.0])
     @pytest.mark.parametrize("rate", [1.0, 0.0, -1.0])
