@@ -85,11 +85,12 @@ def _film_commands(commands) -> list:
         pressure.add_argument(f"--{name}", type=_quantity_of(text[1]), default=default, help=f"{text[0]} ({default})")
     pressure.add_argument(
         "--groove", action="append", default=[], metavar="ANGLE[,WIDTH[,LENGTH[,PRESSURE]]]",
-        help="oil supply: angle from the widest gap and width [rad or deg], axial share, pressure [Pa]; repeatable",
+        help="oil supply: angle from the widest gap, width, axial share, pressure above ambient; may be repeated",
     )  # fmt: skip
     pressure.add_argument("--solver", default="auto", help="auto, fast or fem")
     for command in (pressure, shots):
         command.add_argument("--mesh", type=_mesh, metavar="NxM", help="cells around x over half the length")
+    map_.add_argument("--roughness", type=_quantity_of("m"), default="0", help="of the flow factors, 0: smooth (0)")
     map_.add_argument("--nodes", type=int, default=33, help="nodes over eccentricity and direction (33)")
     shots.add_argument("file", metavar="RUN.h5", help="a result file")
     shots.add_argument("--joint", help="joint (default the first with a film)")
@@ -501,10 +502,13 @@ def _groove(text: str):
     from clearance.film.bearing import Groove
     from clearance.units import quantity
 
-    values = [quantity(t, u) for t, u in zip(text.split(","), ("rad", "rad", "1", "Pa"), strict=False)]
-    if text.count(",") > 3:
+    parts, units = text.split(","), ("rad", "rad", "1", "Pa")
+    if len(parts) > len(units):
         raise ValueError(f"--groove {text}: expected ANGLE[,WIDTH[,LENGTH[,PRESSURE]]]")
-    return Groove(*values)
+    try:
+        return Groove(*(quantity(t, u) for t, u in zip(parts, units, strict=False)))
+    except ValueError as error:
+        raise ValueError(f"--groove {text}: {error}") from None
 
 
 def _film_pressure(options) -> int:
@@ -518,6 +522,8 @@ def _film_pressure(options) -> int:
     state = options.eccentricity, options.rate, options.entrainment
     found = solve_film(bearing, *state, solver=options.solver, mesh=options.mesh)
     title = f"L/D {bearing.slenderness:.3g}, eps {state[0]:g}, d(eps)/dt {state[1]:g} 1/s, w {state[2]:.4g} rad/s"
+    title += f", {options.cavitation}" + (f", ambient {options.ambient / 1e3:g} kPa" if options.ambient else "")
+    title += f", {len(options.groove)} groove(s)" if options.groove else ""
     return _publish(
         options, films.report(found), films.plain(found), lambda folder: films.save(found, folder),
         lambda solution, path: film_pictures.pressure(solution, title, path), found, "film_pressure",
@@ -527,8 +533,8 @@ def _film_pressure(options) -> int:
 def _film_map(options) -> int:
     from clearance.evidence import film_pictures, films
 
-    bearing = _bearing(options)
-    found, table = films.force_map(bearing.slenderness, options.cavitation, options.nodes)
+    bearing = _bearing(options, roughness=options.roughness)
+    found, table = films.force_map(bearing, options.nodes)
     title = f"film table of L/D {bearing.slenderness:.3g}, {options.cavitation}, {options.nodes} nodes each way"
     return _publish(
         options, films.map_report(table, title), table.facts(), lambda folder: films.save_map(found, table, folder),

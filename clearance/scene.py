@@ -206,7 +206,7 @@ def _check_names(kind: str, items: Iterable) -> None:
 def _plain(value: object) -> object:
     """A scene part as JSON types."""
     if isinstance(value, BoundLaw):
-        return {"law": f"{value.law.__module__}:{value.law.name}", **value.parameters}
+        return {"law": f"{value.law.__module__}:{value.law.name}"} | {k: _plain(v) for k, v in value.parameters.items()}
     if isinstance(value, Body):
         return value.name
     if isinstance(value, Point):

@@ -463,6 +463,10 @@ class Run:
             group = f"joints/{joint.name}"
             if joint.film is not None:
                 found += writer.regime(joint).warnings(joint)
+            source = self.mechanism.sources.get(joint)
+            if isinstance(source, Answerer):
+                doubt = source.doubt(1.0 - writer.lowest(f"{group}/gap") / joint.clearance)
+                found += [f"{joint.label()}: mesh of the film: {doubt}"] if doubt else []
             if joint.transition is not None and writer.lowest(f"{group}/gap") < FULL_FILM * (joint.roughness or 0.0):
                 found += filter(None, [hole_warning(joint, self.mechanism.frequency, writer.peaks.get(group, 0.0))])
             found += filter(None, [_beyond(joint, max(writer.depths.get(group, 0.0), -writer.lowest(f"{group}/gap")))])

@@ -79,7 +79,7 @@ def errors_of(forces: np.ndarray, wanted: np.ndarray, states: np.ndarray) -> tup
 
 
 def compiled_law(law: BoundLaw, slopes: bool) -> tuple[Callable, np.ndarray]:
-    """A kernel that evaluates a film law at t states of y [eps, rate, w], and the numbers it reads."""
+    """A kernel that evaluates a film law (of a formula or a table) at t states of y [eps, rate, w], and its numbers."""
     library = Library()
     name = library.add(law.law.function)
     called = library.jacobian(name, (0, 1, 2)) if slopes else name
@@ -130,7 +130,7 @@ def solver_rung(name: str, kind: str, film, states: np.ndarray, wanted: np.ndarr
     return Rung(name, kind, best, *errors_of(forces, wanted, states), slopes_seconds=slopes)
 
 
-class _Fem:
+class Elements:
     """Finite elements without slopes, as a film among the others."""
 
     def __init__(self, bearing: Bearing, mesh: tuple[int, int]):
@@ -162,7 +162,9 @@ def single_states(progress: Callable[[str], None], quick: bool = False) -> list[
         found.append(solver_rung(f"fast solver {mesh[0]}x{mesh[1]}", "fast solver", film, states, wanted))
     for mesh in ELEMENTS[:2] if quick else ELEMENTS:
         progress(f"finite elements {mesh}")
-        found.append(solver_rung(f"FEM {mesh[0]}x{mesh[1]}", "finite elements", _Fem(bearing, mesh), states, wanted))
+        found.append(
+            solver_rung(f"FEM {mesh[0]}x{mesh[1]}", "finite elements", Elements(bearing, mesh), states, wanted)
+        )
     return found
 
 
@@ -170,7 +172,7 @@ def single_states(progress: Callable[[str], None], quick: bool = False) -> list[
 def whole_runs(turns: float, progress: Callable[[str], None], quick: bool = False) -> list[Rung]:
     """The feeder with each film: time of the integration, distance of the journal's path from the finest table's."""
     case = find_case("six_bar_feeder")
-    reference = _journal(_with_film(case, table_film(nodes=65, mesh=(64, 8) if quick else (128, 16))), turns,
+    reference = journal(with_film(case, table_film(nodes=65, mesh=(64, 8) if quick else (128, 16))), turns,
                          REFERENCE_RTOL)[0]  # fmt: skip
     films = {n: ("closed form", choices.FILMS[n]()) for n in ("pinkus_sternlicht", "long", "short", "harmonic")}
     films |= {f"table {n}x{n}": ("table", table_film(nodes=n)) for n in (NODES[:3] if quick else NODES)}
@@ -181,13 +183,13 @@ def whole_runs(turns: float, progress: Callable[[str], None], quick: bool = Fals
     found = []
     for name, (kind, law) in films.items():
         progress(f"run with {name}")
-        journal, seconds, steps = _journal(_with_film(case, law), turns, RUN_RTOL)
-        error = float(np.sqrt(((journal - reference) ** 2).sum(axis=1).mean()))
+        moved, seconds, steps = journal(with_film(case, law), turns, RUN_RTOL)
+        error = float(np.sqrt(((moved - reference) ** 2).sum(axis=1).mean()))
         found.append(Rung(name, kind, seconds, error, error, steps))
     return found
 
 
-def _with_film(case, law: BoundLaw):
+def with_film(case, law: BoundLaw):
     from dataclasses import replace
 
     from clearance.scene import Scene
@@ -197,7 +199,7 @@ def _with_film(case, law: BoundLaw):
     return Scene(*joints, *scene.loads, gravity=scene.gravity, name=scene.name)
 
 
-def _journal(scene, turns: float, rtol: float) -> tuple[np.ndarray, float, int]:
+def journal(scene, turns: float, rtol: float) -> tuple[np.ndarray, float, int]:
     """Path of the journal over c, seconds of the compiled loop (warm where that is cheap), steps."""
     mechanism = build(scene, ledger=False)
     joint = next(iter(mechanism.places))
@@ -216,7 +218,8 @@ def ladder(turns: float = 1.0, quick: bool = False, progress: Callable[[str], No
     """The whole film ladder."""
     remarks = [
         f"single states: {STATES} on a path through eps 0.1 to 0.97 in a bearing of L/D = 1; reference the fast solver "
-        f"on {REFERENCE[0]}x{REFERENCE[1]}, extrapolated; finite elements start from the state before",
+        f"on {REFERENCE[0]}x{REFERENCE[1]}, extrapolated, which finite elements meet alone; these start from the "
+        "state before",
         f"runs: the feeder, {turns:g} turn(s), rtol {RUN_RTOL:g}; reference the table of 65 x 65 nodes at rtol "
         f"{REFERENCE_RTOL:g}; error: rms of the journal's path over the clearance",
     ]

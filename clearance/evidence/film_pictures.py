@@ -40,8 +40,8 @@ def unwrapped(solution: FilmSolution, axes, top: float | None = None, lowest: fl
         return np.hstack([values[:, :0:-1], values]).T
 
     pressure = whole(solution.pressure) / 1e6
-    levels = np.linspace(lowest if lowest is not None else pressure.min(), top or pressure.max() or 1e-9, 21)
-    drawn = axes.contourf(theta, z, pressure, levels=levels, cmap="viridis", extend="max" if top else "neither")
+    span = lowest if lowest is not None else pressure.min(), top or pressure.max() or 1e-9
+    drawn = axes.contourf(theta, z, pressure, levels=MaxNLocator(24).tick_values(*span), cmap="viridis")
     content = whole(solution.content)
     if content.min() < WET:
         axes.contour(theta, z, content, levels=[0.5 if content.min() == 0.0 else WET], colors="white", linewidths=1.2)
@@ -57,17 +57,18 @@ def pressure(solution: FilmSolution, title: str, path: str | Path) -> Path:
     figure = _figure(9.0, 6.2)
     field, section = figure.subplots(2, 1, height_ratios=(3, 2), sharex=True)
     drawn = unwrapped(solution, field)
-    figure.colorbar(drawn, ax=field, label="pressure above ambient [MPa]", ticks=MaxNLocator(6))
+    figure.colorbar(drawn, ax=field, label="pressure above ambient [MPa]")
     field.set_xlabel("")
     field.set_title(title, fontsize=10)
-    theta, content = np.degrees(solution.theta), solution.content[:, 0]
-    section.plot(theta, solution.pressure[:, 0] / 1e6, color="#c8102e", label="pressure in the middle")
+    theta = np.degrees(np.append(solution.theta, solution.theta[0] + 2.0 * math.pi))
+    content, middle = (np.append(v[:, 0], v[0, 0]) for v in (solution.content, solution.pressure))
+    section.plot(theta, middle / 1e6, color="#c8102e", label="pressure in the middle")
     section.fill_between(theta, 0, 1, where=content < WET, color="0.9", lw=0, transform=section.get_xaxis_transform())
     section.axvline(math.degrees(solution.centre_of_pressure), color="#c8102e", ls=":", lw=1, label="its resultant")
     section.set_xlabel("angle from the widest gap [deg]")
     section.set_ylabel("pressure [MPa]")
     section.grid(alpha=0.3)
-    section.legend(fontsize=8, frameon=False, loc="upper left")
+    section.legend(fontsize=8, frameon=False)
     section.set_title("white edge, grey: cavitated", fontsize=8, loc="right")
     return _saved(figure, path)
 
@@ -114,7 +115,7 @@ def snapshots(shots: list, joint: str, title: str, path: str | Path) -> Path:
             axes.set_xlabel("")
         if i % columns:
             axes.set_ylabel("")
-    figure.colorbar(drawn, ax=panels, label="pressure above ambient [MPa]", shrink=0.8, ticks=MaxNLocator(6))
+    figure.colorbar(drawn, ax=panels, label="pressure above ambient [MPa]", shrink=0.8)
     figure.suptitle(f"{title}, joint {joint} (white: edge of the film)", fontsize=10)
     return _saved(figure, path)
 

@@ -12,6 +12,7 @@ from clearance.film.solvers import solve_film
 from clearance.film.table import TOP, Key, Table
 from clearance.film.table import table as film_table
 from clearance.film.tabulated import looked_up
+from clearance.laws.film import thinning
 from clearance.results import Result, save_tables
 
 
@@ -24,14 +25,16 @@ class Shot:
     radial_rate: float
     entrainment: float
     solution: FilmSolution
+    recorded: float = math.nan  # film force in the file [N]
 
 
-def force_map(slenderness: float, cavitation: str = "reynolds", nodes: int = 33) -> tuple[dict, Table]:
+def force_map(bearing: Bearing, nodes: int = 33) -> tuple[dict, Table]:
     """Size of the force over P0 |V|, its angle against the motion, and the wet share of the shear, from a table.
 
     Arrays over y = -ln(1 - eps) and the direction of (d(eps)/dt, eps w / 2).
     """
-    found = film_table(Key(slenderness, cavitation, nodes=nodes))
+    thickness = bearing.clearance / bearing.roughness if bearing.roughness > 0.0 else 0.0
+    found = film_table(Key(bearing.slenderness, bearing.cavitation, thickness, nodes))
     y, angle = np.linspace(0.0, min(TOP, 5.3), 107), np.linspace(0.0, math.pi, 91)
     size, direction, shear = np.zeros((3, len(y), len(angle)))
     for i, height in enumerate(y):
@@ -54,21 +57,37 @@ def snapshots(result: Result, joint: str | None = None, count: int = 6, mesh=Non
     """Films of a lubricated joint at moments spread over the last turn (or the whole run) of a result file.
 
     The motion comes from the file alone: eccentricity from the joint, its rate from the bodies' velocities. The film is
-    solved anew, with the bearing, ambient pressure and flow factors of the run. Raises ValueError for a joint that has
-    no film or does not exist, and for a count below 1.
+    solved anew, with the bearing, cavitation, ambient pressure, grooves and flow factors of the run, at the nominal gap
+    and the temperature of the oil; the force that the run had stands beside it. Raises ValueError for a joint that has
+    no film or does not exist, for a film with a memory, which no file keeps, and for a count below 1.
     """
     scene, name = json.loads(result.attributes["scene"]), joint_with_film(result, joint)
     if count < 1:
         raise ValueError(f"count must be at least 1, got {count!r}")
     found = next(j for j in scene["joints"] if j["name"] == name)
-    bearing, motion = _bearing(found), _motion(result, found, scene)
+    if found["film"]["law"].endswith(":conserving"):
+        raise ValueError(f"{result.path}: joint {name} has a film with a memory, which a file does not keep")
+    motion, oil = _motion(result, found, scene), _viscosity(result, found)
+    forces = result.joint(name).film_radial, result.joint(name).film_tangential
     times = result.time
     begin = np.searchsorted(times, times[-1] - _turn(scene, times))
     chosen = np.unique(np.linspace(begin, len(times) - 1, count + 1).astype(int)[1:])
     return [
-        Shot(float(times[i]), *motion[i], solve_film(bearing, *motion[i], **({} if mesh is None else {"mesh": mesh})))
+        Shot(
+            float(times[i]), *motion[i], solve_film(_bearing(found, oil[i]), *motion[i], mesh=mesh),
+            float(np.hypot(forces[0][i], forces[1][i])),
+        )
         for i in chosen
-    ]
+    ]  # fmt: skip
+
+
+def _viscosity(result: Result, joint: dict) -> np.ndarray:
+    """Of the oil at each sample [Pa s]."""
+    cold, heat = joint["lubricant"]["viscosity"], joint.get("heat")
+    if not heat:
+        return np.full(len(result.time), cold)
+    warming = result.joint(joint["name"]).oil_temperature - heat["surroundings"]
+    return np.array([cold * thinning(w, heat["surroundings"], heat["vogel"], heat["vogel_zero"]) for w in warming])
 
 
 def joint_with_film(result: Result, joint: str | None) -> str:
@@ -86,15 +105,13 @@ def _turn(scene: dict, times: np.ndarray) -> float:
     return min(2.0 * math.pi / abs(speed), times[-1]) if speed else float(times[-1])
 
 
-def _bearing(joint: dict) -> Bearing:
+def _bearing(joint: dict, viscosity: float) -> Bearing:
     """The bearing as the run's film law had it; laws without options cavitate at ambient pressure."""
     law = joint["film"]
     cavitation = law.get("cavitation", "reynolds")
-    if law["law"].endswith(":conserving"):
-        cavitation = "reynolds"  # its memory is not in the file
     ambient = law.get("ambient") or None
     return Bearing(
-        joint["radius"], joint["clearance"], joint["length"], joint["lubricant"]["viscosity"], cavitation,
+        joint["radius"], joint["clearance"], joint["length"], float(viscosity), cavitation,
         ambient if not isinstance(ambient, bool) else None, tuple(_groove(g) for g in law.get("grooves", ())),
         joint["roughness"] if law.get("flow_factors") else 0.0,
     )  # fmt: skip
@@ -139,7 +156,9 @@ FACTS = (
     ("load", "N", "size of the film force"), ("radial", "N", "force on the journal along the line of centres"),
     ("tangential", "N", "force on the journal across it"), ("attitude_angle", "rad", "of the load it carries"),
     ("centre_of_pressure", "rad", "from the widest gap"), ("peak_pressure", "Pa", "above ambient"),
-    ("shear", "1", "integral of 1/H over the wet area"), ("side_flow", "m3/s", "oil that leaves at both ends"),
+    ("shear", "1", "integral of 1/H over the wet area"),
+    ("drag", "N m s", "friction torque over the difference of speeds"),
+    ("side_flow", "m3/s", "oil that leaves at both ends"),
 )  # fmt: skip
 
 
@@ -200,12 +219,12 @@ def shot_plain(shot: Shot) -> dict:
 def shots_report(shots: list[Shot]) -> list[str]:
     """Snapshots as a table."""
     lines = [
-        "| time / ms | eps | d(eps)/dt [1/s] | w [rad/s] | load [N] | peak pressure [MPa] |",
-        "|---|---|---|---|---|---|",
+        "| time / ms | eps | d(eps)/dt [1/s] | w [rad/s] | load [N] | in the file [N] | peak pressure [MPa] |",
+        "|---|---|---|---|---|---|---|",
     ]
     for s in shots:
         state = f"{s.time * 1e3:.5g} | {s.eccentricity_ratio:.4f} | {s.radial_rate:.4g} | {s.entrainment:.4g}"
-        lines.append(f"| {state} | {s.solution.load:.4g} | {s.solution.peak_pressure / 1e6:.4g} |")
+        lines.append(f"| {state} | {s.solution.load:.4g} | {s.recorded:.4g} | {s.solution.peak_pressure / 1e6:.4g} |")
     return lines
 
 

@@ -16,12 +16,14 @@ _answerers: "weakref.WeakValueDictionary[int, Answerer]" = weakref.WeakValueDict
 class Answerer:
     """Stands behind one block. answer(wanted, inputs) -> array (outputs, 1 + inputs): values, then derivatives.
 
-    numbers: the block as it starts. failure: what went wrong inside an answer; it was nan then.
+    numbers: the block as it starts. failure: what went wrong inside the last answer, which was nan then: a run tries a
+    shorter step. over: nothing more will come, after an interrupt or where a state could not be remembered.
     """
 
     def __init__(self, inputs: int, outputs: int, answer: Callable):
         self.inputs, self.outputs, self.answer = inputs, outputs, answer
         self.failure: BaseException | None = None
+        self.over = False
         self._called = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_int64)(self._by_address)
         self.address = ctypes.cast(self._called, ctypes.c_void_p).value
         _answerers[self.address] = self
@@ -32,7 +34,7 @@ class Answerer:
 
     def reset(self) -> None:
         """Forget the run before."""
-        self.failure = None
+        self.failure, self.over = None, False
 
     def facts(self) -> dict:
         """What a run reports of it."""
@@ -46,11 +48,13 @@ class Answerer:
         """Answer what the block asks, in place."""
         begin, width = 2 + self.inputs, 1 + self.inputs
         found = None
-        if not isinstance(self.failure, KeyboardInterrupt):  # then only nan: the run shall end soon
+        if not self.over:  # then only nan: the run shall end soon
             try:
                 found = self.answer(block[1], [block[2 + i] for i in range(self.inputs)])
+                self.failure = None
             except BaseException as failure:  # noqa: BLE001 - it cannot pass through compiled code; the run raises it
                 self.failure = failure
+                self.over = block[1] == KEEP or isinstance(failure, KeyboardInterrupt)
         for k in range(self.outputs if block[1] != KEEP else 0):
             for i in range(width if block[1] == SLOPES else 1):
                 block[begin + k * width + i] = math.nan if found is None else float(found[k][i])

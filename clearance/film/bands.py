@@ -19,9 +19,8 @@ from clearance.film.bearing import CONTACT, Bearing, FilmSolution, check_mesh, c
 from clearance.mechanism.store import njit
 
 SHARP = {"contract", "arcp", "nsz", "reassoc"}  # sums of a factorisation may be reordered, nothing else
-GRADING = 1.0  # of the axial nodes towards the ends
 LEAST_AROUND, LEAST_ALONG = 24, 3  # cells of the coarsest grid that serves for extrapolation
-MOST_CHANGES = 300  # of the active set
+MOST_CHANGES, UNSETTLED = 300, 1_000_000  # linear systems of one active set; counted where even those were too few
 DIFFERENCE = 1e-6  # steps of differences, over the sizes of what is moved
 #: Gauss-Legendre rule of 4 points on (0, 1)
 NODES = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263)
@@ -91,13 +90,18 @@ def around(count, eps, clustering, begin, thickness):
 
 
 @njit(cache=True, error_model="numpy")
-def along(count, axial):
-    """zeta of the nodes from the middle on (the end, 1/2, is not one), cell widths, conductances to the next node."""
+def along(count, axial, eps):
+    """zeta of the nodes from the middle on (the end, 1/2, is not one), cell widths, conductances to the next node.
+
+    Denser towards the end, where near contact the pressure falls to ambient over a layer of sqrt(1 - eps) R.
+    """
     zeta, width, link = np.empty(count), np.empty(count), np.empty(count)
     face = 0.0
+    layers = 1.0 / math.sqrt(axial * max(1.0 - eps, 1e-5))
+    grading = min(max(0.5 * math.log(layers) + 0.8, 0.5), 2.5)
     for k in range(count):
-        here = 0.5 * math.tanh(GRADING * k / count) / math.tanh(GRADING)
-        after = 0.5 * math.tanh(GRADING * (k + 1) / count) / math.tanh(GRADING)
+        here = 0.5 * math.tanh(grading * k / count) / math.tanh(grading)
+        after = 0.5 * math.tanh(grading * (k + 1) / count) / math.tanh(grading)
         zeta[k], link[k] = here, axial / (after - here)
         width[k] = 0.5 * (here + after) - face
         face = 0.5 * (here + after)
@@ -201,7 +205,10 @@ def surplus(cells, width, link, source, pressure, j, k):
 
 @njit(cache=True, error_model="numpy")
 def settle(cells, width, link, source, lowest, pressure, state, cut):
-    """Primal-dual active set for P >= lowest, started from `state`. Returns the number of linear systems."""
+    """Primal-dual active set for P >= lowest, started from `state`.
+
+    Returns the number of linear systems solved, UNSETTLED where the set still changes.
+    """
     count, rows = state.shape
     block, blocks = order(count, cut)
     reach = blocks * rows
@@ -227,12 +234,12 @@ def settle(cells, width, link, source, lowest, pressure, state, cut):
             for k in range(rows):
                 if state[j, k] == DRY:
                     pressure[j, k] = lowest
-    return MOST_CHANGES
+    return UNSETTLED
 
 
 @njit(cache=True, error_model="numpy")
 def measures(cells, width, link, source, lowest, pressure, state):
-    """W_r, W_t, integral of 1/H over the wet area, dimensionless side flow of both ends [1/s]."""
+    """W_r, W_t, integral of 1/H over the wet area, side flow out of both ends [1/s]."""
     count, rows = state.shape
     end = 0.5
     for k in range(rows):
@@ -246,7 +253,7 @@ def measures(cells, width, link, source, lowest, pressure, state):
                 wet += width[k]
         if lowest < 0.0 or state[j, last] == WET or state[j, last] == GIVEN:  # the end itself is at ambient pressure
             wet += end
-            found[3] += cells[CUBE, j] * link[last] * pressure[j, last] - source[j] * end
+            found[3] += max(cells[CUBE, j] * link[last] * pressure[j, last] - source[j] * end, 0.0)
         found[0] += cells[COS, j] * total
         found[1] += cells[SIN, j] * total
         found[2] += cells[SHEAR, j] * wet
@@ -306,7 +313,7 @@ def on_grid(count, rows, eps, axial, vr, vt, lowest, thickness, cavitation, clus
     first = grooves[0, 0] if grooves.shape[0] > 0 else 0.0
     theta, begin = angles(count, clustering, first)
     cells = around(count, eps, clustering, begin, thickness)
-    zeta, width, link = along(rows, axial)
+    zeta, width, link = along(rows, axial, eps)
     source = vr * cells[RADIAL] + vt * cells[TURNING]
     pressure, state = np.zeros((count, rows)), np.zeros((count, rows), np.int64)
     mark(theta, zeta, grooves, pressure, state)
@@ -374,6 +381,12 @@ def film(count, rows, eps, axial, vr, vt, lowest, thickness, cavitation, grooves
     return best, total, pressure, state, theta, zeta
 
 
+def check_settled(solutions: int) -> None:
+    """Raises RuntimeError where the active set of a film did not settle."""
+    if solutions >= UNSETTLED:
+        raise RuntimeError(f"film: the cavitated region still changes after {MOST_CHANGES} linear systems")
+
+
 CODES = {"reynolds": REYNOLDS, "gumbel": GUMBEL, "none": FULL}
 
 
@@ -397,9 +410,9 @@ class FastFilm:
     def _film(self, eccentricity_ratio: float, radial_rate: float, entrainment: float):
         eps, vr, vt = check_state(eccentricity_ratio, radial_rate, entrainment)
         b = self.bearing
-        return film(
-            *self.mesh, eps, b.axial, vr, vt, b.lowest, self._thickness, CODES[b.cavitation], self._grooves
-        )  # fmt: skip
+        found = film(*self.mesh, eps, b.axial, vr, vt, b.lowest, self._thickness, CODES[b.cavitation], self._grooves)
+        check_settled(found[1])
+        return found
 
     def outputs(self, eccentricity_ratio: float, radial_rate: float, entrainment: float) -> np.ndarray:
         """radial, tangential [N], shear, side flow [m3/s]."""

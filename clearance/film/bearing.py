@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 #: how a film that would fall below the cavitation pressure is treated: Swift-Stieber (P and its slope vanish at the
 #: rupture), pressure cut off after the solution, not at all, Jakobsson-Floberg-Olsson (mass-conserving)
 CAVITATIONS = ("reynolds", "gumbel", "none", "mass_conserving")
-COARSEST = (16, 2)  # cells around and over half the length, at least
+COARSEST, FINEST = (16, 2), (2048, 128)  # cells around and over half the length, at least and at most
+LARGEST = 257  # nodes of a table each way
+THINNEST = 2.0  # clearance over roughness, at least, of flow factors
 CONTACT = 1.0 - 1e-9  # eccentricity ratio a solver is not asked beyond
 
 
@@ -86,7 +88,12 @@ class Bearing:
             raise ValueError(f"bearing: cavitation must be one of {', '.join(CAVITATIONS)}; got {self.cavitation!r}")
         if self.ambient is not None:
             checks.non_negative("bearing: ambient", self.ambient)
-        checks.non_negative("bearing: roughness", self.roughness)
+        if self.clearance >= self.radius:
+            raise ValueError(f"bearing: clearance {self.clearance!r} m must be smaller than radius {self.radius!r} m")
+        if checks.non_negative("bearing: roughness", self.roughness) * THINNEST > self.clearance:
+            raise ValueError(
+                f"bearing: roughness {self.roughness!r} m: flow factors need a clearance of {THINNEST:g} times it"
+            )
         object.__setattr__(self, "grooves", tuple(self.grooves))
         for groove in self.grooves:
             if not isinstance(groove, Groove):
@@ -136,7 +143,7 @@ class FilmSolution:
     pressure: above ambient [Pa], (n, m); content: share of the gap that holds oil, (n, m); radial, tangential: force on
     the journal [N]; shear: integral of 1/H over the wet area, of the unit area (theta, zeta), so that the Couette
     torque is mu R^3 L / c (omega_J - omega_B) shear (2 pi / sqrt(1 - eps^2) for a full film); side_flow: oil that
-    leaves at both ends [m3/s]; iterations: linear systems solved; unknowns.
+    leaves at both ends [m3/s], what comes in there not counted; iterations: linear systems solved; unknowns.
     """
 
     bearing: Bearing
@@ -155,6 +162,15 @@ class FilmSolution:
     def load(self) -> float:
         """Size of the film force [N]."""
         return math.hypot(self.radial, self.tangential)
+
+    @property
+    def drag(self) -> float:
+        """Friction torque over the difference of speeds, mu R^3 L / c shear [N m s]: what has cavitated does not drag.
+
+        Torque on the journal -(drag (omega_J - omega_B) + e F_t / 2), see laws.film.wet_film_torques.
+        """
+        b = self.bearing
+        return b.viscosity * b.radius**3 * b.length / b.clearance * self.shear
 
     @property
     def peak_pressure(self) -> float:
@@ -183,8 +199,13 @@ def check_state(eccentricity_ratio: float, radial_rate: float, entrainment: floa
 
 def check_mesh(mesh: tuple[int, int]) -> tuple[int, int]:
     """Cells around the bearing and over half its length."""
-    around, along = mesh
-    for name, cells, least in (("around", around, COARSEST[0]), ("along", along, COARSEST[1])):
+    try:
+        around, along = mesh
+    except (TypeError, ValueError):
+        raise ValueError(f"mesh must be two numbers of cells (around, along half the length), got {mesh!r}") from None
+    for name, cells, least, most in zip(("around", "along"), (around, along), COARSEST, FINEST, strict=True):
         if not isinstance(cells, int) or cells < least:
             raise ValueError(f"mesh: needs at least {least} cells {name} the bearing, got {cells!r}: too coarse")
+        if cells > most:
+            raise ValueError(f"mesh: takes at most {most} cells {name} the bearing, got {cells!r}")
     return around, along

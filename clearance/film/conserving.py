@@ -39,6 +39,7 @@ LIMIT = 200  # linear systems before a film counts as unsettled
 EASY = 15  # linear systems after which the steps of a film with a liner are braked
 PATIENCE = 30  # linear systems after which only the worst cells of a rigid film switch, which ends a cycle
 LOWEST_GAP = 1e-6  # H is not taken below this: roughness is larger
+NOISE = 1e-10  # of the sliding speed: a pressure that counts as none
 INSTANT = 1e-9  # shortest time since the last moment, in units of the time in which the motion changes the film
 
 compiled = njit(cache=True, error_model="numpy")
@@ -296,11 +297,14 @@ def move(kind, p, content, flow, cell, place, rest):
 
 
 @compiled
-def switch(kind, p, content, share):
-    """Let cells change their kind that contradict it by more than `share` of the worst. Returns how many did."""
+def switch(kind, p, content, share, noise):
+    """Let cells change their kind that contradict it by more than `share` of the worst. Returns how many did.
+
+    noise: a pressure [1/s] that is nothing against what the motion could raise.
+    """
     n, nz = kind.shape
     most = p.max()
-    low, high = 1e-13 * most, 1e-12  # rounding: a cell that is just full must not change its kind for ever
+    low, high = max(1e-13 * most, noise), 1e-12  # rounding: a cell that is just full must not change its kind for ever
     for i in range(n):
         for k in range(nz):
             if kind[i, k] == FULL:
@@ -329,7 +333,7 @@ def step(kind, p, content, old, base, growth, flow, face, cell, place, matrix, r
     factor(matrix)
     substitute(matrix, rest)
     change = move(kind, p, content, flow, cell, place, rest)
-    return switch(kind, p, content, share), change
+    return switch(kind, p, content, share, NOISE * abs(flow[0])), change
 
 
 @compiled
@@ -368,7 +372,7 @@ def settle(motion, material, state, last, flow, grid, shape, work):
         before = change
         if not math.isfinite(change):
             return -1
-        if switched == 0 and (soft == 0.0 or change < 1e-7):
+        if switched == 0 and (soft == 0.0 or change < 1e-7 or p.max() < 1e3 * NOISE * abs(flow[0])):
             if soft > 0.0:
                 measure(motion[0], motion[1], flow[0], soft, lowest, p, ring, shape, face, cell)
                 grow(p, held, stored, follow, cell, growth)
@@ -428,6 +432,7 @@ def gather(kind, p, content, lowest, flow, cell, ring, place, sizes, scales, rig
             for m in range(2):
                 out[m, 0] -= area * (p[i, k] + lowest) * ring[i, m]
             out[2, 0] += 2.0 * wet * v[SHEAR]
+            leak = leak if fall > 0.0 else 0.0  # what comes in at the ends is no side flow
             out[3, 0] += leak * v[AXIAL] * fall
             for m in range(5):
                 rise, gain = (0.0, slope[m]) if dry else (slope[m], 0.0)

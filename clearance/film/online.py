@@ -5,6 +5,8 @@ the bearing, is kept from step to step (implicit Euler between accepted states),
 answered in Python (film/asking.py), some 1e3 to 1e4 times dearer than the table.
 """
 
+import math
+
 from clearance import checks
 from clearance.film.asking import KEEP, SLOPES, VALUE, Answerer, ask
 from clearance.film.bearing import CAVITATIONS, Bearing, Groove, check_mesh
@@ -117,10 +119,16 @@ class FilmAnswer(Answerer):
         self.film, self.asked, self.found = Film(bearing, settings["mesh"]), None, None
         super().__init__(3, 4, self._solve)
 
+    def doubt(self, eccentricity_ratio: float) -> str | None:
+        """What there is to say against the mesh at the largest eccentricity of a run."""
+        return self.film.doubt(eccentricity_ratio) if hasattr(self.film, "doubt") else None
+
     def _solve(self, wanted: float, state: list[float]):
         if state != self.asked:
             eps = min(state[0], NEAREST)
             self.found = self.film.linearised(eps, *state[1:])
+            if eps < state[0]:
+                self.found[:, 1] = 0.0
             self.asked = list(state)
         return self.found
 
@@ -159,9 +167,26 @@ class MemoryAnswer(Answerer):
         """What a run reports of it."""
         return {"film_mass_defect": self.worst}
 
+    def doubt(self, eccentricity_ratio: float) -> str | None:
+        """What there is to say against the mesh at the largest eccentricity of a run."""
+        cells, wide = len(self.film.theta), math.sqrt(2.0 * max(1.0 - eccentricity_ratio, 1e-12))
+        if wide * cells >= 2.0 * math.pi:
+            return None
+        return f"{cells} cells around are too coarse for eccentricity ratio {eccentricity_ratio:.6g}"
+
 
 _solved = DataLaw(wet_film, solved, {}, FilmAnswer)
 _solved.shown = {"side_flow": solved_side_flow}
+
+
+@_solved.doubts
+def _grooves_do_not_turn_so(joint, settings):
+    """A joint's grooves are on its bearing."""
+    if settings["grooves"]:
+        return "grooves stand still against the line of centres here; conserving_film has them on the bearing"
+    return None
+
+
 _conserving = DataLaw(memory_film, conserving, {}, MemoryAnswer)
 _conserving.shown = {"side_flow": conserving_side_flow}
 _conserving.keep = conserving_keep

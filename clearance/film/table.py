@@ -21,7 +21,6 @@ import json
 import logging
 import math
 import os
-import zipfile
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -29,7 +28,9 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.film import bands
+from clearance import checks
+from clearance.film import bands, tabulated
+from clearance.film.bearing import LARGEST, check_mesh
 from clearance.film.tabulated import HEAD, looked_up, looked_up_ambient
 from clearance.mechanism import store
 
@@ -41,7 +42,6 @@ BESIDE = 0.01  # step in ln(L/D) of the tables that others are interpolated from
 CHECKS = 40  # states off the nodes, each closing in, opening and receding straight, that a table is tested at
 SPEED_STEP = 0.02  # eccentricity ratio of the difference that gives the slope at the centre
 PARTS = 3  # splines that a force needs: w_r + A cos, w_t - A sin, K
-DAMAGED = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zipfile.error)
 
 
 @dataclass(frozen=True)
@@ -79,13 +79,27 @@ class Key:
     layers: int = 1
     mesh: tuple[int, int] = MESH
 
+    def __post_init__(self):
+        checks.positive("film table: slenderness", self.slenderness)
+        if self.cavitation not in bands.CODES:
+            raise ValueError(f"film table: cavitation must be one of {', '.join(bands.CODES)}; got {self.cavitation!r}")
+        if not isinstance(self.nodes, int) or not 5 <= self.nodes <= LARGEST:
+            raise ValueError(f"film table: nodes must be a whole number from 5 to {LARGEST}, got {self.nodes!r}")
+        check_mesh(self.mesh)
+
     @property
     def axial(self) -> float:
         return 0.25 / self.slenderness**2
 
+    @property
+    def size(self) -> int:
+        """How many numbers the table has."""
+        layers = self.layers + 2 if self.layers > 1 else 1
+        return HEAD + layers + 4 * (self.nodes + 2) ** 2 * layers
+
     def name(self) -> str:
-        """Of the file: all of the key, and the solver's and this file's text."""
-        text = [Path(f).read_text() for f in (__file__, bands.__file__)]
+        """Of the file: all of the key, and the text of what makes it and reads it."""
+        text = [Path(f).read_text() for f in (__file__, bands.__file__, tabulated.__file__)]
         return hashlib.sha256(json.dumps([vars(self), text], default=list).encode()).hexdigest()[:24]
 
 
@@ -100,7 +114,8 @@ def scaled_film(key: Key, y: float, angle: float, tau: float, mesh: tuple[int, i
         code = bands.FULL
     elif tau > 0.0:
         lowest = -HALF_WAY * tau / (1.0 - tau) / s**4
-    found = bands.film(*mesh, eps, key.axial, vr, vt, lowest, key.thickness, code, np.zeros((0, 4)))[0]
+    found, solutions, *_ = bands.film(*mesh, eps, key.axial, vr, vt, lowest, key.thickness, code, np.zeros((0, 4)))
+    bands.check_settled(solutions)
     return found * np.array([s**3, s * s, s, s])
 
 
@@ -193,6 +208,8 @@ def build(key: Key) -> Table:
         0,
     ]
     numbers = np.concatenate([head, sizes, force, flow])
+    if not np.isfinite(numbers).all():
+        raise RuntimeError(f"film table of {key}: the solver gave no finite force")
     return Table(numbers, *_errors(key, numbers))
 
 
@@ -230,50 +247,65 @@ def table(key: Key) -> Table:
     Several processes may ask at once: the first builds, the others wait for it.
     """
     path = path_of(key)
-    if (found := _read(path)) is not None:
+    if (found := _read(path, key)) is not None:
         return found
     with _alone(path):
-        found = _read(path)
+        found = _read(path, key, told=True)
         if found is None:
             found = build(key)
             _write(path, found)
     return found
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=64)
 def between(key: Key) -> Table:
-    """The table of any L/D, for joints: of its own where L/D has at most three digits, else between two neighbours.
+    """The table of any L/D and thickness: of its own where these have at most three digits, else between neighbours.
 
-    The neighbours are BESIDE apart in ln(L/D), so that a sweep over clearances, which changes the journal's radius a
-    little, needs a few tables and not one a point. Linear in ln(L/D): the film is at most of degree two in L/D, so that
-    this adds at most BESIDE^2 / 2 to the error.
+    Neighbours are BESIDE apart in ln(L/D), and in the logarithm of clearance over roughness where flow factors ask for
+    it, so that a sweep over clearances needs a few tables and not one a point. Linear in these logarithms: the film is
+    at most of degree two in L/D, so that this adds at most BESIDE^2 / 2 to the error.
     """
-    if math.isclose(key.slenderness, float(f"{key.slenderness:.3g}"), rel_tol=1e-9):
-        return table(key)
-    place = math.log(key.slenderness) / BESIDE
-    share = place - math.floor(place)
-    low, high = (
-        table(replace(key, slenderness=float(f"{math.exp(BESIDE * k):.9g}")))
-        for k in (math.floor(place), math.floor(place) + 1)
-    )
-    numbers = (1.0 - share) * low.numbers + share * high.numbers
-    numbers[1:HEAD] = low.numbers[1:HEAD]
-    errors = (max(pair) + 0.5 * BESIDE**2 for pair in zip(low.errors, high.errors, strict=True))
-    return Table(numbers, *errors)
+    corners = [(1.0, key)]
+    for name in ("slenderness", "thickness"):
+        corners = [corner for share, k in corners for corner in _neighbours(share, k, name)]
+    found = [(share, table(k)) for share, k in corners]
+    if len(found) == 1:
+        return found[0][1]
+    numbers = sum(share * t.numbers for share, t in found)
+    numbers[1:HEAD] = found[0][1].numbers[1:HEAD]
+    return Table(numbers, *(max(e) + 0.5 * BESIDE**2 for e in zip(*(t.errors for _, t in found), strict=True)))
 
 
-def _read(path: Path) -> Table | None:
+def _neighbours(share: float, key: Key, name: str) -> list[tuple[float, Key]]:
+    """One entry of a key on its grid: itself where it has three digits, else its two neighbours, with their shares."""
+    value = getattr(key, name)
+    if value == 0.0 or math.isclose(value, float(f"{value:.3g}"), rel_tol=1e-9):
+        return [(share, key)]
+    place = math.log(value) / BESIDE
+    low = math.floor(place)
+    pair = (replace(key, **{name: float(f"{math.exp(BESIDE * k):.9g}")}) for k in (low, low + 1))
+    return list(zip((share * (low + 1 - place), share * (place - low)), pair, strict=True))
+
+
+def _read(path: Path, key: Key, told: bool = False) -> Table | None:
+    """The table in a file, None where there is none or it is damaged (told: and that has been said)."""
     if not path.exists():
         return None
     try:
         with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
             found = Table(file["numbers"], *(float(e) for e in file["errors"]))
-        if found.numbers.ndim != 1 or not np.isfinite(found.numbers).all():
-            raise ValueError("numbers are missing")
+            whole = str(file["digest"]) == digest(found.numbers)
+        if found.numbers.shape != (key.size,) or not whole:
+            raise ValueError("numbers are missing or changed")
         return found
-    except DAMAGED as reason:
-        LOG.warning(f"film table {path} is damaged ({reason}); it is built again")
+    except Exception as reason:  # noqa: BLE001 - whatever is wrong with the file, it can be made again
+        if not told:
+            LOG.warning(f"film table {path} is damaged ({type(reason).__name__}); it is built again")
         return None
+
+
+def digest(numbers: np.ndarray) -> str:
+    return hashlib.sha256(np.ascontiguousarray(numbers).tobytes()).hexdigest()
 
 
 def _write(path: Path, found: Table) -> None:
@@ -282,7 +314,7 @@ def _write(path: Path, found: Table) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with open(temporary, "wb") as file:
-            np.savez(file, numbers=found.numbers, errors=found.errors)
+            np.savez(file, numbers=found.numbers, errors=found.errors, digest=digest(found.numbers))
         os.replace(temporary, path)
     except OSError as reason:
         with suppress(OSError):

@@ -3,14 +3,14 @@
 import math
 
 from clearance import checks
-from clearance.film.bearing import CAVITATIONS
+from clearance.film.bearing import CAVITATIONS, LARGEST, Bearing, check_mesh
 from clearance.laws.film import REST, WALL
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, wet_film
 
 #: numbers before the coefficients: A, nodes over y and alpha', cells per y and per alpha', nodes over tau, values of A,
 #: where the side flow begins, none
 HEAD = 8
-LARGEST = 257  # nodes
+LAST = 0.9979705626286364  # eccentricity ratio of the last node, 1 - exp(-6.2)
 LAYERS = 25  # nodes over tau
 
 
@@ -75,6 +75,18 @@ def looked_up_flow(data, start, y, angle):
     )  # fmt: skip
 
 
+def answering(eps, radial_rate, across):
+    """Eccentricity ratio that a film answers at: its own, but no more than LAST where the journal recedes straight.
+
+    As alpha' nears 180 degrees (between 165 and 177) the film near the contact has nothing to say; the force is that of
+    the oil around it, which stays as it is, and what a table knows of the first is amplified by s^-3.
+    """
+    if eps <= LAST or radial_rate >= 0.0:
+        return eps
+    x = min(max((0.268 - math.sqrt(across * across + REST * REST) / (REST - radial_rate)) / 0.216, 0.0), 1.0)
+    return eps - x * x * (3.0 - 2.0 * x) * (eps - LAST)
+
+
 def table(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
     """Film of a finite bearing from its Reynolds equation [N, N, 1], looked up in a table.
 
@@ -82,14 +94,16 @@ def table(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
     F_r = P0 |V'| s^-3 w_r(eps, alpha'),   F_t = P0 |V'| s^-2 w_t(eps, alpha'),   shear = K / s
 
     C2 cubic splines over -ln(1 - eps) and alpha' = angle of V' (see film/table.py) up to eps = 0.998, continued (C1) to
-    contact. The default table is within 1e-3 of the Reynolds equation where the journal closes in. Rigid, aligned,
-    isoviscous, cavitating at ambient pressure.
+    contact; where the journal recedes straight the force stays what it is there. The default table is within 1e-3 of
+    the Reynolds equation where the journal closes in. Rigid, aligned, isoviscous, cavitating at ambient pressure.
     """
     first = int(start)
     eps = min(eccentricity_ratio, 1.0)
+    turning = 0.5 * eps * entrainment
+    eps = answering(eps, radial_rate, math.sqrt(max(1.0 - eps * eps, WALL)) * turning)
     gap = max(1.0 - eps * eps, WALL)
     root = math.sqrt(gap)
-    across = 0.5 * root * eps * entrainment
+    across = root * turning
     width = math.sqrt(across * across + REST * REST)
     speed = math.sqrt(radial_rate * radial_rate + width * width)
     y, angle = -math.log(max(1.0 - eps, 0.5 * WALL)), math.atan2(width, radial_rate)
@@ -147,6 +161,22 @@ def looked_up_ambient(data, start, y, angle, tau):
     )
 
 
+def looked_up_flow_ambient(data, start, y, angle, tau):
+    """The spline of the side flow, q, at y, alpha' and tau."""
+    nodes, layers = int(data[start + 1]), int(data[start + 4])
+    top, roof = nodes - 1.0, layers - 1.0
+    x, z, c = min(y * data[start + 2], top), min(angle * data[start + 3], top), min(tau * roof, roof)
+    i, j, k = min(int(x), nodes - 2), min(int(z), nodes - 2), min(int(c), layers - 2)
+    t, u, v = x - i, z - j, c - k
+    line = layers + 2
+    plane = line * (nodes + 2)
+    return block(
+        data, start + int(data[start + 6]) + i * plane + j * line + k, plane, line, 1,
+        bump_0(t), bump_1(t), bump_1(1.0 - t), bump_0(1.0 - t), bump_0(u), bump_1(u), bump_1(1.0 - u), bump_0(1.0 - u),
+        bump_0(v), bump_1(v), bump_1(1.0 - v), bump_0(1.0 - v),
+    )  # fmt: skip
+
+
 def table_ambient(eccentricity_ratio, radial_rate, entrainment, joint, data, start, ambient):
     """As `table`, for an ambient pressure [Pa] above the cavitation pressure: a third axis of the table.
 
@@ -155,9 +185,11 @@ def table_ambient(eccentricity_ratio, radial_rate, entrainment, joint, data, sta
     """
     first = int(start)
     eps = min(eccentricity_ratio, 1.0)
+    turning = 0.5 * eps * entrainment
+    eps = answering(eps, radial_rate, math.sqrt(max(1.0 - eps * eps, WALL)) * turning)
     gap = max(1.0 - eps * eps, WALL)
     root = math.sqrt(gap)
-    across = 0.5 * root * eps * entrainment
+    across = root * turning
     width = math.sqrt(across * across + REST * REST)
     speed = math.sqrt(radial_rate * radial_rate + width * width)
     y, angle = -math.log(max(1.0 - eps, 0.5 * WALL)), math.atan2(width, radial_rate)
@@ -169,6 +201,20 @@ def table_ambient(eccentricity_ratio, radial_rate, entrainment, joint, data, sta
     return radial, tangential, shear / root
 
 
+def side_flow_ambient(eccentricity_ratio, radial_rate, entrainment, joint, data, start, ambient):
+    """Oil that leaves the bearing at both ends [m3/s]: c R L |V'| q(eps, alpha', tau) / s."""
+    eps = min(eccentricity_ratio, 1.0)
+    gap = max(1.0 - eps * eps, WALL)
+    root = math.sqrt(gap)
+    across = 0.5 * root * eps * entrainment
+    width = math.sqrt(across * across + REST * REST)
+    speed = math.sqrt(radial_rate * radial_rate + width * width)
+    y, angle = -math.log(max(1.0 - eps, 0.5 * WALL)), math.atan2(width, radial_rate)
+    still = ambient * joint.clearance**2 * gap * gap / (3.0 * joint.viscosity * joint.radius**2)
+    flow = looked_up_flow_ambient(data, int(start), y, angle, still / (still + speed))
+    return joint.clearance * joint.radius * joint.length * speed * flow / root
+
+
 # --- the laws, and how their numbers are made
 def key_of(joint: FilmJoint, settings: dict):
     """The key of a joint's table."""
@@ -178,10 +224,11 @@ def key_of(joint: FilmJoint, settings: dict):
     if settings["flow_factors"]:
         if joint.roughness <= 0.0:
             raise ValueError("flow factors need the joint's roughness [m]")
+        Bearing.of(joint, roughness=joint.roughness)
         thickness = float(f"{joint.clearance / joint.roughness:.9g}")
     slenderness = float(f"{joint.length / (2.0 * joint.radius):.9g}")
-    layers, mesh = (LAYERS, (64, 8)) if settings["ambient"] else (1, settings["mesh"])
-    return Key(slenderness, settings["cavitation"], thickness, settings["nodes"], layers, mesh)
+    layers = LAYERS if settings["ambient"] else 1
+    return Key(slenderness, settings["cavitation"], thickness, settings["nodes"], layers, settings["mesh"])
 
 
 def _made(joint: FilmJoint, settings: dict):
@@ -193,28 +240,31 @@ def _made(joint: FilmJoint, settings: dict):
 _table = DataLaw(wet_film, table, {}, _made)
 _table.shown = {"side_flow": side_flow}
 _table_ambient = DataLaw(wet_film, table_ambient, {"ambient": checks.positive}, _made)
+_table_ambient.shown = {"side_flow": side_flow_ambient}
 _table_ambient.linear_in_viscosity = False
 
 
 def table_film(
     *, cavitation: str = "reynolds", ambient: float | None = None, flow_factors: bool = False, nodes: int = 33,
-    mesh: tuple[int, int] = (96, 12),
+    mesh: tuple[int, int] | None = None,
 ) -> BoundLaw:  # fmt: skip
     """The film of a finite bearing from a table of its Reynolds equation: see the law `table`.
 
     cavitation: "reynolds" (Swift-Stieber), "gumbel" or "none"; ambient: pressure at the bearing's ends above the
     cavitation pressure [Pa], None where the film cavitates at ambient pressure; flow_factors: whether Patir and
-    Cheng's factors make the film that of the joint's rough surfaces; nodes of the table over -ln(1 - eps) and alpha',
-    mesh (around, along half the length) of the solver behind it. A table is built once (a second or two, with ambient
-    pressure some ten) and kept on disk by L/D and options.
+    Cheng's factors make the film that of the joint's rough surfaces; nodes of the table over -ln(1 - eps) and alpha';
+    mesh (around, along half the length; default 96 x 12, with ambient pressure 64 x 8) of the solver behind it. A table
+    is built once (a second or two, with ambient pressure some fifteen) and kept on disk by L/D and options.
     """
     if cavitation not in CAVITATIONS[:3]:
         raise ValueError(f"table_film: cavitation must be one of {', '.join(CAVITATIONS[:3])}; got {cavitation!r}")
     if not isinstance(nodes, int) or not 5 <= nodes <= LARGEST:
         raise ValueError(f"table_film: nodes must be a whole number from 5 to {LARGEST}, got {nodes!r}")
-    settings = {"cavitation": cavitation, "flow_factors": bool(flow_factors), "nodes": nodes, "mesh": tuple(mesh)}
+    mesh = check_mesh(mesh if mesh is not None else (96, 12) if ambient is None else (64, 8))
+    settings = {"cavitation": cavitation, "flow_factors": bool(flow_factors), "nodes": nodes, "mesh": mesh}
     if ambient is None:
         return _table.bind(settings | {"ambient": False})
     if cavitation != "reynolds":
         raise ValueError("table_film: an ambient pressure needs cavitation reynolds")
+    checks.positive("table_film: ambient", ambient)
     return _table_ambient.bind(settings | {"ambient": True}, ambient=ambient)

@@ -149,6 +149,8 @@ class BoundLaw:
         return self.law.make(joint, dict(self.settings))
 
     def __call__(self, *state):
+        if len(state) != len(self.law.family.state):
+            raise TypeError(f"{self.law.name} takes {', '.join(self.law.family.state)}; got {len(state)} arguments")
         if isinstance(self.law, DataLaw):
             return self._of_data(*state)
         if all(not hasattr(s, "__array__") or getattr(s, "ndim", 1) == 0 for s in state):

@@ -135,7 +135,10 @@ def is_known(role: str, text: str) -> bool:
 
 def _write(path: Path, text: str) -> None:
     """Write under a temporary name and rename, so that no process ever sees half a kernel."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
-    temporary.write_text(text)
-    os.replace(temporary, path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary.write_text(text)
+        os.replace(temporary, path)
+    except OSError as reason:
+        raise OSError(f"kernels cannot be kept in {path.parent} ({reason}); set CLEARANCE_STORE to a folder") from None

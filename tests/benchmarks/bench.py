@@ -25,7 +25,12 @@ sys.path.insert(0, str(ROOT))
 
 import clearance as cl  # noqa: E402
 from clearance import choices  # noqa: E402
-from clearance.evidence import ablation  # noqa: E402
+from clearance.catalogue import find_case  # noqa: E402
+from clearance.evidence import ablation, film_ladder  # noqa: E402
+from clearance.film import bands  # noqa: E402
+from clearance.film.bearing import Bearing  # noqa: E402
+from clearance.film.table import Key  # noqa: E402
+from clearance.film.table import build as build_table  # noqa: E402
 from clearance.mechanism.build import build  # noqa: E402
 from clearance.mechanism.library import Library  # noqa: E402
 from clearance.simulation import Run, Span, choose_method  # noqa: E402
@@ -76,7 +81,7 @@ def right_hand_sides():
     yield "| six-bar feeder, lubricated joints | one right-hand side | dense multipliers | ratio | largest difference |"
     yield "|---|---|---|---|---|"
     for joints in JOINTS:
-        scene = cl.load_case("six_bar_feeder", joints=joints)
+        scene = cl.load_case("six_bar_feeder", joints=joints, film="pinkus_sternlicht")
         mechanism, y, q, v, a = state_of(scene)
         ref = Augmented(scene)
         difference = np.abs(ref.accelerations(q, v)[: q.size] - a).max() / np.abs(a).max()
@@ -214,6 +219,37 @@ def law_costs():
     require(cost["film harmonic"][1] < 5000.0, "the harmonic film above 5 us")
 
 
+def film_costs():
+    """The film table: a force, its build, finite elements no more accurate, a step of the feeder beside a formula's."""
+    states = film_ladder.path()
+    bearing = Bearing.of(film_ladder.JOINT)
+    finest = bands.FastFilm(bearing, film_ladder.REFERENCE)
+    wanted = np.array([finest.outputs(*s)[:2] for s in states])
+    table = film_ladder.law_rung("table 33x33", "table", cl.table_film(), states, wanted)
+    elements = film_ladder.solver_rung("FEM 64x8", "fem", film_ladder.Elements(bearing, (64, 8)), states, wanted)
+    began = time.process_time()
+    build_table(Key(1.0))
+    built = time.process_time() - began
+    case, steps = find_case("six_bar_feeder"), {}
+    for name, law in (("pinkus_sternlicht", cl.pinkus_sternlicht()), ("table", cl.table_film())):
+        _, seconds, count = film_ladder.journal(film_ladder.with_film(case, law), 2.0, 1e-6)
+        steps[name] = seconds / count
+    ratio = elements.seconds / table.seconds
+    yield "| film table, L/D = 1 | value | with Jacobian | build | FEM 64x8, warm, less accurate | a feeder's step |"
+    yield "|---|---|---|---|---|---|"
+    yield (
+        f"| error {table.error_closing:.1e} closing in | {table.seconds * 1e9:.0f} ns "
+        f"| {table.slopes_seconds * 1e9:.0f} ns | {built:.2g} s "
+        f"| {ratio:.2g} times the table's time at error {elements.error_closing:.1e} "
+        f"| {steps['table'] / steps['pinkus_sternlicht']:.2f} times Pinkus-Sternlicht's |"
+    )
+    require(table.seconds < 100e-9, "a table's force above 100 ns")
+    require(table.slopes_seconds < 200e-9, "a table's force with Jacobian above 200 ns")
+    require(built < 5.0, "a table's build above 5 s")
+    require(ratio > 1000.0 and table.error_closing < elements.error_closing, "FEM within 1000 times of the table")
+    require(steps["table"] < 2.0 * steps["pinkus_sternlicht"], "a step with the table above twice a formula's")
+
+
 def parts():
     """Cost a step of what a scene has: clearance joints, friction, energy ledger, outputs."""
     cases = {
@@ -294,7 +330,7 @@ def main():
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--update", metavar="FILE", help=f"put the tables into FILE, at the mark {MARK}")
     path = options.parse_args().update
-    sections = (right_hand_sides, law_costs, parts, starts, runs, long_runs, memory)
+    sections = (right_hand_sides, law_costs, film_costs, parts, starts, runs, long_runs, memory)
     lines = [line for section in sections for line in [*section(), ""]][:-1]
     print("\n".join(lines))
     if path:
