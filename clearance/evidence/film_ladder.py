@@ -117,29 +117,16 @@ def law_rung(name: str, kind: str, law: BoundLaw, states: np.ndarray, wanted: np
 
 def solver_rung(name: str, kind: str, film, states: np.ndarray, wanted: np.ndarray) -> Rung:
     """A solver called from Python along the path, so that it starts from the state before (the fast one does not)."""
-    evaluate = film.outputs if hasattr(film, "outputs") else lambda *state: film.linearised(*state)[:, 0]
     best, slopes = math.inf, math.inf
     for _ in range(3):
         began = time.thread_time()
-        forces = np.array([evaluate(*state)[:2] for state in states])
+        forces = np.array([film.outputs(*state)[:2] for state in states])
         best = min(best, (time.thread_time() - began) / len(states))
     began = time.thread_time()
     for state in states:
         film.linearised(*state)
     slopes = (time.thread_time() - began) / len(states)
     return Rung(name, kind, best, *errors_of(forces, wanted, states), slopes_seconds=slopes)
-
-
-class Elements:
-    """Finite elements without slopes, as a film among the others."""
-
-    def __init__(self, bearing: Bearing, mesh: tuple[int, int]):
-        self.film = fem.FemFilm(bearing, mesh)
-        self.linearised = self.film.linearised
-
-    def outputs(self, *state) -> np.ndarray:
-        found = self.film.solve(*state)
-        return np.array([found.radial, found.tangential])
 
 
 def single_states(progress: Callable[[str], None], quick: bool = False) -> list[Rung]:
@@ -163,7 +150,7 @@ def single_states(progress: Callable[[str], None], quick: bool = False) -> list[
     for mesh in ELEMENTS[:2] if quick else ELEMENTS:
         progress(f"finite elements {mesh}")
         found.append(
-            solver_rung(f"FEM {mesh[0]}x{mesh[1]}", "finite elements", Elements(bearing, mesh), states, wanted)
+            solver_rung(f"FEM {mesh[0]}x{mesh[1]}", "finite elements", fem.FemFilm(bearing, mesh), states, wanted)
         )
     return found
 

@@ -296,7 +296,7 @@ class _Film:
             shear=shear,
             side_flow=flow,
             iterations=field.iterations,
-            unknowns=parts.count - int(parts.fixed.sum()),
+            unknowns=int(parts.count - int(parts.fixed.sum())),
         )
 
     def linearised(self, state: tuple[float, float, float], warm: bool = True) -> np.ndarray:
@@ -548,6 +548,11 @@ class FemFilm:
             return None
         least = math.ceil(TURN / wide)
         return f"{cells} cells around are too coarse for eccentricity ratio {eccentricity_ratio:.6g}: take {least}"
+
+    def outputs(self, eccentricity_ratio: float, radial_rate: float, entrainment: float) -> np.ndarray:
+        """radial, tangential [N], shear, side flow [m3/s] alone, warm started, on any mesh."""
+        state = self._state(eccentricity_ratio, radial_rate, entrainment)
+        return self._film.outputs(self._film.solve(state), state[0])
 
     def linearised(self, eccentricity_ratio: float, radial_rate: float, entrainment: float) -> np.ndarray:
         """Outputs and their slopes, (4, 4), the wet region of the solution held.

@@ -29,6 +29,7 @@ from clearance.catalogue import find_case  # noqa: E402
 from clearance.evidence import ablation, film_ladder  # noqa: E402
 from clearance.film import bands  # noqa: E402
 from clearance.film.bearing import Bearing  # noqa: E402
+from clearance.film.fem import FemFilm  # noqa: E402
 from clearance.film.table import Key  # noqa: E402
 from clearance.film.table import build as build_table  # noqa: E402
 from clearance.mechanism.build import build  # noqa: E402
@@ -226,7 +227,7 @@ def film_costs():
     finest = bands.FastFilm(bearing, film_ladder.REFERENCE)
     wanted = np.array([finest.outputs(*s)[:2] for s in states])
     table = film_ladder.law_rung("table 33x33", "table", cl.table_film(), states, wanted)
-    elements = film_ladder.solver_rung("FEM 64x8", "fem", film_ladder.Elements(bearing, (64, 8)), states, wanted)
+    elements = film_ladder.solver_rung("FEM 64x8", "fem", FemFilm(bearing, (64, 8)), states, wanted)
     began = time.process_time()
     build_table(Key(1.0))
     built = time.process_time() - began

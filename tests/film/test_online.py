@@ -4,6 +4,7 @@ The film with memory is compared with films that remember nothing where the two 
 """
 
 import gc
+import json
 import math
 
 import numpy as np
@@ -13,8 +14,9 @@ import clearance as cl
 from clearance.film import asking
 from clearance.film.asking import KEEP, SLOPES, VALUE, Answerer, ask
 from clearance.film.bearing import Bearing, Groove
+from clearance.film.conserving import MemoryFilm
 from clearance.film.fem import FemFilm
-from clearance.film.online import conserving_film, fem_film
+from clearance.film.online import conserving_film, fast_film, fem_film
 from clearance.film.tabulated import table_film
 from clearance.laws.law import FilmJoint
 from clearance.mechanism.build import build
@@ -258,8 +260,61 @@ class TestRuns:
             run(fem_film())
         assert caught.value is error or caught.value.__cause__ is error or str(error) in str(caught.value)
 
+    def test_a_state_that_cannot_be_remembered_ends_the_run(self, monkeypatch):
+        """What the film then said stands in the message: a run must not go on with an old memory."""
+        commit, calls = MemoryFilm.commit, []
+
+        def fails(self, *state):
+            calls.append(state)
+            if len(calls) > 50:
+                raise RuntimeError("the oil is lost")
+            commit(self, *state)
+
+        monkeypatch.setattr(MemoryFilm, "commit", fails)
+        with pytest.raises(cl.SimulationError, match="joint J: its film: the oil is lost") as caught:
+            cl.simulate(loaded(conserving_film()), until=0.005)
+        assert len(calls) < 60
+        assert caught.value.result.status.startswith("partial")
+
+    def test_a_failure_that_passed_is_not_blamed(self, monkeypatch):
+        """A trial state without a film is tried again, shorter; what ends the run later is something else."""
+        trial, calls = MemoryFilm.trial, []
+
+        def fails_once(self, *state):
+            calls.append(state)
+            if len(calls) == 100:
+                raise RuntimeError("did not settle once")
+            return trial(self, *state)
+
+        monkeypatch.setattr(MemoryFilm, "trial", fails_once)
+        with pytest.raises(cl.SimulationError) as caught:
+            cl.simulate(loaded(conserving_film()), until=0.005, max_steps=60)
+        assert "settle" not in str(caught.value)
+
+    @pytest.mark.parametrize("film", [conserving_film, fast_film], ids=["conserving", "fast"])
+    def test_grooves_run_and_stand_in_the_file(self, film):
+        """A feed of 1 bar: the scene of the file holds it."""
+        groove = Groove(angle=1.0, width=0.3, length=0.5, pressure=1e5)
+        result = cl.simulate(loaded(film(grooves=(groove,))), until=2e-4)
+        (kept,) = json.loads(result.attributes["scene"])["joints"][0]["film"]["grooves"]
+        assert {k: v for k, v in kept.items() if k != "type"} == vars(groove)
+
+    def test_coarse_meshes_are_named(self):
+        """A gap whose pressure is narrower than a cell: the run says so."""
+        result = cl.simulate(loaded(conserving_film(mesh=(16, 2)), mass=30.0), until=0.02, rtol=1e-3)
+        assert any("too coarse for eccentricity ratio" in w for w in result.warnings)
+
 
 class TestMemory:
+    @pytest.mark.parametrize("liner", [1e-15, 1e-13])
+    def test_stiff_liners_start(self, liner):
+        """From the centre, where nothing but rounding presses: as the rigid bearing, to 1e-3 of the clearance."""
+        rigid, lined = (
+            cl.simulate(loaded(conserving_film(liner=k)), until=1e-3, samples=5).joint("J").eccentricity / C
+            for k in (0.0, liner)
+        )
+        assert lined == pytest.approx(rigid, abs=1e-3)
+
     def test_stays_within_bounds_and_keeps_its_oil(self):
         """The film never lets the journal out, closes the ledger, and loses less than 1e-10 of its oil a step."""
         result = cl.simulate(loaded(conserving_film()), until=0.02, samples=41)

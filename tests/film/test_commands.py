@@ -1,0 +1,165 @@
+"""`clearance film`: its commands, what they write, and the studies behind them."""
+
+import json
+import math
+
+import h5py
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance import cli
+from clearance.evidence import film_ladder, films
+from clearance.film.bearing import Bearing
+
+
+def run(*arguments, capsys):
+    try:
+        status = cli.main([str(a) for a in arguments])
+    except SystemExit as stop:
+        status = stop.code
+    out = capsys.readouterr()
+    return status, out.out, out.err
+
+
+@pytest.fixture(scope="module")
+def feeder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("film") / "run.h5"
+    cl.simulate(cl.load_case("six_bar_feeder"), turns=1, path=path).close()
+    return path
+
+
+class TestPressure:
+    def test_writes_all_it_says(self, tmp_path, capsys):
+        arguments = ("film", "pressure", "--eccentricity", 0.7, "--mesh", "48x6", "-o", tmp_path, "--json")
+        status, text, err = run(*arguments, capsys=capsys)
+        found = json.loads(text)
+        assert (status, err) == (0, "")
+        assert [p.rsplit(".")[-1] for p in found["files"]] == ["h5", "png", "md"]
+        with h5py.File(found["files"][0]) as file:
+            pressure, theta = file["film/pressure"][()], file["film/theta"][()]
+            assert pressure.shape == (48, 7)
+            assert pressure.max() == found["peak_pressure"]
+            assert (np.diff(theta) > 0.0).all()
+            assert all("units" in file[f"film/{n}"].attrs for n in file["film"])
+
+    def test_is_the_solver(self, capsys):
+        """The defaults of the command are the feeder's joint at 300 rpm, and the drag that of its wet area."""
+        _, text, _ = run("film", "pressure", "--eccentricity", 0.6, "--json", capsys=capsys)
+        wanted = cl.solve_film(Bearing(0.01, 1e-4, 0.02, 0.05), 0.6, 0.0, cl.rpm(300))
+        found = json.loads(text)
+        assert found["load"] == pytest.approx(wanted.load, rel=1e-12)
+        assert found["drag"] == pytest.approx(0.05 * 0.01**3 * 0.02 / 1e-4 * wanted.shear, rel=1e-12)
+
+    @pytest.mark.parametrize(
+        ("arguments", "said"),
+        [
+            (("--length", "-1mm"), "length must be positive"),
+            (("--radius", "0"), "radius must be positive"),
+            (("--clearance", "20mm"), "must be smaller than radius"),
+            (("--mesh", "4x2"), "too coarse"),
+            (("--mesh", "9000x9000"), "at most 2048"),
+            (("--mesh", "12"), "is not a mesh such as 64x8"),
+            (("--eccentricity", "1"), "at or beyond contact"),
+            (("--groove", "0,0,2"), "outside the bearing"),
+            (("--groove", "left"), "--groove left"),
+            (("--groove", "1,2,3,4,5"), "expected ANGLE"),
+            (("--cavitation", "boiling"), "cavitation must be one of"),
+            (("--cavitation", "mass_conserving"), "supply groove"),
+            (("--cavitation", "mass_conserving", "--solver", "fast"), "the fast solver knows"),
+            (("--solver", "slow"), "solver must be one of"),
+            (("--solver", "fem", "--eccentricity", "0.9995"), "too coarse for eccentricity ratio"),
+            (("--roughness", "80um"), "flow factors need a clearance"),
+        ],
+    )
+    def test_one_clear_line(self, arguments, said, capsys):
+        status, text, err = run("film", "pressure", *arguments, capsys=capsys)
+        assert status == 2
+        assert said in err
+        assert "Traceback" not in err
+
+
+class TestMap:
+    def test_holds_the_force(self, tmp_path, capsys):
+        """At the nodes of the picture: the solver's force within 1e-3 where the journal closes in."""
+        status, _, _ = run("film", "map", "-o", tmp_path, "--json", capsys=capsys)
+        assert status == 0
+        film = Bearing(0.01, 1e-4, 0.02, 0.05)
+        found, table = films.force_map(film)
+        assert table.error_closing < 1e-3
+        for i, j in ((20, 5), (60, 30), (100, 44)):
+            eps, a = -math.expm1(-found["y"][i]), found["angle"][j]
+            wanted = cl.solve_film(film, eps, math.cos(a), 2.0 * math.sin(a) / eps)
+            assert found["size"][i, j] == pytest.approx(wanted.load / film.force_scale, rel=1e-3)
+
+    @pytest.mark.parametrize(
+        ("arguments", "said"),
+        [(("--cavitation", "mass_conserving"), "cavitation must be one of"), (("--nodes", "3"), "from 5 to 257")],
+    )
+    def test_one_clear_line(self, arguments, said, capsys):
+        status, _, err = run("film", "map", *arguments, capsys=capsys)
+        assert (status, said in err) == (2, True)
+
+
+class TestSnapshots:
+    def test_are_the_run(self, feeder, tmp_path, capsys):
+        """The film solved anew from the file's motion has the force that the run had: 1e-3 (5e-5)."""
+        chosen = ("--joint", "B", "--count", 4, "--mesh", "96x12", "-o", tmp_path, "--json")
+        status, text, _ = run("film", "snapshots", feeder, *chosen, capsys=capsys)
+        shots = json.loads(text)["snapshots"]
+        assert (status, len(shots)) == (0, 4)
+        for shot in shots:
+            assert shot["load"] == pytest.approx(shot["recorded"], rel=1e-3)
+
+    def test_warm_oil(self):
+        """With a balance of heat the oil's viscosity of the moment counts."""
+        from tests.film.test_heat import scene  # a journal in warming oil
+
+        result = cl.simulate(scene(cl.HeatBalance(0.05, 0.1)), until=0.2, samples=21)
+        shot = films.snapshots(result, count=1)[-1]
+        assert result.joint("J").oil_temperature[-1] > 313.3
+        assert shot.solution.load == pytest.approx(shot.recorded, rel=2e-3)
+
+    def test_refusals(self, feeder, capsys):
+        for arguments, said in (
+            ((feeder, "--joint", "A"), "joints with one: B"), ((feeder, "--count", 0), "at least 1"),
+            (("nowhere.h5",), "nowhere.h5"),
+        ):  # fmt: skip
+            status, _, err = run("film", "snapshots", *arguments, capsys=capsys)
+            assert (status, said in err) == (2, True)
+
+    def test_memory_is_not_in_a_file(self):
+        result = cl.simulate(cl.load_case("six_bar_feeder", film="conserving"), until=2e-4)
+        with pytest.raises(ValueError, match="a film with a memory"):
+            films.snapshots(result)
+
+
+class TestStudies:
+    def test_convergence(self, tmp_path, capsys):
+        """One grid is of second order (1.5 to 2.5), extrapolation and finite elements gain: 4 times at like meshes."""
+        status, text, _ = run("film", "convergence", "-o", tmp_path, "--json", capsys=capsys)
+        meshes = json.loads(text)["meshes"]
+        raw = [m for m in meshes if m["solver"] == "fast solver, one grid"]
+        assert status == 0
+        assert all(1.5 < m["order"] < 2.5 for m in raw[1:])
+        by_name = {(m["solver"], m["mesh"]): m["error"] for m in meshes}
+        assert by_name["fast solver, extrapolated", "96x12"] < 0.25 * by_name["fast solver, one grid", "129x17"]
+        assert by_name["finite elements", "64x8"] < 0.25 * by_name["fast solver, one grid", "65x9"]
+
+    def test_ladder(self, monkeypatch, tmp_path, capsys):
+        """Each rung is nearer than the one before, the table nearer than any formula, and a thousand times cheaper than
+        finite elements (in truth 1e5: no matter how busy the machine)."""
+        monkeypatch.setattr(film_ladder, "REPEATS", 1)
+        status, text, _ = run("film", "ladder", "--quick", "--turns", 0.02, "-o", tmp_path, "--json", capsys=capsys)
+        found = json.loads(text)
+        rungs = {r["name"]: r for r in found["states"]}
+        assert status == 0
+        tables = [rungs[f"table {n}x{n}"]["error"] for n in (9, 17, 33)]
+        assert tables == sorted(tables, reverse=True)
+        assert tables[0] < rungs["harmonic"]["error"] < rungs["pinkus_sternlicht"]["error"]
+        assert rungs["table 33x33"]["error_closing"] < 1e-3
+        assert rungs["fast solver 48x6"]["error"] < rungs["fast solver 32x4"]["error"]
+        assert rungs["FEM 32x4"]["error"] < rungs["FEM 16x2"]["error"]
+        assert rungs["FEM 32x4"]["seconds"] > 1000.0 * rungs["table 33x33"]["seconds"]
+        runs = {r["name"]: r["error"] for r in found["runs"]}
+        assert runs["table 33x33"] < runs["harmonic"] < runs["pinkus_sternlicht"]
