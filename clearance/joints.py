@@ -166,7 +166,9 @@ class ClearanceRevolute(Joint):
         if self.heat is not None and (self.film is None or not isinstance(self.heat, HeatBalance)):
             raise ValueError(f"{label}: heat must be a HeatBalance(...) of a joint with a film, got {self.heat!r}")
         if self.heat is not None and not self.film.law.linear_in_viscosity:
-            raise ValueError(f"{label}: heat needs a film proportional to the viscosity, {self.film.law.name} is not")
+            raise ValueError(
+                f"{label}: heat needs a formula or a table without ambient pressure, got {self.film.law.name}"
+            )
         if self.film is not None and self.contact is not None and self.transition is None:
             raise ValueError(f"{label}: film and contact together need a transition model, such as load_sharing()")
         if self.transition is not None:

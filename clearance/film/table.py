@@ -31,15 +31,23 @@ import numpy as np
 from clearance import checks
 from clearance.film import bands, tabulated
 from clearance.film.bearing import LARGEST, check_mesh
-from clearance.film.tabulated import HEAD, looked_up, looked_up_ambient
+from clearance.film.tabulated import (
+    HEAD,
+    looked_up,
+    looked_up_ambient,
+    looked_up_flow,
+    looked_up_flow_ambient,
+)
 from clearance.mechanism import store
 
 LOG = logging.getLogger("clearance")
 TOP = 6.2  # largest y: eps = 0.998
 HALF_WAY = 3.0  # S at tau = 1/2
-MESH, CHECK_MESH, ROUGH_CHECK = (96, 12), (192, 24), (128, 16)
+MESH = (96, 12)  # of the solver behind the nodes
 BESIDE = 0.01  # step in ln(L/D) of the tables that others are interpolated from
-CHECKS = 40  # states off the nodes, each closing in, opening and receding straight, that a table is tested at
+CHECKS = 40  # states of each kind that a table is tested at
+#: closing in, opening, receding straight: alpha' / pi from and to, largest y, mesh of the solver
+CHECKED = ((0.0, 0.5, TOP, (192, 24)), (0.5, 1.0, 5.3, (128, 16)), (0.9, 1.0, 5.3, (128, 16)))
 SPEED_STEP = 0.02  # eccentricity ratio of the difference that gives the slope at the centre
 PARTS = 3  # splines that a force needs: w_r + A cos, w_t - A sin, K
 
@@ -48,18 +56,21 @@ PARTS = 3  # splines that a force needs: w_r + A cos, w_t - A sin, K
 class Table:
     """Numbers that the law reads, and how far they are from the film they stand for.
 
-    error_closing: largest relative force error of the states tested where the journal comes closer; error_median and
-    error_opening (largest where it recedes, relative to the opening force, which is small near contact) likewise.
+    error_closing: largest relative force error of the states tested where the journal comes closer, up to the last
+    node; error_median of all; error_shear, error_flow: medians of wet area and side flow; error_opening: largest where
+    the journal recedes, relative to the force there, which is small near contact.
     """
 
     numbers: np.ndarray
     error_closing: float
     error_median: float
+    error_shear: float
+    error_flow: float
     error_opening: float
 
     @property
-    def errors(self) -> tuple[float, float, float]:
-        return self.error_closing, self.error_median, self.error_opening
+    def errors(self) -> tuple[float, ...]:
+        return tuple(value for name, value in vars(self).items() if name != "numbers")
 
     def facts(self) -> dict:
         """What a run reports of it."""
@@ -197,41 +208,36 @@ def build(key: Key) -> Table:
         sizes = spline(sizes[:, None], "free", "free")[:, 0]
     cells = key.nodes - 1
     force, flow = numbers[..., :PARTS].ravel(), numbers[..., PARTS].ravel()
-    head = [
-        sizes[0],
-        key.nodes,
-        cells / TOP,
-        cells / math.pi,
-        key.layers,
-        len(sizes),
-        HEAD + len(sizes) + len(force),
-        0,
-    ]
+    begin = HEAD + len(sizes) + len(force)  # of the flow
+    head = [sizes[0], key.nodes, cells / TOP, cells / math.pi, key.layers, len(sizes), begin, 0]
     numbers = np.concatenate([head, sizes, force, flow])
     if not np.isfinite(numbers).all():
         raise RuntimeError(f"film table of {key}: the solver gave no finite force")
     return Table(numbers, *_errors(key, numbers))
 
 
-def _errors(key: Key, numbers: np.ndarray) -> tuple[float, float, float]:
-    """Largest relative force error where the journal closes in, median of all, largest where it recedes."""
+def _errors(key: Key, numbers: np.ndarray) -> tuple[float, ...]:
+    """The errors of a table, see `Table`, at states between the nodes."""
     draw = np.random.default_rng(1)
     found = []
-    for first, last, mesh in ((0.0, 0.5, CHECK_MESH), (0.5, 1.0, ROUGH_CHECK), (0.9, 1.0, ROUGH_CHECK)) * CHECKS:
-        y, angle = draw.uniform(0.0, 5.3), math.pi * draw.uniform(first, last)
+    for first, last, top, mesh in CHECKED * CHECKS:
+        y, angle = draw.uniform(0.0, top), math.pi * draw.uniform(first, last)
         tau = draw.uniform() if key.layers > 1 else 0.0
         eps = -math.expm1(-y)
         s = math.sqrt(1.0 - eps * eps)
-        wanted = scaled_film(key, y, angle, tau, mesh)[:2]
+        radial, tangential, shear, flow = scaled_film(key, y, angle, tau, mesh)
         if key.layers > 1:
             size, *w = looked_up_ambient(numbers, 0, y, angle, tau)
+            leaves = looked_up_flow_ambient(numbers, 0, y, angle, tau)
         else:
             size, *w = numbers[0], *looked_up(numbers, 0, y, angle)
-        w = np.array([w[0] - size * math.cos(angle), w[1] + size * math.sin(angle)])
-        error = math.hypot(w[0] - wanted[0], (w[1] - wanted[1]) * s) / math.hypot(wanted[0], wanted[1] * s)
-        found.append(error)
-    closing, opening, receding = found[::3], found[1::3], found[2::3]
-    return max(closing), float(np.median([*closing, *opening])), max(opening + receding)
+            leaves = looked_up_flow(numbers, 0, y, angle)
+        off = w[0] - size * math.cos(angle) - radial, w[1] + size * math.sin(angle) - tangential
+        error = math.hypot(off[0], off[1] * s) / math.hypot(radial, tangential * s)
+        found.append((error, abs(w[2] / shear - 1.0), abs(leaves - flow) / max(abs(flow), 1e-12)))
+    force, shear, flow = np.array(found).reshape(CHECKS, len(CHECKED), 3).T
+    every = (np.median(e[:2]) for e in (force, shear, flow))
+    return (float(force[0].max()), *(float(e) for e in every), float(force[1:].max()))
 
 
 # --- store

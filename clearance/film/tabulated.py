@@ -94,8 +94,9 @@ def table(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
     F_r = P0 |V'| s^-3 w_r(eps, alpha'),   F_t = P0 |V'| s^-2 w_t(eps, alpha'),   shear = K / s
 
     C2 cubic splines over -ln(1 - eps) and alpha' = angle of V' (see film/table.py) up to eps = 0.998, continued (C1) to
-    contact; where the journal recedes straight the force stays what it is there. The default table is within 1e-3 of
-    the Reynolds equation where the journal closes in. Rigid, aligned, isoviscous, cavitating at ambient pressure.
+    contact (within 1 % for L/D down to 0.1); where the journal recedes straight the force stays what it is there. The
+    default table is within 1e-3 of the Reynolds equation where the journal closes in. Rigid, aligned, isoviscous,
+    cavitating at ambient pressure.
     """
     first = int(start)
     eps = min(eccentricity_ratio, 1.0)

@@ -216,5 +216,5 @@ class TestErrors:
         "film", [table_film(ambient=1e5), fem_film(), conserving_film()], ids=["ambient", "fem", "conserving"]
     )
     def test_needs_a_film_proportional_to_the_viscosity(self, film):
-        with pytest.raises(ValueError, match="joint J: heat needs a film proportional to the viscosity"):
+        with pytest.raises(ValueError, match="joint J: heat needs a formula or a table without ambient pressure"):
             scene(HeatBalance(1.0, 1.0), film)
