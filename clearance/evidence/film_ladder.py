@@ -205,8 +205,8 @@ def ladder(turns: float = 1.0, quick: bool = False, progress: Callable[[str], No
     """The whole film ladder."""
     remarks = [
         f"single states: {STATES} on a path through eps 0.1 to 0.97 in a bearing of L/D = 1; reference the fast solver "
-        f"on {REFERENCE[0]}x{REFERENCE[1]}, extrapolated, which finite elements meet alone; these start from the "
-        "state before",
+        f"on {REFERENCE[0]}x{REFERENCE[1]}, extrapolated (finite elements, another method, come within 2e-5); "
+        "finite elements start from the state before",
         f"runs: the feeder, {turns:g} turn(s), rtol {RUN_RTOL:g}; reference the table of 65 x 65 nodes at rtol "
         f"{REFERENCE_RTOL:g}; error: rms of the journal's path over the clearance",
     ]
@@ -245,6 +245,7 @@ def convergence(
         for mesh in meshes:
             progress(f"{solver} {mesh}")
             made = (film or bands.FastFilm)(bearing, mesh)
+            made.solve(*states[0])  # warm
             began = time.thread_time()
             solutions = [made.solve(*state) for state in states]
             seconds = (time.thread_time() - began) / len(states)
@@ -300,6 +301,7 @@ def save(study: Ladder, folder: str | Path) -> Path:
     for group, rungs in (("states", study.states), ("runs", study.runs)):
         columns = {
             "name": ("1", "film", np.array([r.name for r in rungs])),
+            "kind": ("1", "kind of film", np.array([r.kind for r in rungs])),
             "seconds": ("s", "of one force, or one run", np.array([r.seconds for r in rungs])),
             "error_closing": (
                 "1",

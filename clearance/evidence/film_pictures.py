@@ -128,9 +128,10 @@ def ladder(study, path: str | Path) -> Path:
         for kind, (colour, marker) in KINDS.items():
             own = [r for r in rungs if r.kind == kind]
             axes.loglog([r.error for r in own], [unit * r.seconds for r in own], marker, color=colour, ms=6, label=kind)
-        for r in rungs:
+        for i, r in enumerate(rungs):
             name = r.name.removeprefix("fast solver ").removeprefix("FEM ").removeprefix("table ")
-            axes.annotate(name, (r.error, unit * r.seconds), xytext=(5, 3), textcoords="offset points", fontsize=7)
+            below = ((5, 3), (-12, -13))[i % 2]  # neighbours may lie close together
+            axes.annotate(name, (r.error, unit * r.seconds), xytext=below, textcoords="offset points", fontsize=7)
         axes.invert_xaxis()
         axes.margins(0.12)
         axes.grid(True, which="major", color="0.9")

@@ -15,9 +15,10 @@ def kernel_text(structure, role: str, outputs: dict) -> str:
     """Source of one kernel: `outputs` maps positions of the output vector to traced values."""
     trace, slots = structure.trace, structure.slots
     target = "work" if role == "commit" else "out"
-    body = trace.statements(outputs.values(), slots)
+    merged = _merged(structure, outputs)
+    body = trace.statements(outputs.values(), slots, merged)
     body += [f"{target}[{i}] = {text(v)}" for i, v in sorted(outputs.items())]
-    called = [n.args[0] for n in slots.cut(outputs.values()) if n.op == "call"]
+    called = [n.args[0] for n in slots.cut(outputs.values()) if n.op == "call" and n not in merged]
     functions = structure.library.sources(dict.fromkeys(called))
     header = HEADER.format(role=role)
     if not any("FilmJoint" in line for line in body):
@@ -31,6 +32,19 @@ def kernel_text(structure, role: str, outputs: dict) -> str:
     lines += [f"\n@kernel\ndef {role}(t, y, par, work, out):\n"]
     lines += ["    " + _commented(line, names) + "\n" for line in body or ["pass"]]
     return "".join(lines)
+
+
+def _merged(structure, outputs: dict) -> dict:
+    """Calls of a function whose derivative is called with the same arguments: that one returns the values too."""
+    calls = [n for n in structure.slots.cut(outputs.values()) if n.op == "call"]
+    plain = {(n.args[0], n.args[1], *map(id, n.args[3:])): n for n in calls}
+    found = {}
+    for n in calls:
+        base = structure.library.derived.get(n.args[0])
+        first = plain.get((base, n.args[1], *map(id, n.args[3:])))
+        if first is not None and first not in found:
+            found[first] = n
+    return found
 
 
 def _commented(line: str, names: dict[str, str]) -> str:

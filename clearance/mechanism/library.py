@@ -43,6 +43,7 @@ class Library:
         self.entries: dict[str, Entry] = {}
         self._names: dict[object, str] = {}
         self._slopes: dict[str, str] = {}
+        self.derived: dict[str, str] = {}  # function of values and derivatives -> function of the values
 
     def add(self, function: Callable) -> str:
         """Take a plain function and everything it calls; returns the name it is emitted under.
@@ -71,10 +72,12 @@ class Library:
     def jacobian(self, name: str, active: tuple[int, ...]) -> str:
         """Name of the function that returns values and derivatives by the arguments at the active positions."""
         if name in self._slopes:
+            self.derived[self._slopes[name]] = name
             return self._slopes[name]
         written = f"{name}_d{''.join(map(str, active))}"
         if written not in self.entries:
             self.add_text(jacobian_text(self, self.entries[name], active, written))
+            self.derived[written] = name
         return written
 
     def _enter(self, tree: ast.FunctionDef, called: str) -> None:

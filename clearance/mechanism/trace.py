@@ -261,18 +261,24 @@ class Trace:
                 stack += [a for a in node.args if isinstance(a, Scalar)]
         return sorted(needed, key=lambda s: s.index)
 
-    def statements(self, outputs: Iterable, slots: "Slots | None" = None) -> list[str]:
-        """Code lines that compute the outputs. With `slots`, fixed values are read from derived parameters."""
+    def statements(self, outputs: Iterable, slots: "Slots | None" = None, merged: Mapping | None = None) -> list[str]:
+        """Code lines that compute the outputs. With `slots`, fixed values are read from derived parameters.
+
+        merged: calls that another call answers as well, with that one, which takes the place of the first.
+        """
         nodes = self.live(outputs) if slots is None else slots.claim(outputs)
+        merged = merged or {}
         lines, section = [], None
         for node in nodes:
+            if node in merged.values():
+                continue
             if node.section != section and node.section:
                 lines.append(f"# {node.section}")
                 section = node.section
-            lines.append(self.statement(node, slots))
+            lines.append(self.statement(merged.get(node, node), slots, merged))
         return lines
 
-    def statement(self, node: Scalar, slots: "Slots | None" = None) -> str:
+    def statement(self, node: Scalar, slots: "Slots | None" = None, merged: Mapping | None = None) -> str:
         if slots is not None and node.fixed and node.op != "load":
             return f"v{node.index} = {slots.text(node)}"
         texts = [a if isinstance(a, str) else text(a) for a in node.args]
@@ -291,7 +297,7 @@ class Trace:
             inside = wrap.format(*listed) if wrap else ", ".join(listed)
             return f"v{node.index} = {name}({inside})"
         if op == "item":
-            call = node.args[0]
+            call = (merged or {}).get(node.args[0], node.args[0])
             return f"v{node.index} = v{call.index}" + (f"[{node.args[1]}]" if call.args[2] > 1 else "")
         return f"v{node.index} = math.{op}({', '.join(texts)})"
 
