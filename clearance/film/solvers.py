@@ -12,12 +12,14 @@ def solve_film(
     """Pressure, load, friction, side flow of a bearing's film from the Reynolds equation.
 
     eccentricity_ratio eps; radial_rate d(eps)/dt [1/s]; entrainment w = omega_J + omega_B - 2 gamma' [rad/s].
-    solver: "fast" (finite volumes in Sommerfeld's angle), "fem" (biquadratic elements; also mass-conserving) or "auto",
-    the fast one where it can. mesh: cells around and over half the length (default (128, 16), of fem (64, 8)).
+    solver: "fast" (finite volumes in Sommerfeld's angle), "fem" (biquadratic elements; also mass-conserving) or "auto":
+    the fast one but for mass conservation and for grooves with edges, which it meets only to a cell. mesh: cells
+    around and over half the length (default (128, 16), of fem (64, 8)).
     Raises ValueError for a mesh too coarse, an eccentricity at or beyond contact, a condition the solver has not got.
     """
     if solver == "auto":
-        solver = "fem" if bearing.cavitation == "mass_conserving" else "fast"
+        edged = any(g.width > 0.0 or g.length < 1.0 for g in bearing.grooves)
+        solver = "fem" if edged or bearing.cavitation == "mass_conserving" else "fast"
     if solver == "fast":
         from clearance.film.bands import solve
     elif solver == "fem":

@@ -93,10 +93,10 @@ def table(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
     v_t = eps w / 2,  s = sqrt(1 - eps^2),  V' = (eps', s v_t),  P0 = mu L R^3 / c^2
     F_r = P0 |V'| s^-3 w_r(eps, alpha'),   F_t = P0 |V'| s^-2 w_t(eps, alpha'),   shear = K / s
 
-    C2 cubic splines over -ln(1 - eps) and alpha' = angle of V' (see film/table.py) up to eps = 0.998, continued (C1) to
-    contact (within 1 % for L/D down to 0.1); where the journal recedes straight the force stays what it is there. The
-    default table is within 1e-3 of the Reynolds equation where the journal closes in. Rigid, aligned, isoviscous,
-    cavitating at ambient pressure.
+    C2 cubic splines over -ln(1 - eps) and alpha' = angle of V' (see film/table.py) up to eps = 0.998, continued (C1)
+    to contact (within 2 % for L/D down to 0.25); where the journal recedes straight the force stays what it is there,
+    small and right to some 20 %. The default table is within 1e-3 of the Reynolds equation where the journal closes in.
+    Rigid, aligned, isoviscous, cavitating at ambient pressure.
     """
     first = int(start)
     eps = min(eccentricity_ratio, 1.0)
