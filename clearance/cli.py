@@ -25,6 +25,20 @@ class Parser(argparse.ArgumentParser):
         self.exit(WRONG, f"clearance: {message}\n")
 
 
+def _quantity_of(units: str):
+    """A parser of numbers with an optional unit, in SI."""
+
+    def parse(text: str) -> float:
+        from clearance.units import quantity
+
+        try:
+            return quantity(text, units)
+        except ValueError as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+
+    return parse
+
+
 def parser() -> Parser:
     top = Parser(
         prog="clearance", description="Tribodynamics of planar mechanisms with clearance, lubricant, friction."
@@ -44,7 +58,7 @@ def parser() -> Parser:
     for command in (run, study):
         length = command.add_mutually_exclusive_group()
         length.add_argument("--turns", type=_number, help="length in turns of the drive (default 2, or 2 s)")
-        length.add_argument("--until", type=_quantity, metavar="S", help="length in seconds")
+        length.add_argument("--until", type=_quantity_of("s"), metavar="S", help="length in seconds")
     study.add_argument("--peers", action="store_true", help="also numbalsoda, SUNDIALS, Exudyn where installed")
     study.add_argument("--physics", action="store_true", help="compare choices of physics instead of solvers")
     stress.add_argument("case", metavar="CASE", nargs="?", help="only this case (or: random)")
@@ -54,7 +68,7 @@ def parser() -> Parser:
         command.add_argument("-o", dest="output", metavar="DIR", help="folder for table, picture and HDF5")
     run.add_argument("--rtol", type=_number, default=1e-6, metavar="R", help="local error tolerance (default 1e-6)")
     run.add_argument("--method", default="auto", help="auto, dop853, rodas5p, radau5, radau9 or radau (default auto)")
-    run.add_argument("--max-step", type=_quantity, metavar="S", help="longest step, where loads act briefly")
+    run.add_argument("--max-step", type=_quantity_of("s"), metavar="S", help="longest step, where loads act briefly")
     run.add_argument(
         "--samples-per-turn", type=_number, default=400, metavar="N", help="output rows a turn (default 400)"
     )
@@ -116,18 +130,6 @@ _STATE = (
 )  # fmt: skip
 
 
-def _quantity_of(units: str):
-    def parse(text: str) -> float:
-        from clearance.units import quantity
-
-        try:
-            return quantity(text, units)
-        except ValueError as error:
-            raise argparse.ArgumentTypeError(str(error)) from None
-
-    return parse
-
-
 def _mesh(text: str) -> tuple[int, int]:
     if not (found := re.fullmatch(r"(\d+)x(\d+)", text)):
         raise argparse.ArgumentTypeError(f"{text!r} is not a mesh such as 64x8")
@@ -139,15 +141,6 @@ def _number(text: str) -> float:
         return float(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
-
-
-def _quantity(text: str) -> float:
-    from clearance.units import quantity
-
-    try:
-        return quantity(text, "s")
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -33,8 +33,7 @@ def force_map(bearing: Bearing, nodes: int = 33) -> tuple[dict, Table]:
 
     Arrays over y = -ln(1 - eps) and the direction of (d(eps)/dt, eps w / 2).
     """
-    thickness = bearing.clearance / bearing.roughness if bearing.roughness > 0.0 else 0.0
-    found = film_table(Key(bearing.slenderness, bearing.cavitation, thickness, nodes))
+    found = film_table(Key(bearing.slenderness, bearing.cavitation, bearing.thickness, nodes))
     y, angle = np.linspace(0.0, min(TOP, 5.3), 107), np.linspace(0.0, math.pi, 91)
     size, direction, shear = np.zeros((3, len(y), len(angle)))
     for i, height in enumerate(y):

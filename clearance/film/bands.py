@@ -281,13 +281,20 @@ def mark(theta, zeta, grooves, pressure, state):
 
 
 @njit(cache=True, error_model="numpy")
+def full_groove(state):
+    """The last column whose pressure is given over its whole length, or -1."""
+    cut = -1
+    for j in range(state.shape[0]):
+        if (state[j] == GIVEN).all():
+            cut = j
+    return cut
+
+
+@njit(cache=True, error_model="numpy")
 def start(cells, source, lowest, pressure, state, coarse):
     """A first guess of the cavity, from a coarser grid or from the sign of the source; the column of the cut, or -1."""
     count, rows = state.shape
-    cut = -1
-    for j in range(count):
-        if (state[j] == GIVEN).all():
-            cut = j
+    cut = full_groove(state)
     for j in range(count):
         for k in range(rows):
             if state[j, k] == GIVEN:
@@ -302,8 +309,7 @@ def start(cells, source, lowest, pressure, state, coarse):
     if cut < 0 and lowest == 0.0 and not (state == GIVEN).any():
         cut = long_minimum(cells, source)
         for k in range(rows):
-            if state[cut, k] != GIVEN:
-                state[cut, k], pressure[cut, k] = CUT, lowest
+            state[cut, k], pressure[cut, k] = CUT, lowest
     return cut
 
 
@@ -321,10 +327,7 @@ def on_grid(count, rows, eps, axial, vr, vt, lowest, thickness, cavitation, clus
         cut = start(cells, source, lowest, pressure, state, coarse)
         solutions = settle(cells, width, link, source, lowest, pressure, state, cut)
     else:
-        cut = -1
-        for j in range(count):
-            if (state[j] == GIVEN).all():
-                cut = j
+        cut = full_groove(state)
         solutions = settle(cells, width, link, source, -math.inf, pressure, state, cut)
         for j in range(count if cavitation == GUMBEL else 0):
             for k in range(rows):
@@ -403,14 +406,13 @@ class FastFilm:
         self._grooves = np.array(
             [(g.angle, g.width, g.length, g.pressure / bearing.pressure_scale) for g in bearing.grooves]
         ).reshape(-1, 4)
-        self._thickness = bearing.clearance / bearing.roughness if bearing.roughness > 0.0 else 0.0
         force = bearing.force_scale
         self._scales = np.array([force, force, 1.0, bearing.flow_scale])
 
     def _film(self, eccentricity_ratio: float, radial_rate: float, entrainment: float):
         eps, vr, vt = check_state(eccentricity_ratio, radial_rate, entrainment)
         b = self.bearing
-        found = film(*self.mesh, eps, b.axial, vr, vt, b.lowest, self._thickness, CODES[b.cavitation], self._grooves)
+        found = film(*self.mesh, eps, b.axial, vr, vt, b.lowest, b.thickness, CODES[b.cavitation], self._grooves)
         check_settled(found[1])
         return found
 

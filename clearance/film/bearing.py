@@ -130,6 +130,11 @@ class Bearing:
         return self.clearance * self.radius * self.length
 
     @property
+    def thickness(self) -> float:
+        """Clearance over roughness, 0 for smooth surfaces."""
+        return self.clearance / self.roughness if self.roughness > 0.0 else 0.0
+
+    @property
     def lowest(self) -> float:
         """P at cavitation [1/s], at most 0."""
         return -(self.ambient or 0.0) / self.pressure_scale
@@ -195,6 +200,25 @@ def check_state(eccentricity_ratio: float, radial_rate: float, entrainment: floa
         raise ValueError(f"eccentricity_ratio {eccentricity_ratio!r} is at or beyond contact: a film needs one below 1")
     rate = checks.finite("radial_rate", radial_rate)
     return eps, rate, 0.5 * eps * checks.finite("entrainment", entrainment)
+
+
+def check_nodes(field: str, nodes: int) -> int:
+    """Nodes of a table each way."""
+    if not isinstance(nodes, int) or not 5 <= nodes <= LARGEST:
+        raise ValueError(f"{field}: nodes must be a whole number from 5 to {LARGEST}, got {nodes!r}")
+    return nodes
+
+
+def coarseness(cells: int, eccentricity_ratio: float) -> str | None:
+    """What there is to say against so many equal cells around at an eccentricity: they should resolve the peak.
+
+    The pressure's peak is sqrt(2 (1 - eps)) rad wide each side; with one cell in that the force is some 5 % off.
+    """
+    wide = math.sqrt(2.0 * max(1.0 - eccentricity_ratio, 1e-12))
+    if wide * cells >= 2.0 * math.pi:
+        return None
+    least = math.ceil(2.0 * math.pi / wide)
+    return f"{cells} cells around are too coarse for eccentricity ratio {eccentricity_ratio:.6g}: take {least}"
 
 
 def check_mesh(mesh: tuple[int, int]) -> tuple[int, int]:

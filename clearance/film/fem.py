@@ -36,7 +36,7 @@ from scipy.sparse.linalg import SuperLU, splu
 from scipy.special import ndtr
 
 from clearance import checks
-from clearance.film.bearing import Bearing, FilmSolution, Groove, check_mesh, check_state
+from clearance.film.bearing import Bearing, FilmSolution, Groove, check_mesh, check_state, coarseness
 from clearance.laws.asperity import PRESSURE_FACTORS
 
 TURN = 2.0 * math.pi
@@ -538,16 +538,9 @@ class FemFilm:
         return self._film.solution(self._film.solve(state, warm), state[0])
 
     def doubt(self, eccentricity_ratio: float) -> str | None:
-        """What there is to say against this mesh at an eccentricity: it should resolve the pressure's peak.
-
-        The peak is sqrt(2 (1 - eps)) rad wide each side; with one cell in that the force is some 5 % off.
-        """
-        wide = math.sqrt(2.0 * max(1.0 - eccentricity_ratio, 1e-12))
+        """What there is to say against this mesh at an eccentricity, see `coarseness`."""
         cells = len(self._film.parts.theta) // (2 if isinstance(self._film, _Memoryless) else 1)
-        if wide * cells >= TURN:
-            return None
-        least = math.ceil(TURN / wide)
-        return f"{cells} cells around are too coarse for eccentricity ratio {eccentricity_ratio:.6g}: take {least}"
+        return coarseness(cells, eccentricity_ratio)
 
     def outputs(self, eccentricity_ratio: float, radial_rate: float, entrainment: float) -> np.ndarray:
         """radial, tangential [N], shear, side flow [m3/s] alone, warm started, on any mesh."""

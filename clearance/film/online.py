@@ -5,11 +5,9 @@ the bearing, is kept from step to step (implicit Euler between accepted states),
 answered in Python (film/asking.py), some 1e3 to 1e4 times dearer than the table.
 """
 
-import math
-
 from clearance import checks
 from clearance.film.asking import KEEP, SLOPES, VALUE, Answerer, ask
-from clearance.film.bearing import CAVITATIONS, Bearing, Groove, check_mesh
+from clearance.film.bearing import CAVITATIONS, Bearing, Groove, check_mesh, coarseness
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, memory_film, wet_film
 
 NEAREST = 1.0 - 1e-4  # eccentricity ratio that a finite element mesh is asked for at most
@@ -169,10 +167,7 @@ class MemoryAnswer(Answerer):
 
     def doubt(self, eccentricity_ratio: float) -> str | None:
         """What there is to say against the mesh at the largest eccentricity of a run."""
-        cells, wide = len(self.film.theta), math.sqrt(2.0 * max(1.0 - eccentricity_ratio, 1e-12))
-        if wide * cells >= 2.0 * math.pi:
-            return None
-        return f"{cells} cells around are too coarse for eccentricity ratio {eccentricity_ratio:.6g}"
+        return coarseness(len(self.film.theta), eccentricity_ratio)
 
 
 _solved = DataLaw(wet_film, solved, {}, FilmAnswer)

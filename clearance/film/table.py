@@ -30,9 +30,10 @@ import numpy as np
 
 from clearance import checks
 from clearance.film import bands, tabulated
-from clearance.film.bearing import LARGEST, check_mesh
+from clearance.film.bearing import check_mesh, check_nodes
 from clearance.film.tabulated import (
     HEAD,
+    TOP,
     looked_up,
     looked_up_ambient,
     looked_up_flow,
@@ -41,7 +42,6 @@ from clearance.film.tabulated import (
 from clearance.mechanism import store
 
 LOG = logging.getLogger("clearance")
-TOP = 6.2  # largest y: eps = 0.998
 HALF_WAY = 3.0  # S at tau = 1/2
 MESH = (96, 12)  # of the solver behind the nodes
 BESIDE = 0.01  # step in ln(L/D) of the tables that others are interpolated from
@@ -94,8 +94,7 @@ class Key:
         checks.positive("film table: slenderness", self.slenderness)
         if self.cavitation not in bands.CODES:
             raise ValueError(f"film table: cavitation must be one of {', '.join(bands.CODES)}; got {self.cavitation!r}")
-        if not isinstance(self.nodes, int) or not 5 <= self.nodes <= LARGEST:
-            raise ValueError(f"film table: nodes must be a whole number from 5 to {LARGEST}, got {self.nodes!r}")
+        check_nodes("film table", self.nodes)
         check_mesh(self.mesh)
 
     @property

@@ -3,14 +3,15 @@
 import math
 
 from clearance import checks
-from clearance.film.bearing import CAVITATIONS, LARGEST, Bearing, check_mesh
+from clearance.film.bearing import CAVITATIONS, Bearing, check_mesh, check_nodes
 from clearance.laws.film import REST, WALL
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, wet_film
 
 #: numbers before the coefficients: A, nodes over y and alpha', cells per y and per alpha', nodes over tau, values of A,
 #: where the side flow begins, none
 HEAD = 8
-LAST = 0.9979705626286364  # eccentricity ratio of the last node, 1 - exp(-6.2)
+TOP = 6.2  # largest y of the nodes
+LAST = 1.0 - math.exp(-TOP)  # its eccentricity ratio, 0.998
 LAYERS = 25  # nodes over tau
 
 
@@ -87,6 +88,16 @@ def answering(eps, radial_rate, across):
     return eps - x * x * (3.0 - 2.0 * x) * (eps - LAST)
 
 
+def scaled_motion(eps, radial_rate, turning):
+    """s^2, s, s v_t and its size (never quite 0), |V'|, -ln(1 - eps) and alpha' of a motion; finite at contact too."""
+    gap = max(1.0 - eps * eps, WALL)
+    root = math.sqrt(gap)
+    across = root * turning
+    width = math.sqrt(across * across + REST * REST)
+    speed = math.sqrt(radial_rate * radial_rate + width * width)
+    return gap, root, across, width, speed, -math.log(max(1.0 - eps, 0.5 * WALL)), math.atan2(width, radial_rate)
+
+
 def table(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
     """Film of a finite bearing from its Reynolds equation [N, N, 1], looked up in a table.
 
@@ -102,12 +113,7 @@ def table(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
     eps = min(eccentricity_ratio, 1.0)
     turning = 0.5 * eps * entrainment
     eps = answering(eps, radial_rate, math.sqrt(max(1.0 - eps * eps, WALL)) * turning)
-    gap = max(1.0 - eps * eps, WALL)
-    root = math.sqrt(gap)
-    across = root * turning
-    width = math.sqrt(across * across + REST * REST)
-    speed = math.sqrt(radial_rate * radial_rate + width * width)
-    y, angle = -math.log(max(1.0 - eps, 0.5 * WALL)), math.atan2(width, radial_rate)
+    gap, root, across, width, speed, y, angle = scaled_motion(eps, radial_rate, turning)
     rest_radial, rest_tangential, shear = looked_up(data, first, y, angle)
     scale = joint.viscosity * joint.length * joint.radius**3 / (joint.clearance**2 * gap)
     radial = (speed * rest_radial - data[first] * radial_rate) * scale / root
@@ -118,12 +124,8 @@ def table(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
 def side_flow(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
     """Oil that leaves the bearing at both ends [m3/s]: c R L |V'| q(eps, alpha') / s."""
     eps = min(eccentricity_ratio, 1.0)
-    root = math.sqrt(max(1.0 - eps * eps, WALL))
-    across = 0.5 * root * eps * entrainment
-    width = math.sqrt(across * across + REST * REST)
-    speed = math.sqrt(radial_rate * radial_rate + width * width)
-    y = -math.log(max(1.0 - eps, 0.5 * WALL))
-    flow = looked_up_flow(data, int(start), y, math.atan2(width, radial_rate))
+    gap, root, across, width, speed, y, angle = scaled_motion(eps, radial_rate, 0.5 * eps * entrainment)
+    flow = looked_up_flow(data, int(start), y, angle)
     return joint.clearance * joint.radius * joint.length * speed * flow / root
 
 
@@ -188,12 +190,7 @@ def table_ambient(eccentricity_ratio, radial_rate, entrainment, joint, data, sta
     eps = min(eccentricity_ratio, 1.0)
     turning = 0.5 * eps * entrainment
     eps = answering(eps, radial_rate, math.sqrt(max(1.0 - eps * eps, WALL)) * turning)
-    gap = max(1.0 - eps * eps, WALL)
-    root = math.sqrt(gap)
-    across = root * turning
-    width = math.sqrt(across * across + REST * REST)
-    speed = math.sqrt(radial_rate * radial_rate + width * width)
-    y, angle = -math.log(max(1.0 - eps, 0.5 * WALL)), math.atan2(width, radial_rate)
+    gap, root, across, width, speed, y, angle = scaled_motion(eps, radial_rate, turning)
     still = ambient * joint.clearance**2 * gap * gap / (3.0 * joint.viscosity * joint.radius**2)
     size, rest_radial, rest_tangential, shear = looked_up_ambient(data, first, y, angle, still / (still + speed))
     scale = joint.viscosity * joint.length * joint.radius**3 / (joint.clearance**2 * gap)
@@ -205,12 +202,7 @@ def table_ambient(eccentricity_ratio, radial_rate, entrainment, joint, data, sta
 def side_flow_ambient(eccentricity_ratio, radial_rate, entrainment, joint, data, start, ambient):
     """Oil that leaves the bearing at both ends [m3/s]: c R L |V'| q(eps, alpha', tau) / s."""
     eps = min(eccentricity_ratio, 1.0)
-    gap = max(1.0 - eps * eps, WALL)
-    root = math.sqrt(gap)
-    across = 0.5 * root * eps * entrainment
-    width = math.sqrt(across * across + REST * REST)
-    speed = math.sqrt(radial_rate * radial_rate + width * width)
-    y, angle = -math.log(max(1.0 - eps, 0.5 * WALL)), math.atan2(width, radial_rate)
+    gap, root, across, width, speed, y, angle = scaled_motion(eps, radial_rate, 0.5 * eps * entrainment)
     still = ambient * joint.clearance**2 * gap * gap / (3.0 * joint.viscosity * joint.radius**2)
     flow = looked_up_flow_ambient(data, int(start), y, angle, still / (still + speed))
     return joint.clearance * joint.radius * joint.length * speed * flow / root
@@ -259,8 +251,7 @@ def table_film(
     """
     if cavitation not in CAVITATIONS[:3]:
         raise ValueError(f"table_film: cavitation must be one of {', '.join(CAVITATIONS[:3])}; got {cavitation!r}")
-    if not isinstance(nodes, int) or not 5 <= nodes <= LARGEST:
-        raise ValueError(f"table_film: nodes must be a whole number from 5 to {LARGEST}, got {nodes!r}")
+    check_nodes("table_film", nodes)
     mesh = check_mesh(mesh if mesh is not None else (96, 12) if ambient is None else (64, 8))
     settings = {"cavitation": cavitation, "flow_factors": bool(flow_factors), "nodes": nodes, "mesh": mesh}
     if ambient is None:

@@ -8,18 +8,9 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import cli
 from clearance.evidence import film_ladder, films
 from clearance.film.bearing import Bearing
-
-
-def run(*arguments, capsys):
-    try:
-        status = cli.main([str(a) for a in arguments])
-    except SystemExit as stop:
-        status = stop.code
-    out = capsys.readouterr()
-    return status, out.out, out.err
+from tests.test_cli import run
 
 
 @pytest.fixture(scope="module")
