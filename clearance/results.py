@@ -7,9 +7,11 @@ xarray opens each group.
 
 import datetime
 import importlib.metadata
+import json
 import os
 import platform
 import shutil
+from functools import cached_property
 from pathlib import Path
 
 import h5py
@@ -312,53 +314,134 @@ class LedgerWatch:
 class Channels:
     """The channels of one group as attributes: `.ax`, and `.force` for the pair of `.force_x` and `.force_y`."""
 
-    def __init__(self, group: h5py.Group):
-        self._group = group
+    def __init__(self, record: "Record", group: str):
+        self._record, self._group = record, group
 
     def __getattr__(self, name: str) -> np.ndarray:
-        group = self.__dict__["_group"]
-        if name in group:
-            return group[name][()]
-        if f"{name}_x" in group:
-            return np.stack([group[f"{name}_x"][()], group[f"{name}_y"][()]], axis=-1)
-        raise AttributeError(f"{group.name} has no channel {name!r}; it has {', '.join(group)}")
+        record, group = self.__dict__["_record"], self.__dict__["_group"]
+        known = record.names(group)
+        if name in known:
+            return record.values(f"{group}/{name}")
+        if f"{name}_x" in known:
+            return np.stack([record.values(f"{group}/{name}_{axis}") for axis in "xy"], axis=-1)
+        raise AttributeError(f"{group} has no channel {name!r}; it has {', '.join(known)}")
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._record.names(self._group)
 
     def __dir__(self):
-        return [*super().__dir__(), *self._group]
+        return [*super().__dir__(), *self._record.names(self._group)]
 
     def __repr__(self) -> str:
-        return f"<channels of {self._group.name}: {', '.join(self._group)}>"
+        return f"<channels of {self._group}: {', '.join(self._record.names(self._group))}>"
 
 
-class Result:
-    """A result file, read lazily: `result["slider"].ax`, `result.joint("B").force`, `result.energy.residual`."""
+class Record:
+    """What a run gave, by name: `run["slider"].ax`, `run.joint("B").force`, `run.energy.residual`.
 
-    def __init__(self, path: str | Path):
-        self.path = Path(path)
-        if not self.path.exists():
-            raise FileNotFoundError(f"no result file {self.path}")
-        try:
-            self.file = h5py.File(self.path, "r")
-        except OSError as error:
-            raise ValueError(f"{self.path} is not a readable HDF5 file: {error}") from None
-        if self.file.attrs.get("format") != FORMAT:
-            raise ValueError(f"{self.path} is not a clearance result (format {self.file.attrs.get('format')!r})")
-        if self.file.attrs["format_version"] > FORMAT_VERSION:
-            raise ValueError(
-                f"{self.path} was written by a newer clearance (format {self.file.attrs['format_version']})"
-            )
+    Subclasses say where it is (in a file, in memory) by `attributes`, `solver`, `warnings`, `events`, `names`,
+    `values`, `facts` and `units`.
+    """
+
+    attributes: dict
+    solver: dict
+    warnings: list[str]
+    events: dict[str, np.ndarray]
+
+    def names(self, group: str) -> tuple[str, ...]:
+        """What is in a group: the joints of "joints", the channels of "joints/B"; () where there is none."""
+        raise NotImplementedError
+
+    def values(self, path: str) -> np.ndarray:
+        """A channel by its path, such as "joints/B/gap". Raises KeyError for one the run has not got."""
+        raise NotImplementedError
+
+    def facts(self, group: str) -> dict:
+        """What is known of a group as a whole: `facts("joints/B")["peak_force"]`."""
+        raise NotImplementedError
+
+    def units(self, path: str) -> str:
+        raise NotImplementedError
+
+    def __contains__(self, path: str) -> bool:
+        group, _, name = path.rpartition("/")
+        return name in self.names(group)
 
     @property
     def time(self) -> np.ndarray:
-        return self.file["time"][()]
+        return self.values("time")
 
     @property
     def status(self) -> str:
-        return self.file.attrs["status"]
+        return self.attributes["status"]
 
     @property
     def complete(self) -> bool:
         return self.status == "complete"
+
+    @cached_property
+    def scene(self) -> dict:
+        """The scene's description, as plain data."""
+        return json.loads(self.attributes["scene"])
+
+    @cached_property
+    def turn(self) -> float | None:
+        """Time of one turn of the drive at constant speed [s]; None where there is none."""
+        loads = self.scene["loads"]
+        speeds = [d["speed"] for d in loads if d["type"] == "Drive" and d.get("speed") and _turns(self.scene, d)]
+        return 2.0 * np.pi / abs(speeds[0]) if speeds else None
+
+    @property
+    def clearances(self) -> dict[str, float]:
+        """Radial clearance [m] of each clearance joint whose channels were kept."""
+        joints = {j["name"]: j.get("clearance") for j in self.scene["joints"]}
+        return {n: joints[n] for n in self.names("joints") if joints[n] is not None}
+
+    def range(self, path: str) -> tuple[float, float]:
+        """Smallest and largest value of a channel, such as "joints/B/gap"."""
+        values = self.values(path)
+        return float(values.min()), float(values.max())
+
+    def _channels(self, kind: str, name: str) -> Channels:
+        if name not in self.names(kind):
+            raise KeyError(f"no {name!r} among {kind}; there are: {', '.join(self.names(kind)) or 'none'}")
+        return Channels(self, f"{kind}/{name}")
+
+    def __getitem__(self, body: str) -> Channels:
+        return self._channels("bodies", body)
+
+    def joint(self, name: str) -> Channels:
+        return self._channels("joints", name)
+
+    def drive(self, name: str) -> Channels:
+        return self._channels("drives", name)
+
+    @property
+    def energy(self) -> Channels:
+        return Channels(self, "energy")
+
+
+class Result(Record):
+    """A result file, read lazily."""
+
+    def __init__(self, path: str | Path):
+        self.path = Path(path)
+        self.file = open_checked(self.path, "clearance result", FORMAT, FORMAT_VERSION)
+
+    def names(self, group: str) -> tuple[str, ...]:
+        found = self.file.get(group) if group else self.file
+        return tuple(n for n in found if n != "time" or not group) if isinstance(found, h5py.Group) else ()
+
+    def values(self, path: str) -> np.ndarray:
+        if not isinstance(self.file.get(path), h5py.Dataset):
+            raise KeyError(f"{self.path.name} has no channel {path!r}; it may not have been kept when it was written")
+        return self.file[path][()]
+
+    def facts(self, group: str) -> dict:
+        return dict(self.file[group].attrs) if group in self.file else {}
+
+    def units(self, path: str) -> str:
+        return str(self.file[path].attrs["units"])
 
     @property
     def attributes(self) -> dict:
@@ -375,29 +458,10 @@ class Result:
         """What the run wants its reader to know, joint by joint."""
         return [str(w) for w in self.file.attrs["warnings"]]
 
-    def _channels(self, kind: str, name: str) -> Channels:
-        if kind not in self.file or name not in self.file[kind]:
-            known = ", ".join(self.file[kind]) if kind in self.file else "none"
-            raise KeyError(f"no {name!r} among {kind}; there are: {known}")
-        return Channels(self.file[kind][name])
-
-    def __getitem__(self, body: str) -> Channels:
-        return self._channels("bodies", body)
-
-    def joint(self, name: str) -> Channels:
-        return self._channels("joints", name)
-
-    def drive(self, name: str) -> Channels:
-        return self._channels("drives", name)
-
     def range(self, path: str) -> tuple[float, float]:
-        """Smallest and largest value of a channel, such as "joints/B/gap", without reading it."""
+        """Smallest and largest value of a channel, without reading it."""
         low, high = self.file[path].attrs["actual_range"]
         return float(low), float(high)
-
-    @property
-    def energy(self) -> Channels:
-        return Channels(self.file["energy"])
 
     @property
     def events(self) -> dict[str, np.ndarray]:
@@ -417,8 +481,38 @@ class Result:
     def close(self) -> None:
         self.file.close()
 
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
     def __repr__(self) -> str:
         return f"<Result {self.path.name}: {self.file['time'].shape[0]} samples, {self.status}>"
+
+
+def _turns(scene: dict, drive: dict) -> bool:
+    """Whether a drive turns something rather than pushing a slide."""
+    joint = next((j for j in scene["joints"] if j["name"] == drive.get("target")), None)
+    return joint is None or joint["type"] != "Prismatic"
+
+
+def open_checked(path: Path, kind: str, form: str, version: int) -> h5py.File:
+    """Open an HDF5 file of ours. Raises FileNotFoundError, or ValueError for other, broken or newer files."""
+    if not path.exists():
+        raise FileNotFoundError(f"no {kind.split()[-1]} file {path}")
+    try:
+        file = h5py.File(path, "r")
+    except OSError as error:
+        raise ValueError(f"{path} is not a readable HDF5 file: {error}") from None
+    found = file.attrs.get("format")
+    if found != form:
+        file.close()
+        raise ValueError(f"{path} is not a {kind} (format {found!r})")
+    if (newer := file.attrs["format_version"]) > version:
+        file.close()
+        raise ValueError(f"{path} was written by a newer clearance (format {newer}; this one reads up to {version})")
+    return file
 
 
 def open_result(path: str | Path) -> Result:

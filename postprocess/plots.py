@@ -4,13 +4,10 @@ import json
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
+from clearance.postprocess.figures import POINTS, finish, line, save, sheet
 
 from clearance.results import Result
 
-#: most points drawn per line; of longer records each bin's smallest and largest value is drawn, so no peak is lost
-POINTS = 20000
 #: states of a mixed joint and their colours
 STATES = {"full film": "tab:blue", "mixed": "tab:orange", "dry": "tab:red"}
 
@@ -21,8 +18,7 @@ def overview(result: Result, path: str | Path) -> Path:
     shown = clearance_joints[:3]
     mixed = [n for n in shown if "membership_dry" in result.file["joints"][n]]
     rows = 2 + (len(mixed) if mixed else bool(shown))
-    figure = Figure(figsize=(11.0, 3.4 * rows), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = sheet(11.0, 3.4 * rows)
     grid = figure.add_gridspec(rows, 6)
     panels = [(grid[0, :3], motion), (grid[0, 3:], drive), (grid[1, :3], joint_forces), (grid[1, 3:], energy)]
     for place, draw in panels:
@@ -34,9 +30,7 @@ def overview(result: Result, path: str | Path) -> Path:
     for i, name in enumerate(shown if not mixed else ()):
         orbit(result, name, figure.add_subplot(grid[2, i * width : (i + 1) * width]))
     figure.suptitle(": ".join(filter(None, (result.attributes["case"], title(result)))))
-    path = Path(path)
-    figure.savefig(path, dpi=130)
-    return path
+    return save(figure, path, dpi=130)
 
 
 def title(result: Result) -> str:
@@ -50,33 +44,13 @@ def title(result: Result) -> str:
     return ", ".join([*parts, *([] if result.complete else [result.status])])
 
 
-def _line(axes, time: np.ndarray, values: np.ndarray, **style) -> None:
-    """A curve whose peaks survive thinning."""
-    width = 2 * len(values) // POINTS
-    if width > 1:
-        bins = values[: len(values) // width * width].reshape(-1, width)
-        start = np.arange(len(bins)) * width
-        kept = np.sort(np.concatenate([start + bins.argmin(axis=1), start + bins.argmax(axis=1)]))
-        time, values = time[kept], values[kept]
-    axes.plot(time, values, lw=0.8, **style)
-
-
-def _finish(axes, ylabel: str) -> None:
-    axes.set_xlabel("time [s]")
-    axes.set_ylabel(ylabel)
-    axes.grid(alpha=0.3)
-    names = axes.get_legend_handles_labels()[1]
-    if names:
-        axes.legend(fontsize="small", loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(names), frameon=False)
-
-
 def motion(result: Result, axes) -> None:
     """Acceleration of the last body (the slider of most mechanisms) along its larger component."""
     name = list(json.loads(result.attributes["scene"])["bodies"])[-1]["name"]
     channels = result[name]
     component = max(("ax", "ay"), key=lambda c: np.ptp(getattr(channels, c)))
-    _line(axes, result.time, getattr(channels, component), label=name)
-    _finish(axes, f"acceleration {component[1]} [m/s²]")
+    line(axes, result.time, getattr(channels, component), label=name)
+    finish(axes, f"acceleration {component[1]} [m/s²]")
 
 
 def drive(result: Result, axes) -> None:
@@ -84,31 +58,31 @@ def drive(result: Result, axes) -> None:
     found = result.file.get("drives")
     if found is None:
         for name in result.file["bodies"]:
-            _line(axes, result.time, result[name].theta, label=name)
-        _finish(axes, "angle [rad]")
+            line(axes, result.time, result[name].theta, label=name)
+        finish(axes, "angle [rad]")
         return
     units = []
     for name, group in found.items():
         channel = "torque" if "torque" in group else "force"
         units.append(f"{channel} [{group[channel].attrs['units']}]")
-        _line(axes, result.time, group[channel][()], label=name)
-    _finish(axes, "driving " + " and ".join(dict.fromkeys(units)))
+        line(axes, result.time, group[channel][()], label=name)
+    finish(axes, "driving " + " and ".join(dict.fromkeys(units)))
 
 
 def joint_forces(result: Result, axes) -> None:
     """Magnitude of every joint force."""
     for name in result.file["joints"]:
         force = np.hypot(*result.joint(name).force.T)
-        _line(axes, result.time, force, label=name)
-    _finish(axes, "joint force [N]")
+        line(axes, result.time, force, label=name)
+    finish(axes, "joint force [N]")
 
 
 def energy(result: Result, axes) -> None:
     """Kinetic energy and, on an axis of its own, the residual of the energy ledger."""
-    _line(axes, result.time, result.energy.kinetic, color="tab:gray", label="kinetic energy")
-    _finish(axes, "kinetic energy [J]")
+    line(axes, result.time, result.energy.kinetic, color="tab:gray", label="kinetic energy")
+    finish(axes, "kinetic energy [J]")
     right = axes.twinx()
-    _line(right, result.time, result.energy.residual, color="tab:red")
+    line(right, result.time, result.energy.residual, color="tab:red")
     right.set_ylabel("energy residual [J]", color="tab:red")
 
 
@@ -152,7 +126,7 @@ def regimes(result: Result, joint: str, axes, turns: float = 2.0) -> None:
     for level in (1.0, 3.0):
         axes.axhline(level, color="0.7", lw=0.6, ls=":")
     axes.set_title(f"joint {joint}", fontsize="medium", loc="right")
-    _finish(axes, "film thickness ratio [-]")
+    finish(axes, "film thickness ratio [-]")
     right = axes.twinx()
     share = channels.asperity_share[late]
     right.fill_between(time[late], 0.0, 100.0 * share, color="0.5", alpha=0.25, lw=0)

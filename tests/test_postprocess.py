@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from clearance.postprocess import plots
+from clearance.postprocess import figures, plots
 from matplotlib.figure import Figure
 
 import clearance as cl
@@ -29,8 +29,8 @@ def test_thinning_keeps_peaks():
     values = np.zeros(300_000)
     values[123_456], values[234_567] = 5.0, -7.0
     axes = Figure().add_subplot()
-    plots._line(axes, np.arange(values.size), values)
+    figures.line(axes, np.arange(values.size), values)
     (line,) = axes.lines
-    assert len(line.get_xdata()) <= 2 * plots.POINTS
+    assert len(line.get_xdata()) <= 2 * figures.POINTS
     assert (line.get_ydata().max(), line.get_ydata().min()) == (5.0, -7.0)
     assert (np.diff(line.get_xdata()) >= 0).all()
