@@ -68,23 +68,27 @@ from clearance.units import cP, degree, mm, rpm, um
 
 __all__ = [
     "Bearing", "Body", "ClearanceRevolute", "Drive", "FilmSolution", "Force", "Groove", "HeatBalance", "Lubricant",
-    "Material", "Point", "Prismatic", "Revolute", "Scene", "SimulationError", "SpringDamper", "Torque",
+    "Material", "Point", "Prismatic", "Revolute", "Scene", "SimulationError", "SpringDamper", "SweepError", "Torque",
     "TorsionSpring", "ambrosio", "asperity", "bengisu_akay", "bristle", "cP", "composite_roughness",
     "conserving_film", "contact", "contact_flow_factor", "contact_modulus", "coulomb", "coulomb_tanh",
     "coulomb_viscous", "degree", "delivered_restitution", "effort", "exact_damping", "exact_restitution",
     "fast_film", "fem_film", "film", "film_torques", "flores", "flores_hybrid", "friction", "full_sommerfeld", "fuzzy",
-    "gonthier", "greenwood_tripp", "greenwood_williamson", "ground", "harmonic", "herbert_mcwhannell", "hertz",
+    "gonthier", "greenwood_tripp", "greenwood_williamson", "grid", "ground", "harmonic", "herbert_mcwhannell", "hertz",
     "hertz_stiffness", "hole_check", "hu_guo", "hunt_crossley", "hunt_crossley_memoryless", "impact", "johnson",
     "kelvin_voigt", "lankarani_nikravesh", "laws", "layer_modulus", "lee_wang", "liu", "load_case", "load_sharing",
-    "long_film", "lugre", "memberships", "mm", "open_result", "pinkus_sternlicht", "pressure_flow_factor", "rpm",
-    "shear_flow_factor", "short_film", "signal", "simulate", "solve_film", "steel", "stribeck", "superposed",
-    "table_film", "threlfall", "transition", "um", "winkler", "zhiying_qishao",
+    "long_film", "lugre", "memberships", "mm", "open_result", "open_sweep", "pinkus_sternlicht", "pressure_flow_factor",
+    "rpm", "sampled",
+    "shear_flow_factor", "short_film", "signal", "simulate", "solve_film", "steel", "stribeck", "superposed", "sweep",
+    "table_film", "threlfall", "transition", "um", "winkler", "zipped", "zhiying_qishao",
 ]  # fmt: skip
 
 _LAZY = {
     "simulate": "clearance.simulation", "SimulationError": "clearance.simulation", "open_result": "clearance.results",
     "Result": "clearance.results", "load_case": "clearance.catalogue", "hole_check": "clearance.regimes",
-    "solve_film": "clearance.film.solvers",
+    "solve_film": "clearance.film.solvers", "sweep": "clearance.sweeping.driver",
+    "SweepError": "clearance.sweeping.driver", "open_sweep": "clearance.sweeping.index",
+    "Sweep": "clearance.sweeping.index", "grid": "clearance.sweeping.points", "zipped": "clearance.sweeping.points",
+    "sampled": "clearance.sweeping.points",
 }  # fmt: skip
 
 

@@ -8,6 +8,7 @@ import traceback
 import typing
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 from clearance.scene import Scene
@@ -53,7 +54,7 @@ class Case:
     function: Callable[..., Scene]
     summary: str
 
-    @property
+    @cached_property
     def parameters(self) -> dict[str, Parameter]:
         """Parameters from the signature; units and texts from the docstring's `name: text [unit]` lines."""
         said = {}

@@ -4,7 +4,6 @@ Exit status: 0 done, 1 the run failed part-way (what it had is kept), 2 the inpu
 """
 
 import argparse
-import contextlib
 import json
 import logging
 import os
@@ -13,7 +12,20 @@ import sys
 import time
 from pathlib import Path
 
-DONE, FAILED, WRONG = 0, 1, 2
+from clearance.commands import sweep
+from clearance.commands.common import (
+    DONE,
+    FAILED,
+    WRONG,
+    Line,
+    channel_patterns,
+    complain,
+    given,
+    make_folder,
+    number,
+    quantity_of,
+    quiet,
+)  # fmt: skip
 
 
 class Parser(argparse.ArgumentParser):
@@ -23,20 +35,6 @@ class Parser(argparse.ArgumentParser):
         if "--json" in sys.argv:
             print(json.dumps({"status": "wrong input", "message": message}))
         self.exit(WRONG, f"clearance: {message}\n")
-
-
-def _quantity_of(units: str):
-    """A parser of numbers with an optional unit, in SI."""
-
-    def parse(text: str) -> float:
-        from clearance.units import quantity
-
-        try:
-            return quantity(text, units)
-        except ValueError as error:
-            raise argparse.ArgumentTypeError(str(error)) from None
-
-    return parse
 
 
 def parser() -> Parser:
@@ -57,8 +55,8 @@ def parser() -> Parser:
         )  # fmt: skip
     for command in (run, study):
         length = command.add_mutually_exclusive_group()
-        length.add_argument("--turns", type=_number, help="length in turns of the drive (default 2, or 2 s)")
-        length.add_argument("--until", type=_quantity_of("s"), metavar="S", help="length in seconds")
+        length.add_argument("--turns", type=number, help="length in turns of the drive (default 2, or 2 s)")
+        length.add_argument("--until", type=quantity_of("s"), metavar="S", help="length in seconds")
     study.add_argument("--peers", action="store_true", help="also numbalsoda, SUNDIALS, Exudyn where installed")
     study.add_argument("--physics", action="store_true", help="compare choices of physics instead of solvers")
     stress.add_argument("case", metavar="CASE", nargs="?", help="only this case (or: random)")
@@ -66,16 +64,24 @@ def parser() -> Parser:
     stress.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
     for command in (study, stress):
         command.add_argument("-o", dest="output", metavar="DIR", help="folder for table, picture and HDF5")
-    run.add_argument("--rtol", type=_number, default=1e-6, metavar="R", help="local error tolerance (default 1e-6)")
+    run.add_argument("--rtol", type=number, default=1e-6, metavar="R", help="local error tolerance (default 1e-6)")
     run.add_argument("--method", default="auto", help="auto, dop853, rodas5p, radau5, radau9 or radau (default auto)")
-    run.add_argument("--max-step", type=_quantity_of("s"), metavar="S", help="longest step, where loads act briefly")
+    run.add_argument("--max-step", type=quantity_of("s"), metavar="S", help="longest step, where loads act briefly")
     run.add_argument(
-        "--samples-per-turn", type=_number, default=400, metavar="N", help="output rows a turn (default 400)"
+        "--samples-per-turn", type=number, default=400, metavar="N", help="output rows a turn (default 400)"
     )
+    run.add_argument(
+        "--channels", metavar="PATHS", help='kept in the file: comma list such as "bodies/slider,joints/B/gap" (all)'
+    )
+    run.add_argument("--compression", type=int, default=0, metavar="0..9", help="gzip level of the file (default 0)")
+    run.add_argument(
+        "--checkpoint", type=quantity_of("s"), metavar="S",
+        help="keep a checkpoint every so many seconds of wall time: the same command goes on from it after a crash",
+    )  # fmt: skip
     run.add_argument("-o", dest="output", metavar="FILE.h5", help="result file (default CASE.h5)")
     run.add_argument("--plot", action="store_true", help="draw a picture beside the result file")
     explain.add_argument("--cost", action="store_true", help="also measure what each part of such a scene costs")
-    for command in (cases, run, explain, study, stress, *_film_commands(commands)):
+    for command in (cases, run, explain, study, stress, sweep.add(commands), *_film_commands(commands)):
         command.add_argument("--json", action="store_true", help="one JSON document on stdout, nothing else")
     return top
 
@@ -91,12 +97,10 @@ def _film_commands(commands) -> list:
     ladder = whats.add_parser("ladder", help="error against run time of all films, single states and a feeder run")
     for command in (pressure, map_, meshes):
         for name, default, text in _BEARING:
-            command.add_argument(
-                f"--{name}", type=_quantity_of(text[1]), default=default, help=f"{text[0]} ({default})"
-            )
+            command.add_argument(f"--{name}", type=quantity_of(text[1]), default=default, help=f"{text[0]} ({default})")
         command.add_argument("--cavitation", default="reynolds", help="reynolds, gumbel, none or mass_conserving")
     for name, default, text in _STATE:
-        pressure.add_argument(f"--{name}", type=_quantity_of(text[1]), default=default, help=f"{text[0]} ({default})")
+        pressure.add_argument(f"--{name}", type=quantity_of(text[1]), default=default, help=f"{text[0]} ({default})")
     pressure.add_argument(
         "--groove", action="append", default=[], metavar="ANGLE[,WIDTH[,LENGTH[,PRESSURE]]]",
         help="oil supply: angle from the widest gap, width, axial share, pressure above ambient; may be repeated",
@@ -104,12 +108,12 @@ def _film_commands(commands) -> list:
     pressure.add_argument("--solver", default="auto", help="auto, fast or fem")
     for command in (pressure, shots):
         command.add_argument("--mesh", type=_mesh, metavar="NxM", help="cells around x over half the length")
-    map_.add_argument("--roughness", type=_quantity_of("m"), default="0", help="of the flow factors, 0: smooth (0)")
+    map_.add_argument("--roughness", type=quantity_of("m"), default="0", help="of the flow factors, 0: smooth (0)")
     map_.add_argument("--nodes", type=int, default=33, help="nodes over eccentricity and direction (33)")
     shots.add_argument("file", metavar="RUN.h5", help="a result file")
     shots.add_argument("--joint", help="joint (default the first with a film)")
     shots.add_argument("--count", type=int, default=6, metavar="N", help="moments over the last turn (6)")
-    ladder.add_argument("--turns", type=_number, default=1.0, help="length of the feeder run in turns (1)")
+    ladder.add_argument("--turns", type=number, default=1.0, help="length of the feeder run in turns (1)")
     ladder.add_argument("--quick", action="store_true", help="coarse meshes only")
     every = [pressure, map_, shots, meshes, ladder]
     for command in every:
@@ -136,19 +140,12 @@ def _mesh(text: str) -> tuple[int, int]:
     return int(found[1]), int(found[2])
 
 
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
-
-
 def main(arguments: list[str] | None = None) -> int:
     """Entry point: returns the exit status."""
     options = parser().parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
     action = {
         "cases": list_cases, "run": run_case, "explain": explain_case, "work-precision": measure_case,
-        "stress": stress_cases, "film": study_film,
+        "stress": stress_cases, "film": study_film, "sweep": sweep.run,
     }[options.command]  # fmt: skip
     try:
         return action(options)
@@ -156,9 +153,9 @@ def main(arguments: list[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except (ValueError, TypeError, OSError) as error:
-        return _complain(options, str(error), WRONG)
+        return complain(options, str(error), WRONG)
     except KeyboardInterrupt:
-        return _complain(options, "interrupted; the result file holds what was computed", FAILED)
+        return complain(options, "interrupted; the result file holds what was computed", FAILED)
 
 
 def _joined(arguments: list[str]) -> list[str]:
@@ -172,34 +169,15 @@ def _joined(arguments: list[str]) -> list[str]:
     return found
 
 
-def _complain(options, message: str, status: int, **more) -> int:
-    line = " ".join(message.split())
-    if options.json:
-        print(json.dumps({"status": "failed" if status == FAILED else "wrong input", "message": line, **more}))
-    print(f"clearance: {line}", file=sys.stderr)
-    return status
-
-
 def _scene(options):
     from clearance.catalogue import find_case
 
-    with _quiet(options):
+    with quiet(options):
         case = find_case(options.case)
-    values, known = {}, case.parameters
-    for item in options.parameters:
-        name, equals, text = item.partition("=")
-        if not equals:
-            raise ValueError(f"-p {item}: expected NAME=VALUE")
-        if name not in known:
-            raise ValueError(f"case {case.name} has no parameter {name!r}; it has {', '.join(known)}")
-        values[name] = known[name].value(text)
-    with _quiet(options):
+    known = case.parameters
+    values = {name: known[name].value(text) for name, text in given(options, known)}
+    with quiet(options):
         return case, values, case.scene(**values)
-
-
-def _quiet(options):
-    """Under --json, what a case file prints goes to stderr."""
-    return contextlib.redirect_stdout(sys.stderr) if options.json else contextlib.nullcontext()
 
 
 def list_cases(options) -> int:
@@ -246,6 +224,8 @@ def run_case(options) -> int:
         result = simulate(
             scene, turns=turns, until=until, rtol=options.rtol, method=options.method,
             max_step=options.max_step, samples_per_turn=options.samples_per_turn, path=output, progress=bar,
+            channels=channel_patterns(options.channels), compression=options.compression,
+            checkpoint=options.checkpoint,
         )  # fmt: skip
     except SimulationError as error:
         failure, result = str(error), error.result
@@ -263,7 +243,7 @@ def run_case(options) -> int:
         summary["plot"] = str(_plot(result, output))
     if failure is not None:
         summary.pop("status")
-        return _complain(options, failure, FAILED, **summary)
+        return complain(options, failure, FAILED, **summary)
     print(json.dumps(summary) if options.json else _readable(summary))
     return DONE
 
@@ -344,7 +324,7 @@ def _summary(case, values: dict, result, began: tuple[float, float]) -> dict:
 
 SHARES = {"share_full_film": "full film", "share_mixed": "mixed", "share_dry": "dry"}
 JOINT_FACTS = (
-    "peak_force", "smallest_gap", "film_pressure", "piezoviscous_number", "flattening_ratio", "mean_asperity_share",
+    "peak_force", "smallest_gap", "film_pressure", "piezoviscousnumber", "flattening_ratio", "mean_asperity_share",
     "film_table_error_closing", *SHARES,
 )  # fmt: skip
 
@@ -401,7 +381,7 @@ def explain_case(options) -> int:
     from clearance.evidence.explain import explain
 
     case, values, scene = _scene(options)
-    parts = ablation.ablation(scene, options.cost, _Line(options))
+    parts = ablation.ablation(scene, options.cost, Line(options))
     found = {"parameters_given": values, **explain(scene), "cost": ablation.plain(parts)}
     if options.json:
         print(json.dumps(found))
@@ -437,15 +417,15 @@ def measure_case(options) -> int:
     if options.physics and options.peers:
         raise ValueError("--physics compares choices of physics, not solvers: leave out --peers")
     case, values, scene = _scene(options)
-    _make_folder(options)
+    make_folder(options)
     title = " ".join([case.name, *(f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in values.items())])
     module = physics if options.physics else work_precision
     if options.physics:
-        study = physics.compare(case, values, options.turns, options.until, progress=_Line(options))
+        study = physics.compare(case, values, options.turns, options.until, progress=Line(options))
         draw, stem = pictures.physics, "physics"
     else:
         study = work_precision.work_precision(
-            title, scene, turns=options.turns, until=options.until, peers=options.peers, progress=_Line(options)
+            title, scene, turns=options.turns, until=options.until, peers=options.peers, progress=Line(options)
         )
         draw, stem = pictures.work_precision, "work_precision"
     lines = [*module.table(study), "", *module.describe(study)]
@@ -460,8 +440,8 @@ def stress_cases(options) -> int:
 
     if options.workers is not None and options.workers < 1:
         raise ValueError(f"--workers must be at least 1, got {options.workers}")
-    _make_folder(options)
-    line = _Line(options)
+    make_folder(options)
+    line = Line(options)
     verdicts = stress.stress(
         options.case, quick=options.quick, workers=options.workers,
         progress=lambda done, total, name: line(f"{done}/{total} {name}"),
@@ -476,7 +456,7 @@ def stress_cases(options) -> int:
 
 def study_film(options) -> int:
     """The Reynolds equation on its own: see `clearance film --help`."""
-    _make_folder(options)
+    make_folder(options)
     return {
         "pressure": _film_pressure, "map": _film_map, "snapshots": _film_snapshots, "convergence": _film_convergence,
         "ladder": _film_ladder,
@@ -554,7 +534,7 @@ def _film_convergence(options) -> int:
 
     from clearance.evidence import film_ladder, film_pictures
 
-    meshes = film_ladder.convergence(_bearing(options), progress=_Line(options))
+    meshes = film_ladder.convergence(_bearing(options), progress=Line(options))
     return _publish(
         options, film_ladder.convergence_table(meshes), {"meshes": [dataclasses.asdict(m) for m in meshes]},
         lambda folder: film_ladder.save_convergence(meshes, folder), film_pictures.convergence, meshes,
@@ -565,17 +545,11 @@ def _film_convergence(options) -> int:
 def _film_ladder(options) -> int:
     from clearance.evidence import film_ladder, film_pictures
 
-    study = film_ladder.ladder(options.turns, options.quick, _Line(options))
+    study = film_ladder.ladder(options.turns, options.quick, Line(options))
     return _publish(
         options, [*film_ladder.table(study), "", *film_ladder.describe(study)], film_ladder.plain(study),
         lambda folder: film_ladder.save(study, folder), film_pictures.ladder, study, "film_ladder",
     )  # fmt: skip
-
-
-def _make_folder(options) -> None:
-    """Before the work, so that a folder nobody can write to is known at once."""
-    if options.output:
-        Path(options.output).mkdir(parents=True, exist_ok=True)
 
 
 def _publish(options, lines: list[str], document: dict, save, draw, study, stem: str) -> int:
@@ -587,18 +561,6 @@ def _publish(options, lines: list[str], document: dict, save, draw, study, stem:
         lines = [*lines, "", *(f"wrote {f}" for f in document["files"])]
     print(json.dumps(document) if options.json else "\n".join(lines))
     return DONE
-
-
-class _Line:
-    """What a long study is at, on one line of stderr; nothing where nobody looks."""
-
-    def __init__(self, options):
-        self.shown = sys.stderr.isatty() and not options.json
-        self.began = time.perf_counter()
-
-    def __call__(self, text: str) -> None:
-        if self.shown:
-            print(f"\r\x1b[K{time.perf_counter() - self.began:6.0f} s  {text}", end="", file=sys.stderr, flush=True)
 
 
 def entry() -> None:

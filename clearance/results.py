@@ -17,206 +17,12 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from clearance.regimes import Regime, regime
-
 FORMAT = "clearance-result"
 FORMAT_VERSION = 1
-CHUNK = 2048  # rows
 PACKAGES = ("clearance", "numpy", "numba", "h5py")
 
-EVENT_COLUMNS = {
-    "time": ("s", "start of the contact"),
-    "impact_speed": ("m/s", "penetration rate at the start"),
-    "peak_force": ("N", "largest normal contact force"),
-    "peak_penetration": ("m", "largest penetration"),
-    "duration": ("s", "duration of the contact"),
-    "separation_speed": ("m/s", "speed of separation at the end"),
-}
-SOLVER_COLUMNS = {
-    "time": ("s", "end of the step"),
-    "step": ("s", "step size"),
-    "error_estimate": ("1", "estimated local error over tolerance"),
-}
 
-
-class ResultWriter:
-    """Writes a run into `<path>.partial` and gives it its final name when the run has ended."""
-
-    def __init__(self, path: Path, channels: list, attributes: dict):
-        self.path = Path(path)
-        if self.path.is_dir():
-            raise ValueError(f"result file {self.path} is a directory; give the name of a file")
-        self.partial = self.path.with_name(self.path.name + ".partial")
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        # columns stay open, each with a chunk cache: a small one, for rows are only appended
-        self.file = h5py.File(self.partial, "w", rdcc_nbytes=2 * CHUNK * 8)
-        self.file.attrs.update(_provenance() | attributes | {"status": "partial: still running"})
-        self.channels = channels
-        self.angles = [
-            (i, next(j for j, d in enumerate(channels) if d.path == c.path.replace("theta", "omega")))
-            for i, c in enumerate(channels)
-            if c.wrapped
-        ]
-        self.balance = next((i for i, c in enumerate(channels) if c.path == "energy/residual"), None)
-        self.last: tuple[float, np.ndarray] | None = None
-        self.zero = 0.0
-        self.low, self.high = np.full(len(channels), np.inf), np.full(len(channels), -np.inf)
-        self.totals, self.rows = np.zeros(len(channels)), 0
-        self.peaks: dict[str, float] = {}  # largest force by joint, of samples and contacts
-        self.depths: dict[str, float] = {}  # largest penetration by joint, of its contacts
-        self.turned_over = 0.0
-        self.ledger: LedgerWatch | None = None
-        places = {c.path: i for i, c in enumerate(channels)}
-        self.work = [places[p] for p in ("energy/input", "energy/dissipated") if p in places]
-        if self.balance is not None:
-            self.ledger = LedgerWatch([places["energy/kinetic"], *self.work], self.balance)
-        self._create()
-
-    def _create(self) -> None:
-        scale = _dataset(self.file, "time", "s", "time")
-        scale.make_scale("time")
-        self.columns = [_dataset(self.file, c.path, c.units, c.long_name) for c in self.channels]  # kept open
-        for column in self.columns:
-            column.dims[0].attach_scale(scale)
-            group = column.parent
-            if "time" not in group:
-                group["time"] = scale  # the same dataset under a second name: each group opens with its times
-        for group, columns in (("events", EVENT_COLUMNS), ("solver", SOLVER_COLUMNS)):
-            for name, (units, what) in columns.items():
-                _dataset(self.file, f"{group}/{name}", units, what)
-            own = self.file[f"{group}/time"]
-            own.make_scale("time")
-            for name in list(columns)[1:]:
-                self.file[f"{group}/{name}"].dims[0].attach_scale(own)
-        for name, what in (("joint", "joint in contact"), ("kind", "contact, or open_contact: not over at the end")):
-            text = _dataset(self.file, f"events/{name}", "1", what, h5py.string_dtype())
-            text.dims[0].attach_scale(self.file["events/time"])
-
-    def samples(self, times: np.ndarray, rows: np.ndarray) -> None:
-        """Append output rows; angles are made continuous with the help of the angular velocities."""
-        if not times.size:
-            return
-        rows = rows.copy()
-        self._unwrap(times, rows)
-        if self.balance is not None:
-            if self.last is None:
-                self.zero = rows[0, self.balance]
-            rows[:, self.balance] -= self.zero
-        self._summarise(rows)
-        if self.ledger:
-            self.ledger.add(times, rows)
-        self.last = (times[-1], rows[-1].copy())
-        _append(self.file["time"], times)
-        for i, column in enumerate(self.columns):
-            _append(column, rows[:, i])
-
-    def _summarise(self, rows: np.ndarray) -> None:
-        """Ranges of all channels, peak joint forces, energy turned over: for summaries without reading the file."""
-        self.low, self.high = np.minimum(self.low, rows.min(axis=0)), np.maximum(self.high, rows.max(axis=0))
-        self.totals, self.rows = self.totals + rows.sum(axis=0), self.rows + len(rows)
-        for i, c in enumerate(self.channels):
-            if c.path.endswith("/force_x"):
-                group = c.path.rpartition("/")[0]
-                peak = float(np.hypot(rows[:, i], rows[:, i + 1]).max())
-                self.peaks[group] = max(self.peaks.get(group, 0.0), peak)
-            elif c.path == "energy/kinetic":
-                before = [] if self.last is None else [self.last[1][i]]
-                self.turned_over += float(np.abs(np.diff(np.concatenate([before, rows[:, i]]))).sum())
-
-    def _unwrap(self, times: np.ndarray, rows: np.ndarray) -> None:
-        for angle, speed in self.angles:
-            if self.last is None:
-                values, speeds, at = rows[:, angle], rows[:, speed], times
-            else:
-                values = np.concatenate([[self.last[1][angle]], rows[:, angle]])
-                speeds = np.concatenate([[self.last[1][speed]], rows[:, speed]])
-                at = np.concatenate([[self.last[0]], times])
-            expected = np.diff(at) * 0.5 * (speeds[1:] + speeds[:-1])
-            turns = np.round((np.diff(values) - expected) / (2.0 * np.pi))
-            whole = np.concatenate([[0.0], np.cumsum(turns)]) * 2.0 * np.pi
-            rows[:, angle] = (values - whole)[-len(times) :]
-
-    def impacts(self, names: list[str], rows: np.ndarray, kind: str = "contact") -> None:
-        """Append finished contacts: rows of (joint, time, impact speed, force, penetration, duration, separation)."""
-        if not len(rows):
-            return
-        for column, name in enumerate(EVENT_COLUMNS, 1):
-            _append(self.file[f"events/{name}"], rows[:, column])
-        for j, force, depth in rows[:, (0, 3, 4)]:
-            group = f"joints/{names[int(j)]}"
-            self.peaks[group] = max(self.peaks.get(group, 0.0), force)
-            self.depths[group] = max(self.depths.get(group, 0.0), depth)
-        _append(self.file["events/joint"], [names[int(j)] for j in rows[:, 0]])
-        _append(self.file["events/kind"], [kind] * len(rows))
-
-    def steps(self, log: np.ndarray) -> None:
-        for column, name in enumerate(SOLVER_COLUMNS):
-            _append(self.file[f"solver/{name}"], log[:, column])
-
-    def flush(self) -> None:
-        self.file.flush()
-
-    def lowest(self, path: str) -> float:
-        """Smallest value of a channel so far."""
-        return float(self.low[next(i for i, c in enumerate(self.channels) if c.path == path)])
-
-    def highest(self, path: str) -> float:
-        """Largest value of a channel so far."""
-        return float(self.high[next(i for i, c in enumerate(self.channels) if c.path == path)])
-
-    def regime(self, joint) -> Regime:
-        """Diagnostics of a lubricated joint; they also become attributes of its group."""
-        group = f"joints/{joint.name}"
-        found = regime(joint, self.highest(f"{group}/film_pressure"), self.lowest(f"{group}/gap"))
-        for name, value in vars(found).items():
-            if value is not None:
-                self.file[group].attrs[name] = value
-        means = {f"{group}/membership_{s}": f"share_{s}" for s in ("full_film", "mixed", "dry")}
-        means[f"{group}/asperity_share"] = "mean_asperity_share"
-        for c, total in zip(self.channels, self.totals, strict=True):
-            if c.path in means:
-                self.file[group].attrs[means[c.path]] = float(total) / self.rows
-        return found
-
-    def residual_share(self) -> float:
-        """Largest share of the energy turned over in some stretch of the run that its residual moved by."""
-        return max(self.ledger.worst, self.ledger.share()) if self.ledger else 0.0
-
-    def energy_scale(self) -> float:
-        """The energy turned over so far: total variation of the kinetic energy, or what went in or was taken out."""
-        return max([self.turned_over, *(self.high[i] - self.low[i] for i in self.work)])
-
-    def close(self, status: str, solver: dict, warnings: list[str]) -> None:
-        """Finish: state the status and the warnings, give the file its name."""
-        self.file.attrs.create("warnings", warnings, dtype=h5py.string_dtype(), shape=(len(warnings),))
-        self.file["solver"].attrs.update(solver)
-        if self.last is not None:
-            for column, low, high in zip(self.columns, self.low, self.high, strict=True):
-                column.attrs["actual_range"] = (low, high)
-            for group, peak in self.peaks.items():
-                self.file[group].attrs["peak_force"] = peak
-                if f"{group}/gap" in self.file:
-                    depth = self.depths.get(group, -np.inf)
-                    self.file[group].attrs["smallest_gap"] = min(self.lowest(f"{group}/gap"), -depth)
-            self.file["energy"].attrs["turned_over"] = self.energy_scale()
-        self.file.attrs["status"] = status
-        self.file.close()
-        os.replace(self.partial, self.path)
-
-
-def _dataset(file, path: str, units: str, what: str, dtype=np.float64):
-    data = file.create_dataset(path, (0,), dtype, maxshape=(None,), chunks=(CHUNK,))
-    data.attrs["units"], data.attrs["long_name"] = units, what
-    return data
-
-
-def _append(data, values) -> None:
-    old = data.shape[0]
-    data.resize((old + len(values),))
-    data[old:] = values
-
-
-def _provenance() -> dict:
+def provenance() -> dict:
     versions = {}
     for package in PACKAGES:
         try:
@@ -242,9 +48,9 @@ def save_tables(path: str | Path, kind: str, attributes: dict, tables: dict[str,
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f"{path.name}.{os.getpid()}.partial")
     with h5py.File(temporary, "w") as file:
-        file.attrs.update(_provenance() | {"format": kind} | attributes)
+        file.attrs.update(provenance() | {"format": kind} | attributes)
         for name, (own, columns) in tables.items():
-            group = file.create_group(name)
+            group = file.create_group(name, track_order=True)
             group.attrs.update(own)
             for column, (units, what, values) in columns.items():
                 text = np.asarray(values).dtype.kind in "UO"
@@ -253,62 +59,6 @@ def save_tables(path: str | Path, kind: str, attributes: dict, tables: dict[str,
                 data.attrs["units"], data.attrs["long_name"] = units, what
     os.replace(temporary, path)
     return path
-
-
-class LedgerWatch:
-    """Watches the energy residual stretch by stretch, so that a jump shows however long the run is.
-
-    A stretch is long enough to turn over the range of the kinetic energy, or in motions that hardly have any (a journal
-    sinking in oil) a hundredth of what has been put in and taken out; `worst` is the largest share of it that the
-    residual moved by, `since` the first sample where a share above `limit` was passed.
-    """
-
-    limit = 0.05
-    portion = 0.01  # of all energy put in or taken out so far that a stretch turns over at least
-
-    def __init__(self, work: list[int], balance: int):
-        self.work, self.balance = work, balance
-        self.worst, self.since = 0.0, None
-        self.low, self.high = np.full(len(work), np.inf), np.full(len(work), -np.inf)  # kinetic first
-        self.rows: np.ndarray | None = None  # time, residual, then the energies, of the stretch under way
-
-    def add(self, times: np.ndarray, rows: np.ndarray) -> None:
-        """Append samples; every stretch in which enough energy has been turned over is judged."""
-        self.low = np.minimum(self.low, rows[:, self.work].min(axis=0))
-        self.high = np.maximum(self.high, rows[:, self.work].max(axis=0))
-        most = self._most()
-        new = np.column_stack([times, rows[:, self.balance], rows[:, self.work]])
-        self.rows = new if self.rows is None else np.concatenate([self.rows, new])
-        while most > 0.0:
-            turned_over = self._turned_over()
-            if turned_over[-1] < most:
-                break
-            end = int(np.argmax(turned_over >= most))
-            self.worst = max(self.worst, self._share(end + 1, turned_over[end]))
-            self.rows = self.rows[end:]
-
-    def _most(self) -> float:
-        """Energy that a stretch turns over."""
-        span = self.high - self.low
-        return max(float(span[0]), self.portion * float(span[1:].max(initial=0.0)))
-
-    def _turned_over(self) -> np.ndarray:
-        steps = np.abs(np.diff(self.rows[:, 2:], axis=0, prepend=self.rows[:1, 2:])).sum(axis=1)
-        return np.cumsum(steps)
-
-    def _share(self, end: int, scale: float) -> float:
-        """Share of the first `end` rows' energy that the residual moved by."""
-        moved = np.abs(self.rows[:end, 1] - self.rows[0, 1])
-        if self.since is None and moved.max() > self.limit * scale:
-            self.since = float(self.rows[np.argmax(moved > self.limit * scale), 0])
-        return float(moved.max() / scale)
-
-    def share(self) -> float:
-        """Share of the stretch under way, against at least what a stretch turns over."""
-        if self.rows is None:
-            return 0.0
-        scale = max(self._turned_over()[-1], self._most())
-        return self._share(len(self.rows), scale) if scale > 0.0 else 0.0
 
 
 class Channels:
@@ -320,6 +70,8 @@ class Channels:
     def __getattr__(self, name: str) -> np.ndarray:
         record, group = self.__dict__["_record"], self.__dict__["_group"]
         known = record.names(group)
+        if name == "time":
+            return record.time
         if name in known:
             return record.values(f"{group}/{name}")
         if f"{name}_x" in known:
@@ -388,7 +140,7 @@ class Record:
     def turn(self) -> float | None:
         """Time of one turn of the drive at constant speed [s]; None where there is none."""
         loads = self.scene["loads"]
-        speeds = [d["speed"] for d in loads if d["type"] == "Drive" and d.get("speed") and _turns(self.scene, d)]
+        speeds = [d["speed"] for d in loads if d["type"] == "Drive" and d.get("speed") and _turns(d["target"])]
         return 2.0 * np.pi / abs(speeds[0]) if speeds else None
 
     @property
@@ -491,10 +243,9 @@ class Result(Record):
         return f"<Result {self.path.name}: {self.file['time'].shape[0]} samples, {self.status}>"
 
 
-def _turns(scene: dict, drive: dict) -> bool:
-    """Whether a drive turns something rather than pushing a slide."""
-    joint = next((j for j in scene["joints"] if j["name"] == drive.get("target")), None)
-    return joint is None or joint["type"] != "Prismatic"
+def _turns(target: str | dict) -> bool:
+    """Whether a drive turns its target, the name of a body or a joint, rather than pushing a slide."""
+    return isinstance(target, str) or target["type"] != "Prismatic"
 
 
 def open_checked(path: Path, kind: str, form: str, version: int) -> h5py.File:

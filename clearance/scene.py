@@ -186,7 +186,7 @@ class Scene:
             "joints": [_plain(j) for j in self.joints],
             "loads": [_plain(load) for load in self.loads],
         }
-        return json.dumps(document, indent=1)
+        return json.dumps(document)
 
     def __repr__(self) -> str:
         kinds = ", ".join(f"{j.name}:{type(j).__name__}" for j in self.joints)

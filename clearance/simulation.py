@@ -9,7 +9,7 @@ import shutil
 import tempfile
 import time as clock_of_the_wall
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -17,11 +17,13 @@ from pathlib import Path
 import numpy as np
 
 from clearance import checks
+from clearance.checkpoint import PartsSink, restore, state_of
 from clearance.film.asking import Answerer
 from clearance.mechanism import store
 from clearance.mechanism.build import Mechanism, build
+from clearance.recording import FileSink, LedgerWatch, Recorder, chosen, filters
 from clearance.regimes import FULL_FILM, hole_warning
-from clearance.results import LedgerWatch, Result, ResultWriter
+from clearance.results import Result
 from clearance.scene import Scene
 from clearance.stepping import status as codes
 
@@ -72,6 +74,9 @@ def simulate(
     energy: bool = True,
     max_step: float | None = None,
     max_steps: int | None = None,
+    channels: Sequence[str] | None = None,
+    compression: int = 0,
+    checkpoint: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Result:
     """Integrate a scene and return its result.
@@ -84,9 +89,41 @@ def simulate(
     path: write the HDF5 file there while running (default: a temporary file, see Result.save). energy: integrate the
     energy ledger. max_step: longest step [s] (default a 24th of a turn, or of the span); give one where loads act
     more briefly than that. max_steps: give up after so many. progress: called with the done share of the span.
+    channels: paths or patterns of the output to keep, such as "bodies/slider/ax" or "joints/B/*" (default all);
+    compression: gzip level of the file's columns (0: none). checkpoint: seconds of wall time between checkpoints beside
+    the file: the same call goes on from the last one after a crash, and gives the same file.
     Raises ValueError for bad arguments and impossible scenes before anything runs, SimulationError for a run that fails
     part-way, with time, joint and state in the message and the partial result attached.
     """
+    if checkpoint is not None and path is None:
+        raise ValueError("checkpoint needs a path: the name of the result file that the run shall go on with")
+    if checkpoint is not None:
+        checkpoint = checks.positive("checkpoint", checkpoint)
+    filters(compression)
+    run = prepare(
+        scene, turns=turns, until=until, rtol=rtol, method=method, samples_per_turn=samples_per_turn, samples=samples,
+        energy=energy, max_step=max_step, max_steps=max_steps,
+    )  # fmt: skip
+    chosen(run.mechanism.structure.channels, channels)
+    for warning in foreseen(run.mechanism):
+        LOG.warning(warning)
+    return run.to_file(path, progress, channels, compression, checkpoint)
+
+
+def prepare(
+    scene: Scene,
+    *,
+    turns: float | None = None,
+    until: float | None = None,
+    rtol: float = 1e-6,
+    method: str = "auto",
+    samples_per_turn: int = SAMPLES_PER_TURN,
+    samples: int | None = None,
+    energy: bool = True,
+    max_step: float | None = None,
+    max_steps: int | None = None,
+) -> "Run":
+    """The run of a scene, all checked and compiled, not begun; arguments and errors are those of `simulate`."""
     if not isinstance(scene, Scene):
         raise TypeError(f"simulate needs a Scene, got {scene!r}; cl.load_case makes one from a case name")
     rtol = checks.positive("rtol", rtol)
@@ -102,10 +139,7 @@ def simulate(
     if not store.is_known("rhs", mechanism.structure.texts["rhs"]):
         LOG.info("compiling: a structure this machine has not seen (the very first run also compiles the time loop)")
     span = _span(mechanism, turns, until, samples_per_turn, samples)
-    for warning in foreseen(mechanism):
-        LOG.warning(warning)
-    run = Run(mechanism, span, rtol, choose_method(mechanism, method, rtol), max_step, max_steps)
-    return run.to_file(path, progress)
+    return Run(mechanism, span, rtol, choose_method(mechanism, method, rtol), max_step, max_steps)
 
 
 def foreseen(mechanism: Mechanism) -> list[str]:
@@ -232,7 +266,7 @@ class Run:
         self.complexes = np.zeros((2 * (states + 2), max(states, 1)), np.complex128)
         self.scratch = np.zeros((7, max(size, 3 * joints, 1)))
         self.place[loop.MAY_SWITCH] = self.reason == NOT_STIFF and mechanism.size > 0
-        self._take(self.method)
+        self.take(self.method)
         self.wall, self.contact_count = 0.0, 0
         self.spoilt = ""  # why the outputs cannot be trusted any more
 
@@ -241,7 +275,7 @@ class Run:
         share = REMEMBERED_SHARE if self.mechanism.structure.remembering else LARGEST_SHARE
         return min(self.mechanism.scene.turn or self.span.until, self.span.until) * share
 
-    def _take(self, method: str) -> None:
+    def take(self, method: str) -> None:
         """Use a stepper: its functions, the kernels it needs, its scratch."""
         mechanism, t = self.mechanism, self.types
         stepper = import_module(f"clearance.stepping.{method}")
@@ -267,7 +301,7 @@ class Run:
         self.method = f"{self.method}, {method}"
         self.place[self.loop.MAY_SWITCH] = self.place[self.loop.STIFF_STEPS] = 0
         self.control[t.STIFFNESS] = 0.0
-        self._take(method)
+        self.take(method)
 
     def _energy_scale(self) -> float:
         mass = sum(b.mass for b in self.mechanism.scene.bodies)
@@ -302,43 +336,66 @@ class Run:
             row[loop.RATE_X], row[loop.RATE_Y] = self.scale[p + at], self.scale[p + at + 1]
 
     def advance(self) -> int:
-        """One call of the compiled loop."""
+        """One call of the compiled loop; `wall` sums the time spent there."""
+        began = clock_of_the_wall.perf_counter()
         code = self.loop.run(
             *self.functions, self.mechanism.par, self.work, self.y, self.f, self.scale, self.band, self.control,
             self.counts, self.clock, self.place, self.contacts, self.impacts, self.log, self.times, self.rows,
             self.dense, self.vector, self.matrix, self.complexes, self.scratch, self.budget,
         )  # fmt: skip
+        self.wall += clock_of_the_wall.perf_counter() - began
         if code == codes.STIFF:
             self._become_implicit()
             return codes.RUNNING
         return code
 
     def trajectory(self) -> tuple[np.ndarray, np.ndarray, int]:
-        """Run to the end in memory: times, rows (states, where the run has no outputs) and the last status code.
-
-        `wall` is the time spent in the compiled loop.
-        """
+        """Run to the end in memory: times, rows (states, where the run has no outputs) and the last status code."""
         loop, place, code = self.loop, self.place, codes.RUNNING
         times, rows = [], []
         self.wall = 0.0
         while code == codes.RUNNING:
-            began = clock_of_the_wall.perf_counter()
             code = self.advance()
-            self.wall += clock_of_the_wall.perf_counter() - began
             times.append(self.times[: place[loop.ROWS]].copy())
             rows.append(self.rows[: place[loop.ROWS]].copy())
             self.contact_count += place[loop.EVENTS]
             place[loop.ROWS] = place[loop.EVENTS] = place[loop.LOGGED] = 0
         return np.concatenate(times), np.concatenate(rows), code
 
-    def to_file(self, path: str | Path | None, progress: Callable[[float], None] | None) -> Result:
+    def to_file(
+        self, path: str | Path | None, progress: Callable[[float], None] | None = None,
+        channels: Sequence[str] | None = None, compression: int = 0, checkpoint: float | None = None,
+    ) -> Result:  # fmt: skip
         """Run to the end, streaming into the file."""
         folder = None
         if path is None:
             folder = tempfile.mkdtemp(prefix="clearance-")
             path = Path(folder) / "run.h5"
-        writer = ResultWriter(Path(path), self.mechanism.structure.channels, self._attributes())
+        output = path, self.mechanism.structure.channels, self.attributes(), channels, compression
+        sink = (
+            FileSink(*output, self.span.samples)
+            if checkpoint is None
+            else PartsSink(*output, self._identity(channels, compression))
+        )
+        failure = self.record(sink, progress, checkpoint)
+        result = Result(path)
+        if folder is not None:
+            weakref.finalize(result, shutil.rmtree, folder, ignore_errors=True)
+        if failure is not None:
+            raise SimulationError(failure, result)
+        return result
+
+    def record(self, sink, progress: Callable[[float], None] | None = None, every: float | None = None) -> str | None:
+        """Run to the end, handing the output to a sink; why it ended early, if it did.
+
+        every: seconds of wall time between two checkpoints, for a sink that keeps them.
+        """
+        writer = Recorder(self.mechanism.structure.channels, sink)
+        if every is not None and (kept := sink.begin()) is not None:
+            restore(self, writer, kept)
+            LOG.info("going on from t = %.6g s", self.clock[self.loop.TIME])
         began, failure = clock_of_the_wall.perf_counter(), None
+        cut = began
         code = codes.RUNNING
         try:
             while code == codes.RUNNING:
@@ -351,6 +408,9 @@ class Run:
                     code = codes.NOT_FINITE
                 if progress is not None:
                     progress(self.clock[self.loop.TIME] / self.span.until)
+                if every is not None and code == codes.RUNNING and clock_of_the_wall.perf_counter() - cut > every:
+                    sink.cut(state_of(self, writer))
+                    cut = clock_of_the_wall.perf_counter()
             if code != codes.DONE:
                 failure = self._failure(code, writer.ledger)
         except KeyboardInterrupt:
@@ -362,16 +422,11 @@ class Run:
             finished = "complete" if code == codes.DONE else f"partial: {failure or 'stopped by an error'}"
             summary = self._summary(wall) | {"energy_residual_share": writer.residual_share()}
             for joint, source in self.mechanism.sources.items():
-                writer.file[f"joints/{joint.name}"].attrs.update(source.facts())
+                writer.know(f"joints/{joint.name}", **source.facts())
             writer.close(finished, summary, self._warnings(writer))
-        result = Result(path)
-        if folder is not None:
-            weakref.finalize(result, shutil.rmtree, folder, ignore_errors=True)
-        if failure is not None:
-            raise SimulationError(failure, result)
-        return result
+        return failure
 
-    def _drain(self, writer: ResultWriter) -> None:
+    def _drain(self, writer: Recorder) -> None:
         loop, place = self.loop, self.place
         rows = self.rows[: place[loop.ROWS]]
         bad = ~np.isfinite(rows).all(axis=1)
@@ -394,7 +449,7 @@ class Run:
     def _names(self) -> list[str]:
         return [j.name for j in self.mechanism.scene.clearance_joints]
 
-    def _open_contacts(self, writer: ResultWriter) -> None:
+    def _open_contacts(self, writer: Recorder) -> None:
         """Contacts that the end of the run cuts off."""
         loop, now = self.loop, self.clock[self.loop.TIME]
         rows = [
@@ -445,7 +500,7 @@ class Run:
             found.append("a prescribed motion jumped")
         return " or ".join([*found, "rtol is too loose for this motion"])
 
-    def _warnings(self, writer: ResultWriter) -> list[str]:
+    def _warnings(self, writer: Recorder) -> list[str]:
         """Doubts of the laws used, a method that does not suit the scene, films thinner than the surfaces are rough."""
         joints = self.mechanism.scene.clearance_joints
         found = [doubt for j in joints for doubt in j.doubts()]
@@ -472,7 +527,15 @@ class Run:
             found += filter(None, [_beyond(joint, max(writer.depths.get(group, 0.0), -writer.lowest(f"{group}/gap")))])
         return found
 
-    def _attributes(self) -> dict:
+    def _identity(self, channels, compression: int) -> dict:
+        """What two runs must share for one to go on where the other stopped."""
+        for joint in self.mechanism.structure.remembering:
+            raise ValueError(f"{joint.label()}: its film has a memory that no checkpoint keeps; leave out checkpoint")
+        found = {n: getattr(self, n) for n in ("rtol", "method")} | vars(self.span)
+        more = {"max_step": self.clock[self.loop.LARGEST], "max_steps": int(self.place[self.loop.STEP_LIMIT])}
+        return found | more | {"channels": channels and list(channels), "compression": compression}
+
+    def attributes(self) -> dict:
         scene, texts = self.mechanism.scene, self.mechanism.structure.texts
         return {"case": scene.name, "scene": scene.to_json(), "kernel": "\n\n".join(texts[r] for r in self.roles)}
 
@@ -480,7 +543,7 @@ class Run:
         t = self.types
         return {
             "method": self.method, "method_reason": self.reason, "rtol": self.rtol,
-            "atol": self.rtol * self.scale[: self.mechanism.size], "wall_s": wall,
+            "atol": self.rtol * self.scale[: self.mechanism.size], "wall_s": wall, "loop_s": self.wall,
             "steps": self.counts[t.STEPS], "rejected": self.counts[t.REJECTED],
             "evaluations": self.counts[t.EVALUATIONS], "jacobians": self.counts[t.JACOBIANS],
             "factorisations": self.counts[t.FACTORISATIONS],

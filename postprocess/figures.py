@@ -1,8 +1,11 @@
 """What all pictures share: a sheet, lines whose peaks survive, labels with units, saving."""
 
+import os
+import shutil
 from pathlib import Path
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -47,11 +50,146 @@ def line(axes, x: np.ndarray, values: np.ndarray, **style) -> None:
     axes.plot(x, values, **{"lw": 0.8, **style})
 
 
-def finish(axes, ylabel: str, xlabel: str = "time [s]") -> None:
-    """Labels, grid, and a legend above the axes where curves have names."""
+def finish(axes, ylabel: str, xlabel: str = "time [s]", legend: bool = True) -> None:
+    """Labels, grid, and a legend above the axes where curves have names and one is wanted."""
     axes.set_xlabel(xlabel)
     axes.set_ylabel(ylabel)
     axes.grid(alpha=0.3)
     names = axes.get_legend_handles_labels()[1]
-    if names:
+    if names and legend:
         axes.legend(fontsize="small", loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(names), frameon=False)
+
+
+#: strokes that stay apart in grey: each darker or lighter than its neighbours, and dashed differently
+STROKES = (
+    {"color": "#000000", "ls": "-"},
+    {"color": "#d55e00", "ls": "-"},
+    {"color": "#56b4e9", "ls": "-"},
+    {"color": "#7b3294", "ls": "--"},
+    {"color": "#e0a800", "ls": "--"},
+    {"color": "#00724f", "ls": "-."},
+)
+MARKERS = "os^vDPX*"
+#: cells along each axis in which a path's points are not told apart: finer than a printed dot
+CELLS = 4000
+
+
+def stroke(i: int, count: int) -> dict:
+    """Colour and dashes of curve i of `count`; more curves than strokes run through a colour map."""
+    return dict(STROKES[i]) if count <= len(STROKES) else {"color": colormaps["viridis"](0.95 * i / (count - 1))}
+
+
+def marker(i: int) -> str:
+    return MARKERS[i % len(MARKERS)]
+
+
+def trajectory(axes, x: np.ndarray, y: np.ndarray, **style) -> None:
+    """A path in the plane; of points in one cell, and of strokes between the same two cells, one is drawn."""
+    cell = _cells(x) * (CELLS + 1) + _cells(y)
+    moved = np.flatnonzero(np.diff(cell, prepend=-1))
+    x, y, cell = x[moved], y[moved], cell[moved]
+    if len(x) > POINTS:
+        strokes = np.unique(cell[:-1] * (CELLS + 1) ** 2 + cell[1:], return_index=True)[1]
+        new = np.zeros(len(x) - 1, bool)
+        new[strokes] = True
+        ends = np.flatnonzero(np.append(new, False) | np.append(False, new))
+        breaks = np.flatnonzero(~new[ends[:-1]]) + 1
+        x, y = np.insert(x[ends], breaks, np.nan), np.insert(y[ends], breaks, np.nan)
+    axes.plot(x, y, **{"lw": 0.7, **style})
+
+
+def _cells(values: np.ndarray) -> np.ndarray:
+    """Which of the cells along an axis each value lies in."""
+    if not len(values):
+        return np.zeros(0, np.int64)
+    return np.rint((values - values.min()) / (np.ptp(values) or 1.0) * CELLS).astype(np.int64)
+
+
+def degrees(axes, most: int = 9) -> None:
+    """Ticks of an axis of angles at parts or multiples of a turn."""
+    low, high = axes.get_xlim()
+    step = next(s for s in (15, 30, 45, 90, 180, *(360 * 2**k for k in range(40))) if high - low <= most * s)
+    axes.set_xticks(np.arange(np.ceil(low / step), np.floor(high / step) + 1) * step)
+
+
+def note(axes, text: str) -> None:
+    """Say in an empty panel why it is empty."""
+    axes.text(0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes, color="0.3", wrap=True)
+    axes.set_xticks([])
+    axes.set_yticks([])
+
+
+def legend_below(figure: Figure, axes, columns: int = 3) -> None:
+    """One legend for the whole page, under its panels; none where nothing has a name."""
+    handles, names = axes.get_legend_handles_labels()
+    if names:
+        figure.legend(handles, names, loc="outside lower center", ncols=min(columns, len(names)), frameon=False)
+
+
+#: kinds of file an animation can be saved as, and the largest frame rate [1/s] of each
+FILMS = {".gif": 50.0, ".mp4": 240.0}
+
+
+def check_film(path: str | Path, fps: float) -> None:
+    """Raises ValueError for an animation of another kind, at a rate it cannot have, or an .mp4 without ffmpeg."""
+    kind = Path(path).suffix.lower()
+    if kind not in FILMS:
+        raise ValueError(f"animation {path}: its name must end in {' or '.join(FILMS)}")
+    if not 0.0 < fps <= FILMS[kind]:
+        raise ValueError(f"fps must lie in (0, {FILMS[kind]:g}] for a {kind}, got {fps!r}")
+    if kind == ".mp4" and shutil.which("ffmpeg") is None:
+        raise ValueError(f"animation {path}: .mp4 is written by ffmpeg, which is not installed; install it or use .gif")
+
+
+def save_film(figure: Figure, path: str | Path, fps: float, frames: int, show, moving) -> Path:
+    """Write an animation whose frame k is set by `show(k)`, under a temporary name until it is whole.
+
+    moving: the artists that frames differ in; in a .gif only they are drawn anew. Raises ValueError as `check_film`.
+    """
+    check_film(path, fps)
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f"{path.stem}.{os.getpid()}.partial{path.suffix}")
+    try:
+        (_save_mp4 if path.suffix.lower() == ".mp4" else _save_gif)(figure, partial, fps, frames, show, moving)
+        os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)
+    return path
+
+
+def _save_mp4(figure: Figure, path: Path, fps: float, frames: int, show, _moving) -> None:
+    from matplotlib.animation import FFMpegWriter
+
+    writer = FFMpegWriter(fps=fps)
+    with writer.saving(figure, str(path), figure.dpi):
+        for k in range(frames):
+            show(k)
+            writer.grab_frame()
+
+
+def _save_gif(figure: Figure, path: Path, fps: float, frames: int, show, moving) -> None:
+    """All frames have the commonest colours of the first one, so that what does not move is the same in all of them."""
+    from PIL import Image
+
+    canvas, moving = figure.canvas, sorted(moving, key=lambda a: a.get_zorder())
+    for artist in moving:
+        artist.set_animated(True)
+    canvas.draw()
+    still = canvas.copy_from_bbox(figure.bbox)
+
+    def frame(k: int):
+        show(k)
+        canvas.restore_region(still)
+        for artist in moving:
+            artist.draw(canvas.get_renderer())
+        return Image.frombuffer("RGBA", canvas.get_width_height(), canvas.buffer_rgba()).convert("RGB")
+
+    width, height = canvas.get_width_height()
+    commonest: dict[tuple, tuple] = {}
+    for _, colour in sorted(frame(0).getcolors(width * height), reverse=True):
+        commonest.setdefault(tuple(part // 8 for part in colour), colour)  # of shades that Pillow mixes up, one
+    palette = Image.new("P", (1, 1))
+    palette.putpalette([part for colour in list(commonest.values())[:256] for part in colour])
+    pictures = (frame(k).quantize(palette=palette, dither=Image.Dither.NONE) for k in range(frames))
+    next(pictures).save(path, save_all=True, append_images=pictures, duration=round(1000.0 / fps), loop=0)

@@ -14,19 +14,22 @@ LAYERS = [
     ["clearance.scene", "clearance.joints", "clearance.loads"],
     ["clearance.regimes"],
     ["clearance.mechanism", "clearance.stepping", "clearance.film"],
-    ["clearance.results"],
+    ["clearance.results", "clearance.recording", "clearance.checkpoint"],
     ["clearance.simulation"],
-    ["clearance.choices", "clearance.catalogue", "clearance.evidence"],
+    ["clearance.choices", "clearance.catalogue", "clearance.evidence", "clearance.sweeping"],
     ["clearance", "clearance.cli", "cases", "postprocess"],
 ]
 MODULES = [p for folder in ("clearance", "cases", "postprocess") for p in sorted((ROOT / folder).rglob("*.py"))]
 ONLY_IN = {
     "numba": {"clearance.mechanism.store", "clearance.evidence.peers"},
     "skfem": {"clearance.film.fem"},
-    "scipy": {"clearance.evidence.peers", "clearance.film.fem"},
+    "scipy": {"clearance.evidence.peers", "clearance.film.fem", "clearance.sweeping.points"},
+    "distributed": {"clearance.sweeping.teams"},
+    "xarray": {"clearance.sweeping.index"},
+    "pandas": {"clearance.sweeping.index"},
     "matplotlib": {"postprocess.figures", "clearance.evidence.pictures", "clearance.evidence.film_pictures"},
-    "h5py": {"clearance.results"},
-    "tqdm": {"clearance.cli", "clearance.film.table"},
+    "h5py": {"clearance.results", "clearance.recording"},
+    "tqdm": {"clearance.cli", "clearance.commands.sweep", "clearance.film.table"},
 }
 
 

@@ -8,7 +8,7 @@ import pytest
 import xarray
 
 import clearance as cl
-from clearance.results import ResultWriter
+from clearance.recording import FileSink
 from tests import mechanisms as m
 
 
@@ -39,7 +39,7 @@ def test_layout(run):
         assert file["joints/A/time"] == file["time"]
         assert set(file["joints/B"]) == {
             "time", "force_x", "force_y", "eccentricity_x", "eccentricity_y", "gap", "film_thickness_ratio",
-            "film_radial", "film_tangential", "film_pressure", "side_flow", "power_loss",
+            "film_radial", "film_tangential", "film_pressure", "side_flow", "power_loss", "dissipated",
         }  # fmt: skip
         assert set(file["drives/crank"]) == {"time", "torque", "power"}
         assert set(file["energy"]) == {"time", "kinetic", "potential", "input", "dissipated", "residual"}
@@ -167,7 +167,7 @@ def test_streaming_gives_the_same_as_one_buffer(tmp_path, monkeypatch):
 
 
 def test_a_killed_run_leaves_no_file_under_the_final_name(tmp_path):
-    writer = ResultWriter(tmp_path / "run.h5", [], {})
+    writer = FileSink(tmp_path / "run.h5", [], {})
     writer.flush()
     assert [p.name for p in tmp_path.iterdir()] == ["run.h5.partial"]
     writer.file.close()
@@ -255,7 +255,7 @@ def test_a_run_that_lost_energy_says_so():
 
 def test_a_late_jump_of_energy_is_seen_in_a_long_run():
     """The watch judges stretches of the run: 8 J lost after 2000 J have been turned over are not forgiven."""
-    from clearance.results import LedgerWatch
+    from clearance.recording import LedgerWatch
 
     t = np.linspace(0.0, 100.0, 20001)
     kinetic = 5.0 + 5.0 * np.sin(2 * np.pi * t)

@@ -55,7 +55,8 @@ def _states(mechanism: Mechanism) -> list[str]:
     names += [f"{j.name} eccentricity {a}" for j in mechanism.eccentric for a in "xy"]
     own = [f"{j.name} bristle deflection" for j in mechanism.structure.bristles]
     own += [f"{j.name} oil temperature" for j in mechanism.structure.warm]
-    ledger = ["energy input", "energy dissipated"] if mechanism.structure.ledger else []
+    ledger = ["energy input"] if mechanism.structure.ledger else []
+    ledger += [f"{part.name} energy dissipated" for part in mechanism.structure.dissipated]
     return [*names, *(f"rate of {n}" for n in names), *own, *ledger]
 
 

@@ -1,4 +1,4 @@
-"""Pictures of the evidence: error against run time, the stress matrix."""
+"""Pictures of the evidence: error against run time, the stress matrix, Lyapunov exponents."""
 
 import math
 from pathlib import Path
@@ -86,3 +86,27 @@ def physics(study, path: str | Path) -> Path:
     axes.set_title(study.title, fontsize=10)
     figure.savefig(path, dpi=130)
     return Path(path)
+
+
+def lyapunov(found, path: str | Path) -> Path:
+    """Running estimate of each exponent over turns, with the band of its error."""
+    figure = Figure(figsize=(9.0, 4.6), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    for i, (name, x) in enumerate(found.items()):
+        turns, running, band = range(1, x.turns + 1), x.running, x.band
+        colour = COLOURS[i] if i < 4 else GREYS[i % 10]
+        axes.fill_between(turns, running - band, running + band, color=colour, alpha=0.18, lw=0)
+        axes.plot(turns, running, color=colour, lw=1.4, label=f"{name}: {x}")
+    axes.axhline(0.0, color="0.4", lw=0.8)
+    ends = [v for x in found.values() for v in (x.running[-1], x.running[x.turns // 4])]
+    room = 0.5 * (max(*ends, 0.0) - min(*ends, 0.0)) or 1.0
+    axes.set_ylim(min(*ends, 0.0) - room, max(*ends, 0.0) + room)  # the first turns may lie far outside
+    axes.set_xlabel("turns after the transient")
+    axes.set_ylabel("largest Lyapunov exponent per turn")
+    axes.grid(True, which="major", color="0.9")
+    axes.legend(fontsize=8, frameon=False)
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=130)
+    return path

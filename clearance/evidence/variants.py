@@ -45,8 +45,13 @@ def reduced(scene: Scene) -> dict[str, Scene]:
         first = clearances[0].name
         found[f"clearance in {first} only"] = rebuilt(scene, joint=lambda j: j if j.name == first else _ideal(j))
     if clearances:
-        found["ideal joints"] = rebuilt(scene, joint=_ideal)
+        found["ideal joints"] = idealised(scene)
     return found
+
+
+def idealised(scene: Scene) -> Scene:
+    """The scene with an ideal hinge for every clearance joint."""
+    return rebuilt(scene, joint=_ideal)
 
 
 def _replaced(joint: Joint, **values) -> Joint:

@@ -52,8 +52,7 @@ def assemble(scene: Scene) -> Start:
     system.take_start_values(q)
     system.choose_measured(system.beside(q))
     q = system.closed(q)
-    system.choose_measured(q)
-    system.check_rank(q)
+    system.report_dependent(*system.choose_measured(q))
     system.check_measured(q)
     velocity = system.velocities(q)
     poses = {b: tuple(map(float, q[3 * i : 3 * i + 3])) for i, b in enumerate(scene.bodies)}
@@ -148,8 +147,13 @@ class _System:
     def equations(self, q, starting: bool = True):
         """Labels, residuals and Jacobian of all constraints; `starting` includes start values of effort drives."""
         drives = [d for d in self.drives if d in self.start and (starting or d.prescribes)]
-        rows = [*self._all_joint_rows(q), *(self._drive_row(q, d) for d in drives)]
+        rows = self._rows(q, drives)
         return [r.label for r in rows], np.array([r.residual for r in rows]), self._matrix(q, rows)
+
+    def _rows(self, q, drives) -> "list[_Row]":
+        """Of all joints, then of these drives. Plain floats: numpy's are slow one by one."""
+        q = q.tolist()
+        return [*(row for j in self.joints for row in self._joint_rows(q, j)), *(self._drive_row(q, d) for d in drives)]
 
     def _matrix(self, q, rows: "list[_Row]") -> np.ndarray:
         matrix = np.zeros((len(rows), q.size))
@@ -157,9 +161,6 @@ class _System:
             for j, slope in row.slopes.items():
                 matrix[i, j] += slope
         return matrix
-
-    def _all_joint_rows(self, q) -> "list[_Row]":
-        return [row for joint in self.joints for row in self._joint_rows(q, joint)]
 
     def _joint_rows(self, q, joint: Joint):
         pa, pb = self._point(q, joint.a), self._point(q, joint.b)
@@ -231,10 +232,10 @@ class _System:
             q = q + step * min(1.0, LARGEST_TURN / turn if turn else 1.0)
             if worst <= CLOSURE * self.size and np.abs(step).max() < 1e-15 * self.size:
                 break
-        labels, residual, _ = self.equations(best)
-        if np.abs(residual).max(initial=0.0) > CLOSURE * self.size:
+        if worst > CLOSURE * self.size:
             # too many equations for any position? (a stretched loop is singular too, so look beside it)
-            self.check_rank(self.beside(best))
+            self.report_dependent(*self._dependent(self.beside(best)))
+            labels, residual, _ = self.equations(best)
             self._report_open(labels, residual)
         return best
 
@@ -252,13 +253,16 @@ class _System:
             f"(all together {float(np.linalg.norm(residual)):.6g}); check lengths and the rough start angles"
         )
 
-    def choose_measured(self, q: np.ndarray) -> None:
-        """Leave out clearance joints, last first, until the others' equations are independent at q."""
+    def choose_measured(self, q: np.ndarray) -> tuple[list[str], int]:
+        """Leave out clearance joints, last first, until the others' equations are independent at q.
+
+        Returns what is dependent still, as `_dependent` does.
+        """
         while True:
-            guilty = self._dependent(q)[0]
+            guilty, freedom = self._dependent(q)
             loose = [j for j in self.joints if isinstance(j, ClearanceRevolute) and j.label() in guilty]
             if not loose:
-                return
+                return guilty, freedom
             self.joints.remove(loose[-1])
             self.measured.append(loose[-1])
 
@@ -273,9 +277,8 @@ class _System:
                     f"({joint.clearance:.6g} m); the other joints leave it no other place"
                 )
 
-    def check_rank(self, q: np.ndarray) -> None:
+    def report_dependent(self, names: list[str], freedom: int) -> None:
         """Every equation must constrain something of its own."""
-        names, freedom = self._dependent(q)
         if not names:
             return
         if freedom == 0:
@@ -319,7 +322,7 @@ class _System:
             free[i : i + 3] = (1.0, 1.0, 1.0 / self.size)
         free[rough != 0.0] *= 1e-6
         drives = [d for d in self.drives if d.prescribes or d.speed_start is not None]
-        rows = [*self._all_joint_rows(q), *(self._drive_row(q, d) for d in drives)]
+        rows = self._rows(q, drives)
         rates = [r.rate for r in rows[: len(rows) - len(drives)]] + [_rate_at_start(d) for d in drives]
         matrix = self._matrix(q, rows)
         missing = np.array(rates) - matrix @ rough

@@ -108,7 +108,7 @@ def build(scene: Scene, ledger: bool = True) -> Mechanism:
     par[: len(values)] = values
     par[len(values) :] = structure.derive(list(par))[len(values) :]
     par = np.concatenate([par, *data])
-    y0 = _state(scene, plan, start, len(structure.bristles) + len(structure.warm), ledger)
+    y0 = _state(scene, plan, start, len(structure.state_rate))
     mechanism = Mechanism(scene, structure, start, par, y0, _work(scene, structure, start), sources)
     for i, joint in enumerate(scene.clearance_joints):
         if joint.contact is not None and not joint.impacts:  # no first touch: a typical speed instead
@@ -141,7 +141,8 @@ def _values(scene: Scene, structure: Structure, plan: Plan, numbers: Numbers, st
     return values + [mode(k, g) for g in plan.groups if f"mode.{g.label()}" in structure.modes]
 
 
-def _state(scene: Scene, plan: Plan, start: Start, more: int, ledger: bool) -> np.ndarray:
+def _state(scene: Scene, plan: Plan, start: Start, size: int) -> np.ndarray:
+    """Start state: coordinates, their rates, and zeros for all other states."""
     placed = {a.body: a.joint for g in plan.groups for a in g.attachments}
     q, u = [], []
     for c in plan.free:
@@ -151,7 +152,7 @@ def _state(scene: Scene, plan: Plan, start: Start, more: int, ledger: bool) -> n
     for joint in (j for j in scene.clearance_joints if j not in start.measured):
         q += joint.eccentricity
         u += joint.eccentricity_rate
-    return np.array([*q, *u, *[0.0] * more, *([0.0, 0.0] if ledger else [])])
+    return np.array([*q, *u, *[0.0] * (size - len(q) - len(u))])
 
 
 def _coordinate(c, joint, start: Start) -> tuple[float, float]:

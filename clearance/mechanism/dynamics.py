@@ -13,12 +13,17 @@ from clearance.scene import Scene, ground
 
 @dataclass
 class Ledger:
-    """Energies [J] and powers [W] of the whole mechanism; input and dissipated are integrated along the run."""
+    """Energies [J] and powers [W] of the whole mechanism; input and losses are integrated along the run."""
 
     kinetic: object = 0.0
     potential: object = 0.0
     input_power: object = 0.0
-    dissipated_power: object = 0.0
+    losses: dict = field(default_factory=dict)  # clearance joint or damper -> power it takes out
+
+    def lose(self, part, power) -> None:
+        """Note the power that a part takes out; one that cannot take any out is not a part of the ledger."""
+        if not _zero(power):
+            self.losses[part] = power
 
 
 @dataclass
@@ -82,7 +87,7 @@ class Dynamics:
         result.add_at(b, self.kinematics.arm(joint, "b"), fx, fy)
         result.add(a, moment=found.torque_a)
         result.add(b, moment=found.torque_b)
-        result.ledger.dissipated_power = result.ledger.dissipated_power + found.power
+        result.ledger.lose(joint, found.power)
 
     def _spring(self, load, result: Applied) -> None:
         (fx, fy), energy, loss, length, tension = spring(self.calls, self.kinematics, load, self.motion)
@@ -90,7 +95,7 @@ class Dynamics:
         result.add_at(load.b.body, self.kinematics.arm(load, "b"), fx, fy)
         result.springs[load] = (length, tension)
         result.ledger.potential = result.ledger.potential + energy
-        result.ledger.dissipated_power = result.ledger.dissipated_power + loss
+        result.ledger.lose(load, loss)
 
     def _torsion(self, load, result: Applied) -> None:
         number = self.kinematics.number
@@ -103,7 +108,7 @@ class Dynamics:
         result.add(load.a, moment=moment)
         result.add(load.b, moment=-moment)
         result.ledger.potential = result.ledger.potential + 0.5 * stiffness * twist * twist
-        result.ledger.dissipated_power = result.ledger.dissipated_power + damping * rate * rate
+        result.ledger.lose(load, damping * rate * rate)
 
     def _force(self, load, result: Applied) -> None:
         k, body = self.kinematics, load.point.body

@@ -10,6 +10,7 @@ import math
 import os
 import sys
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 
 import numba
@@ -103,6 +104,7 @@ def folder() -> Path:
     return Path(base) / "clearance" / "kernels"
 
 
+@lru_cache(maxsize=1024)
 def key(text: str) -> str:
     """Name of the file for a kernel text."""
     own = Path(__file__).read_bytes()

@@ -5,7 +5,7 @@ Kernels share one signature, (t, y, par, work, out):
   jacobian  out = d(dy/dt)/dy, row by row, no ledger       commit    work = what is carried to the next step
   events    out = penetration, its rate, contact force for each clearance joint
 State y = [free coordinates, eccentricities | their rates | bristles of friction | warming of the oil | energy input,
-energy dissipated].
+energy dissipated by each clearance joint and damper].
 work = [impact speed of each clearance joint, negative in free flight | angles and slides of the last step (Newton
 starts there) | times up to which films with a memory remember].
 """
@@ -127,8 +127,10 @@ class Structure:
         self.driven, self.motion = driven, motion
         self.state_rate = [*rate, *second, *(self.applied.joints[j].deflection_rate for j in self.bristles)]
         self.state_rate += [self.applied.joints[j].warming_rate for j in self.warm]
+        losses = self.applied.ledger.losses if self.ledger else {}
+        self.dissipated = {part: trace.load(f"y[{self.states + 1 + i}]") for i, part in enumerate(losses)}
         if self.ledger:
-            self.state_rate += [self._input_power(), self.applied.ledger.dissipated_power]
+            self.state_rate += [self._input_power(), *losses.values()]
 
     def _memories(self, time) -> dict:
         """What each clearance joint's force depends on beside position and velocity."""
@@ -186,7 +188,8 @@ class Structure:
         return [v for f in found for v in (f.penetration, f.penetration_rate, f.contact_force)]
 
     def _channels(self) -> tuple[list[Channel], list]:
-        rows = [*self._body_channels(), *self._joint_channels(), *self._drive_channels(), *self._energy_channels()]
+        rows = [*self._body_channels(), *self._joint_channels(), *self._spring_channels(), *self._drive_channels()]
+        rows += self._energy_channels()
         wrapped = {f"bodies/{b.name}/theta" for b in self.scene.bodies if self.kinematics.poses[b].angle is None}
         return [Channel(*row[:3], row[0] in wrapped) for row in rows], [row[3] for row in rows]
 
@@ -217,14 +220,23 @@ class Structure:
                 yield from self._forces(joint, found.force)
                 for name, value in found.channels.items():
                     yield f"{here}/{name}", *_JOINT_CHANNELS[name], value
+                if joint in self.dissipated:
+                    yield f"{here}/dissipated", *_JOINT_CHANNELS["dissipated"], self.dissipated[joint]
             else:
                 fx, fy, moment = self.reactions[joint]
                 yield from self._forces(joint, (fx, fy))
                 if hasattr(joint, "axis"):
                     yield f"{here}/moment", "N m", f"moment on {joint.b.body.name} about its joint point", moment
-        for load, (length, tension) in self.applied.springs.items():
-            yield f"springs/{load.name}/length", "m", "length", length
-            yield f"springs/{load.name}/tension", "N", "tension of spring and damper", tension
+
+    def _spring_channels(self):
+        for load in self.scene.loads:
+            here = f"springs/{load.name}"
+            if load in self.applied.springs:
+                length, tension = self.applied.springs[load]
+                yield f"{here}/length", "m", "length", length
+                yield f"{here}/tension", "N", "tension of spring and damper", tension
+            if load in self.dissipated:
+                yield f"{here}/dissipated", "J", "work the damper has taken out since the start", self.dissipated[load]
 
     def _forces(self, joint, force):
         for axis, value in zip("xy", force, strict=True):
@@ -243,10 +255,10 @@ class Structure:
         yield "energy/kinetic", "J", "kinetic energy", ledger.kinetic
         yield "energy/potential", "J", "potential energy of gravity and springs", ledger.potential
         if self.ledger:
-            work = [self.trace.load(f"y[{self.states + i}]") for i in range(2)]
-            yield "energy/input", "J", "work done by drives and loads", work[0]
-            yield "energy/dissipated", "J", "work taken out by joints and dampers (contact: stored and lost)", work[1]
-            balance = ledger.kinetic + ledger.potential - work[0] + work[1]
+            work, lost = self.trace.load(f"y[{self.states}]"), self.trace.sum(self.dissipated.values())
+            yield "energy/input", "J", "work done by drives and loads", work
+            yield "energy/dissipated", "J", "work taken out by joints and dampers (contact: stored and lost)", lost
+            balance = ledger.kinetic + ledger.potential - work + lost
             yield "energy/residual", "J", "kinetic + potential - input + dissipated, minus its start value", balance
 
 
@@ -269,6 +281,7 @@ _JOINT_CHANNELS = {
     "oil_temperature": ("K", "temperature of the oil"),
     "friction": ("N", "friction force on the journal, positive along the turned line of centres"),
     "power_loss": ("W", "power the joint takes out of the mechanism"),
+    "dissipated": ("J", "work the joint has taken out since the start (contact: stored and lost)"),
 }
 
 

@@ -13,11 +13,11 @@ ROWS = 17
 
 
 @inline
-def stages(rhs, t, h, y, par, work, k, first, last):
-    """Slopes k[first] to k[last - 1] from those before them."""
+def stages(rhs, t, h, y, par, work, k, first, last, states):
+    """Slopes k[first] to k[last - 1] from those before them; none reads the ledger, so trial states leave it out."""
     trial = k[16]
     for s in range(first, last):
-        for i in range(y.size):
+        for i in range(states):
             total = 0.0
             for j in range(s):
                 total += A[s, j] * k[j, i]
@@ -35,7 +35,7 @@ def step(rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, contr
     size, states = y.size, counts[STATES]
     for i in range(size):
         k[0, i] = f[i]
-    stages(rhs, t, h, y, par, work, k, 1, STAGES)
+    stages(rhs, t, h, y, par, work, k, 1, STAGES, states)
     for i in range(size):
         total = 0.0
         for j in range(STAGES):
@@ -75,7 +75,7 @@ def interpolant(
     size = y.size
     for i in range(size):
         k[STAGES, i] = f_new[i]
-    stages(rhs, t, h, y, par, work, k, STAGES + 1, 16)
+    stages(rhs, t, h, y, par, work, k, STAGES + 1, 16, counts[STATES])
     counts[EVALUATIONS] += 3
     for i in range(size):
         change = y_new[i] - y[i]

@@ -1,0 +1,149 @@
+"""Checkpoints of a long run: a killed run goes on from its last one and gives the file it would have given.
+
+Beside `run.h5` stands a folder `run.h5.parts`: finished stretches of the run (0000.h5, ...), each a whole result file,
+and `state.npz`, the arrays the integration goes on with, written under a temporary name and renamed. At the end the
+stretches are joined in `run.h5` and the folder is removed.
+"""
+
+import hashlib
+import json
+import os
+import shutil
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+from clearance.recording import FileSink, Recorder
+from clearance.results import Result
+
+#: what of a run changes as it goes, beside its arrays
+NAMES = ("method", "reason", "spoilt")
+ARRAYS = (
+    "y", "f", "work", "scale", "band", "control", "counts", "clock", "place", "contacts", "impacts", "log", "times",
+    "rows", "dense", "vector", "matrix", "complexes", "scratch",
+)  # fmt: skip
+RECORD = ("zero", "low", "high", "totals", "rows", "turned_over")
+LEDGER = ("worst", "low", "high")
+
+
+class PartsSink:
+    """A sink that can stop a stretch of the record and begin the next; in the end they become one file."""
+
+    def __init__(self, path: Path, channels: list, attributes: dict, keep, compression: int, identity: dict):
+        self.path, self.folder = Path(path), parts_folder(path)
+        self.options = channels, attributes, keep, compression
+        self.identity = identity | {"scene": attributes["scene"], "kernel": _digest(attributes["kernel"])}
+        self.count = 0
+        self.stretch: FileSink | None = None
+
+    def begin(self) -> dict | None:
+        """Look for what an earlier attempt left: its state, or None. Raises ValueError where it was another run."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        found = load(self.folder / "state.npz")
+        if found is not None:
+            self._compare(json.loads(str(found["identity"])))
+            self.count = int(found["stretches"])
+        self._next()
+        return found
+
+    def _compare(self, other: dict) -> None:
+        different = [n for n in self.identity if other.get(n) != self.identity[n]]
+        if different:
+            raise ValueError(
+                f"{self.folder} holds checkpoints of another run (its {', '.join(different)} differ): "
+                "remove that folder, or give the result another name"
+            )
+
+    def _next(self) -> None:
+        channels, attributes, keep, compression = self.options
+        self.stretch = FileSink(self.folder / f"{self.count:04d}.h5", channels, attributes, keep, compression)
+        self.rows, self.impacts, self.steps = self.stretch.rows, self.stretch.impacts, self.stretch.steps
+        self.flush = self.stretch.flush
+
+    def cut(self, state: dict) -> None:
+        """End the stretch and keep the state to go on from."""
+        self.stretch.close("partial: a stretch of a longer run", {}, [], {}, None)
+        self.count += 1
+        save(self.folder / "state.npz", state | {"identity": json.dumps(self.identity), "stretches": self.count})
+        self._next()
+
+    def close(self, status: str, solver: dict, warnings: list[str], facts: dict, ranges) -> None:
+        """Join the stretches; the folder stays where the run was interrupted, to go on from."""
+        self.stretch.close("partial: a stretch of a longer run", {}, [], {}, None)
+        channels, attributes, keep, compression = self.options
+        whole = FileSink(self.path, channels, attributes, keep, compression)
+        for i in range(self.count + 1):
+            with Result(self.folder / f"{i:04d}.h5") as part:
+                whole.join(part.file)
+        whole.close(status, solver, warnings, facts, ranges)
+        if not status.startswith("partial: interrupted"):
+            shutil.rmtree(self.folder)
+
+
+def parts_folder(path: str | Path) -> Path:
+    return Path(f"{path}.parts")
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def save(path: Path, state: dict) -> None:
+    """Write arrays and numbers, whole or not at all."""
+    temporary = path.with_name(f"{path.stem}.{os.getpid()}.tmp.npz")
+    with open(temporary, "wb") as file:
+        np.savez(file, **state)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(temporary, path)
+
+
+def load(path: Path) -> dict | None:
+    """What `save` wrote, or None where there is nothing. Raises ValueError for a file that cannot be read."""
+    if not path.exists():
+        return None
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            return {name: file[name] for name in file.files}
+    except (OSError, ValueError, zipfile.BadZipFile) as error:
+        raise ValueError(f"checkpoint {path} cannot be read ({error}); remove {path.parent} to start anew") from None
+
+
+def state_of(run, recorder: Recorder) -> dict:
+    """All that the run goes on with."""
+    found = {f"run.{n}": getattr(run, n) for n in ARRAYS} | {f"run.{n}": getattr(run, n) for n in NAMES}
+    found |= {f"record.{n}": getattr(recorder, n) for n in RECORD}
+    found["record.known"] = json.dumps({"peaks": recorder.peaks, "depths": recorder.depths})
+    if recorder.last is not None:
+        found["record.last"] = np.concatenate([[recorder.last[0]], recorder.last[1]])
+    if recorder.ledger is not None:
+        found |= {f"ledger.{n}": getattr(recorder.ledger, n) for n in LEDGER}
+        if recorder.ledger.since is not None:
+            found["ledger.since"] = recorder.ledger.since
+        if recorder.ledger.rows is not None:
+            found["ledger.rows"] = recorder.ledger.rows
+    return found
+
+
+def restore(run, recorder: Recorder, state: dict) -> None:
+    """Put a run and its record where they were."""
+    if (method := str(state["run.method"]).rpartition(", ")[2]) != run.method:
+        run.take(method)
+    for name in ARRAYS:
+        setattr(run, name, state[f"run.{name}"])
+    for name in NAMES:
+        setattr(run, name, str(state[f"run.{name}"]))
+    for name in RECORD:
+        value = state[f"record.{name}"]
+        setattr(recorder, name, value if value.ndim else value.item())
+    for name, value in json.loads(str(state["record.known"])).items():
+        setattr(recorder, name, value)
+    if "record.last" in state:
+        recorder.last = state["record.last"][0], state["record.last"][1:]
+    if recorder.ledger is not None:
+        for name in LEDGER:
+            value = state[f"ledger.{name}"]
+            setattr(recorder.ledger, name, value if value.ndim else value.item())
+        recorder.ledger.since = state["ledger.since"].item() if "ledger.since" in state else None
+        recorder.ledger.rows = state.get("ledger.rows")

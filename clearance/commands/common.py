@@ -1,0 +1,82 @@
+"""What commands share: exit status, numbers with units, folders, what cannot be read."""
+
+import argparse
+import contextlib
+import json
+import sys
+import time
+from pathlib import Path
+
+DONE, FAILED, WRONG = 0, 1, 2
+
+
+def quantity_of(units: str):
+    """A parser of numbers with an optional unit, in SI."""
+
+    def parse(text: str) -> float:
+        from clearance.units import quantity
+
+        try:
+            return quantity(text, units)
+        except ValueError as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+
+    return parse
+
+
+def number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+
+
+def complain(options, message: str, status: int, **more) -> int:
+    """One line on stderr, and under --json a document on stdout; returns the exit status."""
+    line = " ".join(message.split())
+    if options.json:
+        print(json.dumps({"status": "failed" if status == FAILED else "wrong input", "message": line, **more}))
+    print(f"clearance: {line}", file=sys.stderr)
+    return status
+
+
+def given(options, known: dict) -> list[tuple[str, str]]:
+    """Names and texts of all -p NAME=VALUE. Raises ValueError for a name the case has not got."""
+    found = []
+    for item in options.parameters:
+        name, equals, text = item.partition("=")
+        if not equals:
+            raise ValueError(f"-p {item}: expected NAME=VALUE")
+        if name not in known:
+            raise ValueError(f"the case has no parameter {name!r}; it has {', '.join(known)}")
+        found.append((name, text))
+    return found
+
+
+def quiet(options):
+    """Under --json, what a case file prints goes to stderr."""
+    return contextlib.redirect_stdout(sys.stderr) if options.json else contextlib.nullcontext()
+
+
+def channel_patterns(text: str | None) -> list[str] | None:
+    """--channels: a comma list of paths and patterns; "all", "none"."""
+    if text is None or text == "all":
+        return None
+    return [] if text == "none" else [p.strip() for p in text.split(",") if p.strip()]
+
+
+def make_folder(options) -> None:
+    if options.output:
+        Path(options.output).mkdir(parents=True, exist_ok=True)
+
+
+class Line:
+    """What a long study is at, on one line of stderr; nothing where nobody looks."""
+
+    def __init__(self, options):
+        self.shown = sys.stderr.isatty() and not options.json
+        self.began = time.perf_counter()
+
+    def __call__(self, text: str) -> None:
+        if self.shown:
+            print(f"\r\x1b[K{time.perf_counter() - self.began:6.0f} s  {text}", end="", file=sys.stderr, flush=True)

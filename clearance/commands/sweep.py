@@ -1,0 +1,245 @@
+"""`clearance sweep`: a case at many points."""
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+
+from clearance.commands.common import (
+    DONE,
+    FAILED,
+    channel_patterns,
+    complain,
+    given,
+    number,
+    quantity_of,
+    quiet,
+)  # fmt: skip
+
+SHOWN = 12  # metrics in the summary
+EXAMPLES = """\
+-p NAME=VALUES takes LO:HI:N (N values), LO:HI:N:log, or a comma list; several of them make a grid. Texts with
+semicolons are lists of texts: joints="B;B,C;B,C,E". With --sample N ranges are LO:HI or LO:HI:log.
+
+  clearance sweep six_bar_feeder -p speed=100rpm:600rpm:20 -p clearance=0.05mm:0.5mm:20 --turns 4 -o map
+  clearance sweep slider_crank -p model=dry -p speed=50rpm,100rpm --turns 50 --channels "joints/C/ecc*,bodies/slider"
+  clearance sweep six_bar_feeder --sample 200 -p speed=100rpm:600rpm -p clearance=10um:500um:log --channels none
+
+The same command again runs only what is missing; --retry-failed tries failed points again. Exit status 0: all points
+done, 1: some failed or it had to stop, 2: wrong input. A cluster: see README, --scheduler.
+"""
+
+
+def add(commands) -> argparse.ArgumentParser:
+    """The command and its options."""
+    p = commands.add_parser(
+        "sweep", help="a case at many points: resumable, on all cores or a cluster", epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    p.add_argument("case", metavar="CASE", help="name of a case, or path to your own case file")
+    p.add_argument("-p", dest="parameters", metavar="NAME=VALUES", action="append", default=[], help="see below")
+    p.add_argument("--zip", action="append", default=[], metavar="A,B", help="parameters whose lists go together")
+    p.add_argument("--sample", type=int, metavar="N", help="N points drawn from the ranges instead of a grid")
+    p.add_argument("--kind", default="latin", help="how points are drawn: latin (hypercube) or random (default latin)")
+    p.add_argument("--seed", type=int, default=0, help="of the draw: the same seed, the same points (default 0)")
+    length = p.add_mutually_exclusive_group()
+    length.add_argument("--turns", type=number, help="length of each run in turns of the drive (default 2)")
+    length.add_argument("--until", type=quantity_of("s"), metavar="S", help="length of each run in seconds")
+    p.add_argument("--rtol", type=number, metavar="R", help="local error tolerance (default 1e-6)")
+    p.add_argument("--method", help="see `clearance run` (default auto)")
+    p.add_argument("--max-step", type=quantity_of("s"), metavar="S", help="longest step")
+    p.add_argument("--max-steps", type=int, metavar="N", help="a run that needs more steps fails (default no limit)")
+    p.add_argument("--samples-per-turn", type=number, metavar="N", help="output rows a turn (default 400)")
+    p.add_argument(
+        "--channels", metavar="PATHS", help='kept in run files: comma list of patterns, "all" (default) or "none"'
+    )
+    p.add_argument("--compression", type=int, default=0, metavar="0..9", help="gzip level of run files (default 0)")
+    p.add_argument("--settle", type=number, metavar="TURNS", help="turns left out of the metrics (default the first)")
+    p.add_argument(
+        "--metric", action="append", default=[], metavar="FILE.py:NAME", help="a metric of your own; may be repeated"
+    )
+    p.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
+    p.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask scheduler whose workers run the points")
+    p.add_argument("--retry-failed", action="store_true", help="also run again what failed")
+    p.add_argument("--quiet", action="store_true", help="no progress, no summary")
+    p.add_argument("-o", dest="output", metavar="DIR", help="sweep directory (default CASE_sweep)")
+    return p
+
+
+def run(options) -> int:
+    """Run the sweep; exit status 1 where a point failed or the sweep had to stop."""
+    from clearance.catalogue import find_case
+    from clearance.sweeping.driver import SweepError, sweep
+
+    with quiet(options):
+        case = find_case(options.case)
+        points, fixed = _points(options, case)
+    shown = _Progress(options)
+    began, failure = time.perf_counter(), None
+    if options.turns is None and options.until is None:
+        options.turns = 2.0
+    try:
+        found = sweep(
+            options.case, points, options.output or f"{case.name}_sweep", fixed=fixed,
+            channels=channel_patterns(options.channels), compression=options.compression, settle=options.settle,
+            metrics=options.metric, workers=options.workers, scheduler=options.scheduler,
+            retry_failed=options.retry_failed, progress=shown, turns=options.turns, until=options.until,
+            rtol=options.rtol, method=options.method, max_step=options.max_step, max_steps=options.max_steps,
+            samples_per_turn=options.samples_per_turn,
+        )  # fmt: skip
+    except SweepError as error:
+        failure, found = str(error), error.sweep
+    except KeyboardInterrupt:
+        return complain(options, "interrupted; the same command goes on where this stopped", FAILED)
+    finally:
+        shown.close()
+    document = summary(found) | {"seconds": time.perf_counter() - began, "done_before": shown.before}
+    if failure is not None:
+        return complain(options, failure, FAILED, **{n: v for n, v in document.items() if n != "status"})
+    if options.json:
+        print(json.dumps(document))
+    elif not options.quiet:
+        print("\n".join(readable(document)))
+    return DONE if found.done.all() else FAILED
+
+
+def _points(options, case):
+    """Points and fixed parameters of the command line."""
+    from clearance.sweeping.points import ONE, from_words, grid, range_from_words, sampled, zipped
+
+    texts = dict(given(options, case.parameters))
+    if len(texts) < len(options.parameters):
+        raise ValueError("-p: a parameter is given twice")
+    together = [tuple(n.strip() for n in group.split(",")) for group in options.zip]
+    if options.sample is not None:
+        if together:
+            raise ValueError("--zip belongs to grids, not to --sample")
+        ranges = {n: range_from_words(case.parameters[n], _listed(case, texts, n)) for n in texts}
+        fixed = {n: r[0] for n, r in ranges.items() if isinstance(r, list) and len(r) == 1}
+        drawn = {n: r for n, r in ranges.items() if n not in fixed}
+        return sampled(options.sample, kind=options.kind, seed=options.seed, **drawn), fixed
+    values = {n: from_words(case.parameters[n], _listed(case, texts, n)) for n in texts}
+    for name in (n for group in together for n in group):
+        if name not in values:
+            raise ValueError(f"--zip: no -p gives values of {name!r}")
+    points, seen = ONE, set()
+    for name, own in values.items():
+        group = next((g for g in together if name in g), (name,))
+        if name not in seen and (len(own) > 1 or len(group) > 1):
+            points = points * (zipped(**{n: values[n] for n in group}) if len(group) > 1 else grid(**{name: own}))
+        seen.update(group)
+    return points, {n: v[0] for n, v in values.items() if n not in points.columns}
+
+
+def _listed(case, texts: dict[str, str], name: str) -> str:
+    """The text of a parameter; one that the case takes as a whole, such as joints=B,C, is one value.
+
+    Semicolons tell a list from that.
+    """
+    text = texts[name]
+    if case.parameters[name].kind is not str or "," not in text or ";" in text:
+        return text
+    try:
+        case.scene(**{name: text})
+    except ValueError:
+        return text
+    return f"{text};" if text else text
+
+
+class _Progress:
+    """Runs done, failed, running, rate and time left: a bar on a terminal, else a line every ten seconds."""
+
+    every = 10.0
+
+    def __init__(self, options):
+        self.quiet = options.quiet or options.json
+        self.terminal = sys.stderr.isatty()
+        self.bar = None
+        self.said = time.perf_counter()
+        self.before = 0
+
+    def __call__(self, p) -> None:
+        self.before = p.before
+        if self.quiet:
+            return
+        for line in p.news:
+            self._say(line)
+        if self.terminal:
+            self._draw(p)
+        elif time.perf_counter() - self.said > self.every:
+            self.said = time.perf_counter()
+            left = "" if p.left is None else f", {p.left:.0f} s left"
+            self._say(f"{p.done} of {p.total} done, {p.failed} failed, {p.running} running, {p.rate:.3g} runs/s{left}")
+
+    def _say(self, line: str) -> None:
+        if self.bar is not None:
+            self.bar.write(f"clearance: {line}", file=sys.stderr)
+        else:
+            print(f"clearance: {line}", file=sys.stderr)
+
+    def _draw(self, p) -> None:
+        from tqdm import tqdm
+
+        if self.bar is None:
+            form = "{n_fmt}/{total_fmt} {bar} {rate_fmt}, {elapsed} passed, {remaining} left{postfix}"
+            self.bar = tqdm(total=p.total, initial=p.done + p.failed, unit="run", bar_format=form)
+        self.bar.set_postfix_str(f"{p.failed} failed, {p.running} running", refresh=False)
+        self.bar.update(p.done + p.failed - self.bar.n)
+
+    def close(self) -> None:
+        if self.bar is not None:
+            self.bar.close()
+
+
+def summary(found) -> dict:
+    """A sweep as plain data: counts, extremes of each metric and where they are, what failed and why."""
+    import numpy as np
+
+    extremes = {}
+    for name, values in found.metrics.items():
+        if np.isfinite(values).any():
+            finite = np.where(np.isfinite(values), values, np.nan)
+            low, high = int(np.nanargmin(finite)), int(np.nanargmax(finite))
+            extremes[name] = {
+                "units": found.known.get(name, ("?",))[0], "min": float(values[low]), "max": float(values[high]),
+                "min_at": found.definition.points[low], "max_at": found.definition.points[high],
+            }  # fmt: skip
+    bad = [i for i in range(len(found)) if not found.done[i]]
+    return {
+        "status": "complete" if not bad else "incomplete", "case": found.definition.case, "folder": str(found.folder),
+        "points": len(found), "done": int(found.done.sum()), "failed": int(found.failed.sum()),
+        "lost": int((found.status == "lost").sum()), "missing": int((found.status == "missing").sum()),
+        "reasons": [_reason(found, i) for i in bad],
+        "loop_s": float(found.costs["loop"].sum()), "metrics": extremes, "index": str(Path(found.folder) / "sweep.h5"),
+    }  # fmt: skip
+
+
+def _reason(found, i: int) -> dict:
+    values, status = found.definition.points[i], str(found.status[i])
+    return {"point": i, "values": values, "status": status, "reason": str(found.reason[i])}
+
+
+def readable(document: dict) -> list[str]:
+    d = document
+    fresh = d["points"] - d["missing"] - d["done_before"]
+    lines = [
+        f"{d['case']}: {d['done']} of {d['points']} points done, {d['failed']} failed, {d['lost']} lost"
+        + (f" ({d['done_before']} before)" if d["done_before"] else "")
+        + f"; {fresh} in {d['seconds']:.3g} s"
+    ]
+    for name, m in list(d["metrics"].items())[:SHOWN]:
+        units = "" if m["units"] == "1" else f" {m['units']}"
+        lines.append(f"  {name:<38} {m['min']:.5g} to {m['max']:.5g}{units}, largest at {_words(m['max_at'])}")
+    if len(d["metrics"]) > SHOWN:
+        lines.append(f"  and {len(d['metrics']) - SHOWN} more metrics")
+    lines += [f"  {r['status']} at {_words(r['values'])}: {r['reason']}" for r in d["reasons"][:5]]
+    if len(d["reasons"]) > 5:
+        lines.append(f"  and {len(d['reasons']) - 5} more that are not done")
+    if d["failed"]:
+        lines.append("  --retry-failed tries failed points again")
+    return [*lines, f"  directory    {d['folder']}"]
+
+
+def _words(values: dict) -> str:
+    return ", ".join(f"{n}={v:.5g}" if isinstance(v, float) else f"{n}={v}" for n, v in values.items()) or "-"

@@ -1,0 +1,437 @@
+"""What a run puts out, piece by piece: made continuous, watched, and kept in a file or in memory.
+
+A `Recorder` takes the pieces and hands them to one sink: a `FileSink` writes the HDF5 result file (layout in
+results.py), a `MemorySink` keeps arrays that read as a `MemoryRecord`. The ranges, peaks and the energy ledger are
+those of all channels, whichever a sink keeps.
+"""
+
+import fnmatch
+import os
+import zlib
+from collections.abc import Sequence
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from clearance.regimes import Regime, regime
+from clearance.results import Record, provenance
+
+CHUNK = 2048  # rows
+
+EVENT_COLUMNS = {
+    "time": ("s", "start of the contact"),
+    "impact_speed": ("m/s", "penetration rate at the start"),
+    "peak_force": ("N", "largest normal contact force"),
+    "peak_penetration": ("m", "largest penetration"),
+    "duration": ("s", "duration of the contact"),
+    "separation_speed": ("m/s", "speed of separation at the end"),
+}
+EVENT_TEXTS = {"joint": "joint in contact", "kind": "contact, or open_contact: not over at the end"}
+SOLVER_COLUMNS = {
+    "time": ("s", "end of the step"),
+    "step": ("s", "step size"),
+    "error_estimate": ("1", "estimated local error over tolerance"),
+}
+
+
+def chosen(channels: Sequence, patterns: Sequence[str] | None) -> list[int]:
+    """Places of the channels whose path a pattern fits: "joints/B/*", "bodies/slider/ax", "energy"; None: all.
+
+    Raises ValueError for a pattern that fits none.
+    """
+    if patterns is None:
+        return list(range(len(channels)))
+    if isinstance(patterns, str):
+        raise TypeError(f"channels must be a list of paths or patterns, got the text {patterns!r}")
+    found: set[int] = set()
+    for pattern in patterns:
+        fits = [i for i, c in enumerate(channels) if fits_path(c.path, pattern)]
+        if not fits:
+            groups = dict.fromkeys(c.path.rpartition("/")[0] for c in channels)
+            raise ValueError(f"channels: {pattern!r} fits none; there are {', '.join(f'{g}/*' for g in groups)}")
+        found.update(fits)
+    return sorted(found)
+
+
+def fits_path(path: str, pattern: str) -> bool:
+    return fnmatch.fnmatchcase(path, pattern) or path.startswith(pattern.rstrip("/") + "/")
+
+
+class Recorder:
+    """Takes a run's output as it comes and hands it to a sink.
+
+    Angles are made continuous, the ledger starts at zero and is watched; ranges, peaks and totals are kept.
+    """
+
+    def __init__(self, channels: list, sink):
+        self.channels, self.sink = channels, sink
+        self.place = {c.path: i for i, c in enumerate(channels)}
+        self.angles = [(i, self.place[c.path.replace("theta", "omega")]) for i, c in enumerate(channels) if c.wrapped]
+        self.balance, self.kinetic = self.place.get("energy/residual"), self.place.get("energy/kinetic")
+        self.forces = {p.rpartition("/")[0]: i for p, i in self.place.items() if p.endswith("/force_x")}
+        self.last: tuple[float, np.ndarray] | None = None
+        self.zero = 0.0
+        self.low, self.high = np.full(len(channels), np.inf), np.full(len(channels), -np.inf)
+        self.totals, self.rows = np.zeros(len(channels)), 0
+        self.peaks: dict[str, float] = {}  # largest force by joint, of samples and contacts
+        self.depths: dict[str, float] = {}  # largest penetration by joint, of its contacts
+        self.facts: dict[str, dict] = {}  # attributes of groups
+        self.turned_over = 0.0
+        self.ledger: LedgerWatch | None = None
+        self.work = [self.place[p] for p in ("energy/input", "energy/dissipated") if p in self.place]
+        if self.balance is not None:
+            self.ledger = LedgerWatch([self.kinetic, *self.work], self.balance)
+
+    def samples(self, times: np.ndarray, rows: np.ndarray) -> None:
+        """Append output rows; angles are made continuous with the help of the angular velocities."""
+        if not times.size:
+            return
+        rows = rows.copy()
+        self._unwrap(times, rows)
+        if self.balance is not None:
+            if self.last is None:
+                self.zero = rows[0, self.balance]
+            rows[:, self.balance] -= self.zero
+        self._summarise(rows)
+        if self.ledger:
+            self.ledger.add(times, rows)
+        self.last = (times[-1], rows[-1].copy())
+        self.sink.rows(times, rows)
+
+    def _summarise(self, rows: np.ndarray) -> None:
+        """Ranges of all channels, peak joint forces, energy turned over: for summaries without reading the record."""
+        self.low, self.high = np.minimum(self.low, rows.min(axis=0)), np.maximum(self.high, rows.max(axis=0))
+        self.totals, self.rows = self.totals + rows.sum(axis=0), self.rows + len(rows)
+        for group, i in self.forces.items():
+            peak = float(np.sqrt((rows[:, i : i + 2] ** 2).sum(axis=1).max()))
+            self.peaks[group] = max(self.peaks.get(group, 0.0), peak)
+        if self.kinetic is not None:
+            before = [] if self.last is None else [self.last[1][self.kinetic]]
+            self.turned_over += float(np.abs(np.diff(np.concatenate([before, rows[:, self.kinetic]]))).sum())
+
+    def _unwrap(self, times: np.ndarray, rows: np.ndarray) -> None:
+        for angle, speed in self.angles:
+            if self.last is None:
+                values, speeds, at = rows[:, angle], rows[:, speed], times
+            else:
+                values = np.concatenate([[self.last[1][angle]], rows[:, angle]])
+                speeds = np.concatenate([[self.last[1][speed]], rows[:, speed]])
+                at = np.concatenate([[self.last[0]], times])
+            expected = np.diff(at) * 0.5 * (speeds[1:] + speeds[:-1])
+            turns = np.round((np.diff(values) - expected) / (2.0 * np.pi))
+            whole = np.concatenate([[0.0], np.cumsum(turns)]) * 2.0 * np.pi
+            rows[:, angle] = (values - whole)[-len(times) :]
+
+    def impacts(self, names: list[str], rows: np.ndarray, kind: str = "contact") -> None:
+        """Append finished contacts: rows of (joint, time, impact speed, force, penetration, duration, separation)."""
+        if not len(rows):
+            return
+        for j, force, depth in rows[:, (0, 3, 4)]:
+            group = f"joints/{names[int(j)]}"
+            self.peaks[group] = max(self.peaks.get(group, 0.0), force)
+            self.depths[group] = max(self.depths.get(group, 0.0), depth)
+        self.sink.impacts([names[int(j)] for j in rows[:, 0]], rows, kind)
+
+    def steps(self, log: np.ndarray) -> None:
+        self.sink.steps(log)
+
+    def flush(self) -> None:
+        self.sink.flush()
+
+    def lowest(self, path: str) -> float:
+        """Smallest value of a channel so far."""
+        return float(self.low[self.place[path]])
+
+    def highest(self, path: str) -> float:
+        """Largest value of a channel so far."""
+        return float(self.high[self.place[path]])
+
+    def know(self, group: str, **facts) -> None:
+        """Attributes of a group, such as what a joint's film table errs by."""
+        self.facts.setdefault(group, {}).update(facts)
+
+    def regime(self, joint) -> Regime:
+        """Diagnostics of a lubricated joint; they also become attributes of its group."""
+        group = f"joints/{joint.name}"
+        found = regime(joint, self.highest(f"{group}/film_pressure"), self.lowest(f"{group}/gap"))
+        self.know(group, **{name: value for name, value in vars(found).items() if value is not None})
+        means = {f"{group}/membership_{s}": f"share_{s}" for s in ("full_film", "mixed", "dry")}
+        means[f"{group}/asperity_share"] = "mean_asperity_share"
+        self.know(group, **{n: self.totals[self.place[p]] / self.rows for p, n in means.items() if p in self.place})
+        return found
+
+    def residual_share(self) -> float:
+        """Largest share of the energy turned over in some stretch of the run that its residual moved by."""
+        return max(self.ledger.worst, self.ledger.share()) if self.ledger else 0.0
+
+    def energy_scale(self) -> float:
+        """The energy turned over so far: total variation of the kinetic energy, or what went in or was taken out."""
+        return max([self.turned_over, *(float(self.high[i] - self.low[i]) for i in self.work)])
+
+    def close(self, status: str, solver: dict, warnings: list[str]) -> None:
+        """Finish: what is known of each group, then the status; the sink then gives the record its place."""
+        ranges = None
+        if self.last is not None:
+            ranges = self.low, self.high
+            for group, peak in self.peaks.items():
+                self.know(group, peak_force=peak)
+                if f"{group}/gap" in self.place:
+                    depth = self.depths.get(group, -np.inf)
+                    self.know(group, smallest_gap=min(self.lowest(f"{group}/gap"), -depth))
+            self.know("energy", turned_over=self.energy_scale())
+        self.sink.close(status, solver, warnings, self.facts, ranges)
+
+
+class FileSink:
+    """Writes a run into `<path>.partial` and gives it its final name when the run has ended.
+
+    keep: patterns of the channels to keep (default all). compression: gzip level 0 to 9 of all columns, 0: none.
+    expected: rows to expect, where they are few.
+    """
+
+    def __init__(
+        self, path: Path, channels: list, attributes: dict, keep=None, compression: int = 0, expected: int = CHUNK
+    ):
+        self.path = Path(path)
+        if self.path.is_dir():
+            raise ValueError(f"result file {self.path} is a directory; give the name of a file")
+        self.kept = chosen(channels, keep)
+        self.layout = filters(compression) | {"chunks": (min(max(expected, 1), CHUNK),)}
+        self.partial = self.path.with_name(self.path.name + ".partial")
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        self.file = self._open()
+        self.file.attrs.update(provenance() | attributes | {"status": "partial: still running"})
+        self._create([channels[i] for i in self.kept])
+
+    def _open(self) -> h5py.File:
+        """Columns stay open, each with a chunk cache: a small one, for rows are only appended."""
+        return h5py.File(self.partial, "w", rdcc_nbytes=2 * CHUNK * 8)
+
+    def _place(self) -> None:
+        """Give the whole file its name."""
+        self.file.close()
+        os.replace(self.partial, self.path)
+
+    def _create(self, channels: list) -> None:
+        scale = self._dataset("time", "s", "time")
+        scale.make_scale("time")
+        self.columns = [self._dataset(c.path, c.units, c.long_name) for c in channels]  # kept open
+        for column in self.columns:
+            column.dims[0].attach_scale(scale)
+            group = column.parent
+            if "time" not in group:
+                group["time"] = scale  # the same dataset under a second name: each group opens with its times
+        self.tables = {}
+        for group, columns in (("events", EVENT_COLUMNS), ("solver", SOLVER_COLUMNS)):
+            made = {n: self._dataset(f"{group}/{n}", units, what) for n, (units, what) in columns.items()}
+            if group == "events":
+                made |= {n: self._dataset(f"events/{n}", "1", w, h5py.string_dtype()) for n, w in EVENT_TEXTS.items()}
+            own = made["time"]
+            own.make_scale("time")
+            for name in list(made)[1:]:
+                made[name].dims[0].attach_scale(own)
+            self.tables[group] = made
+
+    def _dataset(self, path: str, units: str, what: str, dtype=np.float64):
+        data = self.file.create_dataset(path, (0,), dtype, maxshape=(None,), **self.layout)
+        data.attrs["units"], data.attrs["long_name"] = units, what
+        return data
+
+    def rows(self, times: np.ndarray, rows: np.ndarray) -> None:
+        _append(self.file["time"], times)
+        for i, column in zip(self.kept, self.columns, strict=True):
+            _append(column, rows[:, i])
+
+    def impacts(self, joints: list[str], rows: np.ndarray, kind: str) -> None:
+        table = self.tables["events"]
+        for column, name in enumerate(EVENT_COLUMNS, 1):
+            _append(table[name], rows[:, column])
+        _append(table["joint"], joints)
+        _append(table["kind"], [kind] * len(rows))
+
+    def steps(self, log: np.ndarray) -> None:
+        for column, name in enumerate(SOLVER_COLUMNS):
+            _append(self.tables["solver"][name], log[:, column])
+
+    def flush(self) -> None:
+        self.file.flush()
+
+    def join(self, other: h5py.File) -> None:
+        """Append the columns of another file of the same run."""
+        columns = [self.file["time"], *self.columns, *(d for t in self.tables.values() for d in t.values())]
+        for column in columns:
+            _append(column, other[column.name][()])
+
+    def close(self, status: str, solver: dict, warnings: list[str], facts: dict, ranges) -> None:
+        """State the status and what is known, give the file its name."""
+        self.file.attrs.create("warnings", warnings, dtype=h5py.string_dtype(), shape=(len(warnings),))
+        self.file["solver"].attrs.update(solver)
+        for group, known in facts.items():
+            self.file.require_group(group).attrs.update(known)
+        for i, column in zip(self.kept, self.columns, strict=True) if ranges is not None else ():
+            column.attrs["actual_range"] = (ranges[0][i], ranges[1][i])
+        self.file.attrs["status"] = status
+        self._place()
+
+
+class ImageSink(FileSink):
+    """Makes the file in memory and writes it in one piece: for short runs, where a full disk must do no harm.
+
+    size, check: bytes and CRC-32 of what was written.
+    """
+
+    size = check = 0
+
+    def _open(self) -> h5py.File:
+        return h5py.File(self.partial, "w", driver="core", backing_store=False)
+
+    def _place(self) -> None:
+        self.file.flush()
+        image = self.file.id.get_file_image()
+        self.file.close()
+        self.size, self.check = len(image), zlib.crc32(image)
+        try:
+            self.partial.write_bytes(image)
+            os.replace(self.partial, self.path)
+        except OSError:
+            self.partial.unlink(missing_ok=True)
+            raise
+
+
+class MemorySink:
+    """Keeps a run in memory; `record` once it is closed."""
+
+    def __init__(self, channels: list, attributes: dict):
+        self.channels, self.attributes = channels, attributes
+        self.pieces: list = []
+        self.contacts: list = []
+        self.record: MemoryRecord | None = None
+
+    def rows(self, times: np.ndarray, rows: np.ndarray) -> None:
+        self.pieces.append((times.copy(), rows))
+
+    def impacts(self, joints: list[str], rows: np.ndarray, kind: str) -> None:
+        self.contacts.append((joints, rows, kind))
+
+    def steps(self, log: np.ndarray) -> None:
+        """The log of steps is for files."""
+
+    def flush(self) -> None:
+        """Nothing waits to be written."""
+
+    def close(self, status: str, solver: dict, warnings: list[str], facts: dict, ranges) -> None:
+        times = np.concatenate([t for t, _ in self.pieces]) if self.pieces else np.zeros(0)
+        rows = np.concatenate([r for _, r in self.pieces]) if self.pieces else np.zeros((0, len(self.channels)))
+        events = np.concatenate([r for _, r, _ in self.contacts]) if self.contacts else np.zeros((0, 7))
+        table = {n: events[:, i] for i, n in enumerate(EVENT_COLUMNS, 1)}
+        table["joint"] = np.array([j for joints, *_ in self.contacts for j in joints], dtype=str)
+        table["kind"] = np.array([k for joints, _, k in self.contacts for _ in joints], dtype=str)
+        self.record = MemoryRecord(
+            self.channels, times, rows, table, self.attributes | {"status": status}, solver, warnings, facts
+        )
+
+
+class MemoryRecord(Record):
+    """A run in memory; reads like a `Result`."""
+
+    def __init__(
+        self, channels: list, times: np.ndarray, rows: np.ndarray, events: dict, attributes: dict,
+        solver: dict, warnings: list[str], facts: dict,
+    ):  # fmt: skip
+        self.events, self.attributes, self.solver, self.warnings = events, attributes, solver, warnings
+        self._times, self._rows, self._facts = times, rows, facts
+        self._channels_by_path = {c.path: (i, c) for i, c in enumerate(channels)}
+        self._groups: dict[str, dict[str, None]] = {"": {"time": None}}
+        for path in self._channels_by_path:
+            group, _, name = path.rpartition("/")
+            self._groups.setdefault(group, {})[name] = None
+            while group:
+                parent, _, name = group.rpartition("/")
+                self._groups.setdefault(parent, {})[name] = None
+                group = parent
+
+    def names(self, group: str) -> tuple[str, ...]:
+        return tuple(self._groups.get(group, ()))
+
+    def values(self, path: str) -> np.ndarray:
+        if path == "time":
+            return self._times
+        if path not in self._channels_by_path:
+            raise KeyError(f"this run has no channel {path!r}")
+        return self._rows[:, self._channels_by_path[path][0]]
+
+    def facts(self, group: str) -> dict:
+        return self._facts.get(group, {})
+
+    def units(self, path: str) -> str:
+        return "s" if path == "time" else self._channels_by_path[path][1].units
+
+
+def filters(compression: int) -> dict:
+    """Settings of a column. Raises ValueError for what is no gzip level."""
+    if isinstance(compression, bool) or not isinstance(compression, int) or not 0 <= compression <= 9:
+        raise ValueError(f"compression must be a whole number from 0 (none) to 9, got {compression!r}")
+    return {"compression": "gzip", "compression_opts": compression, "shuffle": True} if compression else {}
+
+
+def _append(data, values) -> None:
+    old = data.shape[0]
+    data.resize((old + len(values),))
+    data[old:] = values
+
+
+class LedgerWatch:
+    """Watches the energy residual stretch by stretch, so that a jump shows however long the run is.
+
+    A stretch is long enough to turn over the range of the kinetic energy, or in motions that hardly have any (a journal
+    sinking in oil) a hundredth of what has been put in and taken out; `worst` is the largest share of it that the
+    residual moved by, `since` the first sample where a share above `limit` was passed.
+    """
+
+    limit = 0.05
+    portion = 0.01  # of all energy put in or taken out so far that a stretch turns over at least
+
+    def __init__(self, work: list[int], balance: int):
+        self.work, self.balance = work, balance
+        self.worst, self.since = 0.0, None
+        self.low, self.high = np.full(len(work), np.inf), np.full(len(work), -np.inf)  # kinetic first
+        self.rows: np.ndarray | None = None  # time, residual, then the energies, of the stretch under way
+
+    def add(self, times: np.ndarray, rows: np.ndarray) -> None:
+        """Append samples; every stretch in which enough energy has been turned over is judged."""
+        self.low = np.minimum(self.low, rows[:, self.work].min(axis=0))
+        self.high = np.maximum(self.high, rows[:, self.work].max(axis=0))
+        most = self._most()
+        new = np.column_stack([times, rows[:, self.balance], rows[:, self.work]])
+        self.rows = new if self.rows is None else np.concatenate([self.rows, new])
+        while most > 0.0:
+            turned_over = self._turned_over()
+            if turned_over[-1] < most:
+                break
+            end = int(np.argmax(turned_over >= most))
+            self.worst = max(self.worst, self._share(end + 1, turned_over[end]))
+            self.rows = self.rows[end:]
+
+    def _most(self) -> float:
+        """Energy that a stretch turns over."""
+        span = self.high - self.low
+        return max(float(span[0]), self.portion * float(span[1:].max(initial=0.0)))
+
+    def _turned_over(self) -> np.ndarray:
+        steps = np.abs(np.diff(self.rows[:, 2:], axis=0, prepend=self.rows[:1, 2:])).sum(axis=1)
+        return np.cumsum(steps)
+
+    def _share(self, end: int, scale: float) -> float:
+        """Share of the first `end` rows' energy that the residual moved by."""
+        moved = np.abs(self.rows[:end, 1] - self.rows[0, 1])
+        if self.since is None and moved.max() > self.limit * scale:
+            self.since = float(self.rows[np.argmax(moved > self.limit * scale), 0])
+        return float(moved.max() / scale)
+
+    def share(self) -> float:
+        """Share of the stretch under way, against at least what a stretch turns over."""
+        if self.rows is None:
+            return 0.0
+        scale = max(self._turned_over()[-1], self._most())
+        return self._share(len(self.rows), scale) if scale > 0.0 else 0.0

@@ -1,0 +1,138 @@
+"""What a sweep is: its case, points and options, kept as `sweep.json` in its directory."""
+
+import hashlib
+import json
+import os
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from pathlib import Path
+
+from clearance.sweeping.points import Points
+
+FORMAT = "clearance-sweep"
+FORMAT_VERSION = 1
+
+
+@dataclass(frozen=True)
+class Definition:
+    """All that the results of a sweep depend on.
+
+    case: name, or path to a case file; source: digest of its text; fixed: parameters that all points share; options:
+    keywords of `simulate` (turns, rtol, ...); keep: patterns of the channels kept in run files, () for no files, None
+    for all; compression: gzip level; settle: turns left out of the metrics; own: a user's metrics as "file.py:name";
+    units: of the swept parameters.
+    """
+
+    case: str
+    path: str
+    source: str
+    points: Points
+    fixed: dict
+    options: dict
+    keep: tuple[str, ...] | None
+    compression: int
+    settle: float | None
+    own: tuple[str, ...]
+    units: dict[str, str]
+
+    @property
+    def files(self) -> bool:
+        """Whether each run has a file of its own."""
+        return self.keep is None or len(self.keep) > 0
+
+    @cached_property
+    def keys(self) -> tuple[str, ...]:
+        """Name of each point: a digest of all its run depends on."""
+        common = hashlib.sha256(json.dumps(self._common(), sort_keys=True).encode())
+        found = []
+        for i in range(len(self.points)):
+            own = common.copy()
+            own.update(json.dumps(self.points[i], sort_keys=True).encode())
+            found.append(own.hexdigest()[:16])
+        return tuple(found)
+
+    def _common(self) -> dict:
+        return {n: getattr(self, n) for n in ("case", "source", "fixed", "options")}
+
+    def values(self, index: int) -> dict:
+        """Case parameters of a point."""
+        return self.fixed | self.points[index]
+
+    def says(self, index: int) -> str:
+        """A point in words: "speed=31.4159, clearance=0.0001"."""
+        shown = (f"{n}={v:.6g}" if isinstance(v, float) else f"{n}={v}" for n, v in self.points[index].items())
+        return ", ".join(shown) or "the only point"
+
+    def to_json(self) -> str:
+        document = {"format": FORMAT, "format_version": FORMAT_VERSION} | asdict(self)
+        return json.dumps(document, indent=1)
+
+    def differences(self, other: "Definition") -> list[str]:
+        """What another definition has differently, in words."""
+        found = []
+        mine, theirs = json.loads(self.to_json()), json.loads(other.to_json())
+        for name in ("case", "fixed", "options", "keep", "compression", "settle", "own"):
+            if mine[name] != theirs[name]:
+                found.append(f"{name} {_short(theirs[name])} instead of {_short(mine[name])}")
+        if mine["source"] != theirs["source"] and mine["case"] == theirs["case"]:
+            found.append("the case file has been changed since")
+        one, two = self.points.columns, other.points.columns
+        for name in dict.fromkeys([*one, *two]):
+            if one.get(name) != two.get(name):
+                found.append(f"{name} {_range(two.get(name))} instead of {_range(one.get(name))}")
+        if not found and mine != theirs:
+            found.append("the order of its points")
+        return found
+
+
+def _short(value) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+def _range(values: tuple | None) -> str:
+    if values is None:
+        return "not swept"
+    distinct = list(dict.fromkeys(values))
+    if len(distinct) <= 3:
+        return ",".join(map(str, distinct))
+    return f"{distinct[0]}..{distinct[-1]} ({len(distinct)} values)"
+
+
+def digest(path: Path) -> str:
+    """Digest of a file's text."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+
+
+def write(definition: Definition, folder: Path) -> None:
+    """Keep a definition, whole or not at all."""
+    temporary = folder / f"sweep.json.{os.getpid()}.tmp"
+    temporary.write_text(definition.to_json())
+    os.replace(temporary, folder / "sweep.json")
+
+
+def read(folder: Path) -> Definition | None:
+    """The definition in a sweep directory; None where there is none.
+
+    Raises ValueError for one of a newer format, and for a file that is none.
+    """
+    path = Path(folder) / "sweep.json"
+    if not path.exists():
+        return None
+    try:
+        document = json.loads(path.read_text())
+        if document.pop("format") != FORMAT:
+            raise KeyError("format")
+        version = document.pop("format_version")
+        if version > FORMAT_VERSION:
+            raise ValueError(
+                f"{path} was written by a newer clearance (format {version}; this one reads up to {FORMAT_VERSION})"
+            )
+        points = document.pop("points")
+        axes = tuple((tuple(names), count) for names, count in points["axes"])
+        columns = {n: tuple(v) for n, v in points["columns"].items()}
+        for name in ("keep", "own"):
+            document[name] = document[name] if document[name] is None else tuple(document[name])
+        return Definition(points=Points(columns, axes, points["sampled"]), **document)
+    except (KeyError, TypeError, json.JSONDecodeError) as error:
+        raise ValueError(f"{path} is not the definition of a sweep: {error!r}") from None

@@ -1,0 +1,355 @@
+"""The one sweep call: points in, a directory of results out; what is done already is not done again."""
+
+import logging
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from clearance import checks
+from clearance.catalogue import find_case, library
+from clearance.recording import chosen, filters
+from clearance.simulation import prepare
+from clearance.sweeping import definition as definitions
+from clearance.sweeping.definition import Definition
+from clearance.sweeping.index import Sweep, outcomes, verified
+from clearance.sweeping.journal import DONE, FAILED, LOST, Journal, Outcome
+from clearance.sweeping.order import Queue
+from clearance.sweeping.points import Points
+from clearance.sweeping.worker import NO_SPACE, load_function
+
+LOG = logging.getLogger("clearance.sweep")
+ATTEMPTS = 3  # times that a point may lose its worker
+LOOK = 0.2  # seconds between two reports of the progress
+SAVE = 30.0  # seconds between two writings of the index
+OPTIONS = (
+    "turns", "until", "rtol", "method", "samples_per_turn", "samples", "energy", "max_step", "max_steps"
+)  # fmt: skip
+
+
+class SweepError(RuntimeError):
+    """A sweep had to stop before its end. What was done is kept; `sweep` reads it."""
+
+    def __init__(self, message: str, sweep: Sweep):
+        super().__init__(message)
+        self.sweep = sweep
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a sweep is: numbers of points, runs a second and seconds left (None: not known yet).
+
+    before: points that were done before this call; news: points that failed since the last report, in words.
+    """
+
+    total: int
+    before: int
+    done: int
+    failed: int
+    running: int
+    seconds: float
+    rate: float
+    left: float | None
+    news: tuple[str, ...] = ()
+
+
+def sweep(
+    case: str | Path,
+    points: Points,
+    folder: str | Path,
+    *,
+    fixed: Mapping[str, object] | None = None,
+    channels: Sequence[str] | None = None,
+    compression: int = 0,
+    settle: float | None = None,
+    metrics: Sequence[Callable | str] = (),
+    workers: int | None = None,
+    scheduler: str | None = None,
+    retry_failed: bool = False,
+    progress: Callable[[Progress], None] | None = None,
+    **options,
+) -> Sweep:
+    """Run a case at every point and return the sweep, as `open_sweep(folder)` does.
+
+    case: name of a case or path to a case file; points: `grid(speed=[...], clearance=[...])`, `zipped(...)`,
+    `sampled(...)` or products of these, SI units; fixed: case parameters that all points share; options: keywords of
+    `simulate` (turns, until, rtol, method, samples_per_turn, samples, energy, max_step, max_steps).
+    channels: what run files keep (None: all; an empty list: no files, summaries only); compression: gzip level; settle:
+    turns (seconds, without a turn) left out of the metrics, default the first where there is a second; metrics: your
+    own, functions at the top level of a file, or "file.py:name" (see metrics.py).
+    workers: processes, default one a core; scheduler: address of a Dask scheduler instead. The same call again runs
+    only what is missing; retry_failed: also what failed. progress: called with a `Progress` now and then.
+    Raises ValueError or TypeError for wrong input before anything runs, also where the folder holds another sweep or
+    is in use; SweepError where it cannot go on (a full disk, workers that all die). A point that fails is no error:
+    see `status` and `reason` of the sweep.
+    """
+    definition = define(case, points, fixed or {}, channels, compression, settle, metrics, options)
+    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
+        raise ValueError(f"workers must be a positive whole number, got {workers!r}")
+    if workers is not None and scheduler is not None:
+        raise ValueError("give workers (processes here) or a scheduler (a cluster's), not both")
+    folder = Path(folder).absolute()
+    existing = definitions.read(folder)
+    if existing is not None and (different := definition.differences(existing)):
+        raise ValueError(f"{folder} holds another sweep: {'; '.join(different)}; give another directory")
+    _try_first(definition)
+    (folder / "runs").mkdir(parents=True, exist_ok=True)
+    with _locked(folder), _logged(folder):
+        if existing is None:
+            definitions.write(definition, folder)
+        return _Driver(definition, folder, progress).run(workers, scheduler, retry_failed)
+
+
+def define(case, points, fixed, channels, compression, settle, own, options) -> Definition:
+    """The definition of a sweep, everything in it checked. Raises ValueError or TypeError."""
+    if not isinstance(points, Points):
+        raise TypeError(f"points must come from grid, zipped or sampled, got {points!r}")
+    found = find_case(case)
+    known = found.parameters
+    for name in (*points.columns, *fixed):
+        if name not in known:
+            raise ValueError(f"case {found.name} has no parameter {name!r}; it has {', '.join(known)}")
+    if twice := [n for n in fixed if n in points.columns]:
+        raise ValueError(f"{twice[0]} is both swept and fixed")
+    if unknown := [n for n in options if n not in OPTIONS]:
+        raise TypeError(f"sweep has no option {unknown[0]!r}; of simulate it takes {', '.join(OPTIONS)}")
+    filters(compression)
+    if settle is not None:
+        settle = checks.non_negative("settle", settle)
+    own_case = found.path.parent != library()
+    return Definition(
+        case=found.name, path=str(found.path.resolve()) if own_case else found.name,
+        source=definitions.digest(found.path), points=points,
+        fixed={n: _plain(n, v) for n, v in fixed.items()}, options={n: v for n, v in options.items() if v is not None},
+        keep=None if channels is None else tuple(channels), compression=compression, settle=settle,
+        own=tuple(_reference(f) for f in own), units={n: known[n].units for n in points.columns},
+    )  # fmt: skip
+
+
+def _plain(name: str, value: object) -> object:
+    value = value.item() if hasattr(value, "item") else value
+    if not isinstance(value, int | float | str | bool):
+        raise TypeError(f"{name}: a sweep keeps numbers and texts, got {value!r}")
+    return value
+
+
+def _reference(function: Callable | str) -> str:
+    """A metric as "file.py:name", which every worker can find."""
+    if not isinstance(function, str):
+        path = getattr(getattr(function, "__code__", None), "co_filename", "")
+        if not Path(path).is_file() or function.__qualname__ != function.__name__ or function.__name__ == "<lambda>":
+            raise ValueError(
+                f"metric {function!r} must be a function at the top level of a file, so that workers can load it"
+            )
+        function = f"{path}:{function.__name__}"
+    path, _, name = function.rpartition(":")
+    reference = f"{Path(path).resolve()}:{name}"
+    load_function(reference)
+    return reference
+
+
+def _try_first(definition: Definition) -> None:
+    """Build and compile what the first points need: wrong input shows here, before anything is written.
+
+    One point that cannot be built will be recorded as failed; where no point of the first few can, the input is wrong.
+    """
+    case, failure = find_case(definition.path), None
+    for index in range(min(len(definition.points), 8)):
+        try:
+            run = prepare(case.scene(**definition.values(index)), **definition.options)
+            chosen(run.mechanism.structure.channels, definition.keep or None)
+            _check_settle(definition, run)
+            return
+        except ValueError as error:
+            failure = failure or error
+    raise failure
+
+
+def _check_settle(definition: Definition, run) -> None:
+    turn = run.mechanism.scene.turn
+    if definition.settle is not None and definition.settle * (turn or 1.0) >= run.span.until:
+        unit = "turns" if turn else "s"
+        raise ValueError(f"settle = {definition.settle:g} {unit} leaves nothing of a run of {run.span.until:.6g} s")
+
+
+@contextmanager
+def _locked(folder: Path):
+    """One driver a directory, where the system has file locks; they end with the process that holds them."""
+    try:
+        import fcntl
+    except ImportError:
+        yield
+        return
+    with open(folder / "lock", "a+") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            lock.seek(0)
+            raise ValueError(f"{folder} is in use: {lock.read().strip() or 'another process'} is sweeping it") from None
+        lock.truncate(0)
+        lock.write(f"process {os.getpid()} on {os.uname().nodename}")
+        lock.flush()
+        yield
+
+
+@contextmanager
+def _logged(folder: Path):
+    """What a sweep has to say goes into its log file too."""
+    handler = logging.FileHandler(folder / "sweep.log", delay=True)
+    handler.setFormatter(logging.Formatter("%(asctime)s  %(message)s"))
+    before = LOG.level
+    LOG.addHandler(handler)
+    LOG.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        LOG.removeHandler(handler)
+        LOG.setLevel(before)
+        handler.close()
+
+
+class _Driver:
+    """Hands out points and keeps what comes back."""
+
+    def __init__(self, definition: Definition, folder: Path, progress: Callable | None):
+        self.definition, self.folder, self.progress = definition, folder, progress
+        self.began = self.reported = self.saved = time.perf_counter()
+        self.counts = {DONE: 0, FAILED: 0, LOST: 0}
+        self.ended, self.before = 0, 0
+        self.news: list[str] = []
+        self.deaths: dict[int, int] = {}
+        self.in_a_row = 0  # workers that died since a run ended
+        self.stop = ""
+
+    def run(self, workers: int | None, scheduler: str | None, retry_failed: bool) -> Sweep:
+        pending, found = self._pending(retry_failed)
+        self.before = len(self.definition.points) - len(pending)
+        LOG.info("%s: %d points, %d to run", self.definition.case, len(self.definition.points), len(pending))
+        interrupted = False
+        self.journal = Journal(self.folder)
+        try:
+            for outcome in found:  # runs whose files the journal did not know
+                self.journal.add(outcome)
+            if pending:
+                self._work(pending, workers, scheduler)
+        except KeyboardInterrupt:
+            interrupted = True
+            raise
+        except OSError as error:
+            self.stop = self.stop or f"the journal cannot be written: {error}"
+        finally:
+            result = self._finish(interrupted)
+        if self.stop:
+            raise SweepError(self.stop, result)
+        return result
+
+    def _pending(self, retry_failed: bool) -> tuple[list[int], list[Outcome]]:
+        """Points that are to be run, and outcomes that only run files tell of."""
+        known, _ = outcomes(self.folder, self.definition)
+        done = {}
+        for outcome in verified(self.folder, self.definition, known):
+            done[outcome.index] = outcome
+            if outcome.status != LOST:
+                self.counts[outcome.status] += 1
+        again = (LOST, FAILED) if retry_failed else (LOST,)
+        pending = [i for i in range(len(self.definition.points)) if i not in done or done[i].status in again]
+        for i in pending:
+            if i in done and done[i].status != LOST:
+                self.counts[done[i].status] -= 1
+        return pending, [o for o in done.values() if o.only_in_file]
+
+    def _work(self, pending: list[int], workers: int | None, scheduler: str | None) -> None:
+        from clearance.sweeping.teams import Dask, Processes
+
+        queue = Queue(self.definition.points, pending)
+        stamp = f"{hash(self.definition.to_json()):x}"
+        if scheduler is not None:
+            team = Dask(str(self.folder), stamp, scheduler)
+        else:
+            team = Processes(str(self.folder), stamp, min(workers or os.cpu_count() or 1, len(pending)))
+        hand: set[int] = set()
+        try:
+            while (queue or hand) and not self.stop:
+                # near the end no worker holds a second point while another has none
+                places = team.places if len(queue) > team.places else max(team.places // 2, 1)
+                while queue and len(hand) < places:
+                    index = queue.take()
+                    hand.add(index)
+                    team.give(index)
+                for outcome in team.wait(LOOK):
+                    hand.discard(outcome.index)
+                    self._take(outcome, queue)
+                self._report(len(hand))
+        finally:
+            team.close()
+
+    def _take(self, outcome: Outcome, queue: Queue) -> None:
+        """Keep an outcome; a point that was lost with its worker is tried again."""
+        index = outcome.index
+        if outcome.status == LOST:
+            if not outcome.reason:
+                queue.put_back(index)
+                return
+            self.in_a_row += outcome.key == ""
+            self.deaths[index] = self.deaths.get(index, 0) + 1
+            if outcome.reason == NO_SPACE:
+                self.stop = f"no space left in {self.folder}: make room and give the same command again"
+            elif self.in_a_row > ATTEMPTS * 4:
+                self.stop = f"{self.in_a_row} workers died one after the other ({outcome.reason})"
+            elif self.deaths[index] < ATTEMPTS:
+                LOG.info("lost %s (%s): tried again", self.definition.says(index), outcome.reason)
+                queue.put_back(index)
+                return
+        else:
+            self.in_a_row = 0
+        outcome = replace(outcome, key=self.definition.keys[index])
+        self.journal.add(outcome)
+        queue.learn(index, outcome.wall)
+        self.ended += 1
+        self.counts[outcome.status] += 1
+        if outcome.status != DONE:
+            words = f"{outcome.status} {self.definition.says(index)}: {outcome.reason}"
+            LOG.warning("%s", words)
+            self.news.append(words)
+
+    def _report(self, running: int, last: bool = False) -> None:
+        now = time.perf_counter()
+        if now - self.saved > SAVE:
+            self._save()
+            self.saved = time.perf_counter()
+        if self.progress is not None and (last or now - self.reported > LOOK):
+            self.reported = now
+            self.progress(self._state(running))
+            self.news.clear()
+
+    def _state(self, running: int) -> Progress:
+        seconds = time.perf_counter() - self.began
+        total = len(self.definition.points)
+        rate = self.ended / seconds if seconds > 0.0 else 0.0
+        left = (total - self.before - self.ended) / rate if rate > 0.0 else None
+        failed = self.counts[FAILED] + self.counts[LOST]
+        return Progress(total, self.before, self.counts[DONE], failed, running, seconds, rate, left, tuple(self.news))
+
+    def _save(self) -> Sweep:
+        """Bring the index up to date."""
+        os.fsync(self.journal.file.fileno())
+        result = Sweep(self.folder)
+        result.write()
+        LOG.info("%d done, %d failed", self.counts[DONE], self.counts[FAILED] + self.counts[LOST])
+        return result
+
+    def _finish(self, interrupted: bool) -> Sweep:
+        try:
+            self.journal.close()
+            result = Sweep(self.folder)
+            result.write()
+        except OSError as error:
+            self.stop = self.stop or f"the index cannot be written: {error}"
+            result = Sweep(self.folder)
+        why = "interrupted" if interrupted else self.stop or "finished"
+        LOG.info("%s: %d done, %d failed", why, self.counts[DONE], self.counts[FAILED] + self.counts[LOST])
+        if not interrupted:
+            self._report(0, last=True)
+        return result

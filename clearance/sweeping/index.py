@@ -1,0 +1,285 @@
+"""Reading a sweep: its metrics as one table or labelled array, its runs one by one. Needs files only.
+
+The index `sweep.h5` is made from the journal, and where there is none from the runs: nothing is lost with it.
+"""
+
+import json
+import os
+import zlib
+from collections.abc import Iterable, Iterator
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from clearance.results import Result, open_checked, open_result, save_tables
+from clearance.sweeping import definition as definitions
+from clearance.sweeping import journal as journals
+from clearance.sweeping.journal import DONE, FAILED, Outcome
+
+MISSING = "missing"
+RUN_COLUMNS = {
+    "wall": ("s", "time the run took in all"),
+    "loop": ("s", "of it in the compiled loop"),
+    "steps": ("1", "steps of the integration"),
+    "warnings": ("1", "warnings in the run"),
+}
+
+
+class Sweep:
+    """A sweep directory: `dataset` (xarray), `table` (pandas), `run(speed=..., clearance=...)`, `columns` and `metrics`
+    as plain arrays over the points.
+
+    Raises FileNotFoundError where there is no sweep, ValueError for one of a newer format or another kind of file.
+    """
+
+    def __init__(self, folder: str | Path):
+        self.folder = Path(folder)
+        found = definitions.read(self.folder)
+        if found is None:
+            raise FileNotFoundError(f"no sweep in {self.folder}: it has no sweep.json")
+        self.definition = found
+        self.count = len(found.points)
+        if not self._from_index():
+            self._from_outcomes(*outcomes(self.folder, found))
+
+    # --- where the numbers come from
+    def _from_index(self) -> bool:
+        """Whether the index knows all that the journal does, and could be read."""
+        path = self.folder / "sweep.h5"
+        if not path.exists():
+            return False
+        try:
+            with open_checked(path, "sweep index", definitions.FORMAT, definitions.FORMAT_VERSION) as file:
+                if file.attrs["journal_bytes"] != _size(self.folder / "journal.jsonl"):
+                    return False
+                if file.attrs["definition"] != self.definition.to_json():
+                    return False
+                runs = {n: data[()] for n, data in file["runs"].items()}
+                self.status, self.reason = (runs.pop(n).astype(str) for n in ("status", "reason"))
+                self.costs = {n: runs[n] for n in RUN_COLUMNS}
+                self.metrics = {n: data[()] for n, data in file["metrics"].items()}
+                self.known = {n: (str(d.attrs["units"]), str(d.attrs["long_name"])) for n, d in file["metrics"].items()}
+        except (OSError, KeyError):
+            return False
+        except ValueError as error:
+            if "newer" in str(error):
+                raise
+            return False
+        return True
+
+    def _from_outcomes(self, found: Iterable[Outcome], known: dict[str, tuple[str, str]]) -> None:
+        self.status = np.full(self.count, MISSING, dtype=object)
+        self.reason = np.full(self.count, "", dtype=object)
+        self.costs = {n: np.zeros(self.count) for n in RUN_COLUMNS}
+        self.metrics: dict[str, np.ndarray] = {}
+        self.known = known
+        for outcome in found:
+            i = outcome.index
+            self.status[i], self.reason[i] = outcome.status, outcome.reason
+            for name in RUN_COLUMNS:
+                self.costs[name][i] = getattr(outcome, name)
+            for name, value in outcome.metrics.items():
+                if name not in self.metrics:
+                    self.metrics[name] = np.full(self.count, np.nan)
+                self.metrics[name][i] = value
+        self.status, self.reason = self.status.astype(str), self.reason.astype(str)
+
+    def write(self) -> Path:
+        """Keep the index as `sweep.h5`, whole or not at all."""
+        definition = self.definition
+        places = {
+            f"place_{i}": ("1", f"place along axis {'_'.join(n)}") for i, (n, _) in enumerate(definition.points.axes)
+        }
+        indices = np.unravel_index(np.arange(self.count), self.shape or (1,))
+        runs = {
+            "key": ("1", "name of the run's file", np.array(definition.keys)),
+            "status": ("1", "done, failed, lost or missing", self.status),
+            "reason": ("1", "why it is not done", self.reason),
+        }
+        runs |= {n: (*RUN_COLUMNS[n], values) for n, values in self.costs.items()}
+        runs |= {n: (*says, place) for (n, says), place in zip(places.items(), indices, strict=False)}
+        attributes = {
+            "format_version": definitions.FORMAT_VERSION, "definition": definition.to_json(), "case": definition.case,
+            "journal_bytes": _size(self.folder / "journal.jsonl"),
+        }  # fmt: skip
+        units = definition.units
+        tables = {
+            "parameters": ({}, {n: (units.get(n, "?"), n, np.array(v)) for n, v in definition.points.columns.items()}),
+            "runs": ({}, runs),
+            "metrics": ({}, {n: (*self.known.get(n, ("?", n)), v) for n, v in self.metrics.items()}),
+        }
+        return save_tables(self.folder / "sweep.h5", definitions.FORMAT, attributes, tables)
+
+    # --- what it holds
+    @property
+    def columns(self) -> dict[str, np.ndarray]:
+        """Values of the swept parameters over the points."""
+        return {n: np.array(v) for n, v in self.definition.points.columns.items()}
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values along each axis."""
+        return tuple(count for _, count in self.definition.points.axes)
+
+    @property
+    def done(self) -> np.ndarray:
+        return self.status == DONE
+
+    @property
+    def failed(self) -> np.ndarray:
+        return self.status == FAILED
+
+    @cached_property
+    def table(self):
+        """Parameters, status and metrics, a row a point, as a pandas DataFrame."""
+        pandas = _extra("pandas")
+        frame = pandas.DataFrame(self.columns | {"status": self.status, "reason": self.reason} | self.metrics)
+        frame.attrs["units"] = self.definition.units | {n: u for n, (u, _) in self.known.items()}
+        return frame
+
+    @cached_property
+    def dataset(self):
+        """Metrics over the swept parameters, as an xarray Dataset: a grid has a dimension for each parameter, lists
+        that go together share one, samples have the dimension `run`.
+        """
+        xarray = _extra("xarray")
+        dims, coordinates = [], {}
+        for i, (names, count) in enumerate(self.definition.points.axes):
+            single = len(names) == 1 and names[0] in self.definition.points.columns
+            dims.append(names[0] if single or names == ("run",) else "_".join(names))
+            stride = int(np.prod(self.shape[i + 1 :], dtype=int))
+            at = np.arange(count) * stride
+            swept = names if names != ("run",) else tuple(self._sampled())
+            for name in swept:
+                coordinates[name] = (dims[-1], self.columns[name][at], {"units": self.definition.units.get(name, "?")})
+        data = {}
+        for name, values in {"status": self.status, "reason": self.reason, **self.metrics}.items():
+            units, text = self.known.get(name, ("", name))
+            data[name] = (dims, values.reshape(self.shape), {"units": units, "long_name": text})
+        return xarray.Dataset(data, coordinates, {"case": self.definition.case, "folder": str(self.folder)})
+
+    def _sampled(self) -> list[str]:
+        """Parameters that were drawn."""
+        named = {n for names, _ in self.definition.points.axes for n in names}
+        return [n for n in self.definition.points.columns if n not in named]
+
+    def select(self, **values) -> np.ndarray:
+        """Places of the points where parameters have these values; numbers the nearest that was swept."""
+        chosen = np.ones(self.count, dtype=bool)
+        for name, wanted in values.items():
+            if name not in self.columns:
+                raise ValueError(f"{name} is not swept here; swept are {', '.join(self.columns)}")
+            column = self.columns[name]
+            if column.dtype.kind in "iuf":
+                wanted = column[np.argmin(np.abs(column - wanted))]
+            chosen &= column == wanted
+        return np.flatnonzero(chosen)
+
+    def run(self, index: int | None = None, **values) -> Result:
+        """One run, by its place or by parameter values (numbers: the nearest): opened, read lazily.
+
+        Raises ValueError where the values fit no or several points, or the point has no file.
+        """
+        if index is None:
+            found = self.select(**values)
+            if len(found) != 1:
+                raise ValueError(f"{len(found)} points fit {values}; name a value of each of {', '.join(self.columns)}")
+            index = int(found[0])
+        if not 0 <= index < self.count:
+            raise ValueError(f"point {index}: there are points 0 to {self.count - 1}")
+        if not self.definition.files:
+            raise ValueError(f"{self.folder} keeps no run files: it was made with summaries only")
+        path = self.path(index)
+        if not path.exists():
+            why = self.reason[index] or "it has not been run"
+            raise ValueError(f"point {index} ({self.definition.says(index)}) has no file: {why}")
+        return open_result(path)
+
+    def path(self, index: int) -> Path:
+        """File of a run."""
+        return self.folder / "runs" / f"{self.definition.keys[index]}.h5"
+
+    def __len__(self) -> int:
+        return self.count
+
+    def __repr__(self) -> str:
+        swept = " x ".join(f"{'_'.join(names)} ({count})" for names, count in self.definition.points.axes)
+        counts = dict(zip(*np.unique(self.status, return_counts=True), strict=True))
+        return f"<Sweep of {self.definition.case} over {swept}: {', '.join(f'{c} {s}' for s, c in counts.items())}>"
+
+
+def _size(path: Path) -> int:
+    return path.stat().st_size if path.exists() else 0
+
+
+def _extra(package: str):
+    from importlib import import_module
+
+    try:
+        return import_module(package)
+    except ImportError:
+        raise ImportError(f"{package} is not installed: pip install 'clearance[xarray]'") from None
+
+
+def outcomes(folder: Path, definition: definitions.Definition) -> tuple[list[Outcome], dict[str, tuple[str, str]]]:
+    """The last outcome of each point, of the journal and of run files that it does not know; units and text of each
+    metric.
+    """
+    found: dict[int, Outcome] = {}
+    known: dict[str, tuple[str, str]] = {}
+    for outcome in journals.read(folder / "journal.jsonl"):
+        known.update(outcome.known)
+        if outcome.index < len(definition.keys) and outcome.key == definition.keys[outcome.index]:
+            found[outcome.index] = outcome
+    for index, key in enumerate(definition.keys) if definition.files else ():
+        if index not in found and (path := folder / "runs" / f"{key}.h5").exists():
+            outcome = from_file(path, index, key)
+            if outcome is not None:
+                found[index] = outcome
+                known.update(outcome.known)
+    return list(found.values()), known
+
+
+def from_file(path: Path, index: int, key: str) -> Outcome | None:
+    """The outcome that a run file tells of; None for one that is broken."""
+    try:
+        with open_result(path) as run:
+            facts = run.facts("metrics")
+            if facts.pop("key", None) != key:
+                return None
+            says = json.loads(facts.pop("known", "{}"))
+            solver = run.solver
+            reason = "" if run.complete else run.status.removeprefix("partial: ")
+            return Outcome(
+                index, key, DONE if run.complete else FAILED, reason,
+                {n: float(v) for n, v in facts.items()}, {n: tuple(k) for n, k in says.items()}, len(run.warnings),
+                float(solver["wall_s"]), float(solver["loop_s"]), int(solver["steps"]), *checked(path),
+                only_in_file=True,
+            )  # fmt: skip
+    except (OSError, ValueError, KeyError):
+        return None
+
+
+def checked(path: Path) -> tuple[int, int]:
+    """Bytes and CRC-32 of a file."""
+    content = path.read_bytes()
+    return len(content), zlib.crc32(content)
+
+
+def verified(folder: Path, definition: definitions.Definition, known: list[Outcome]) -> Iterator[Outcome]:
+    """Outcomes whose files are what they were when they were written; a broken file is put aside."""
+    for outcome in known:
+        path = folder / "runs" / f"{outcome.key}.h5"
+        if not definition.files or not outcome.size or outcome.only_in_file:
+            yield outcome
+        elif path.exists():
+            if checked(path) == (outcome.size, outcome.check):
+                yield outcome
+            else:
+                os.replace(path, path.with_suffix(".h5.broken"))
+
+
+def open_sweep(folder: str | Path) -> Sweep:
+    """Open a sweep directory for reading. Raises FileNotFoundError or ValueError with a clear reason."""
+    return Sweep(folder)

@@ -1,0 +1,101 @@
+"""What is done of a sweep: one line of JSON a finished run, only ever appended to.
+
+Only the driver writes it. A line that a kill or a full disk cut short is taken off before the next is appended.
+"""
+
+import json
+import os
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+DONE, FAILED, LOST = "done", "failed", "lost"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How one point ended.
+
+    status: done; failed (the run itself, which will fail again); lost (a worker died, a disk was full: try again).
+    metrics: values by name; known: units and text of metrics that this journal has not named before. wall: seconds in
+    all, loop: of these in the compiled loop; size and check: bytes and CRC-32 of the run's file; only_in_file: found in
+    the run's file, which the journal does not know.
+    """
+
+    index: int
+    key: str
+    status: str
+    reason: str = ""
+    metrics: dict[str, float] = field(default_factory=dict)
+    known: dict[str, tuple[str, str]] = field(default_factory=dict)
+    warnings: int = 0
+    wall: float = 0.0
+    loop: float = 0.0
+    steps: int = 0
+    size: int = 0
+    check: int = 0
+    only_in_file: bool = False
+
+
+class Journal:
+    """The journal of a sweep directory, open for appending."""
+
+    def __init__(self, folder: Path):
+        self.path = folder / "journal.jsonl"
+        good = whole(self.path)
+        self.file = open(self.path, "ab")  # noqa: SIM115 - closed by close()
+        if self.file.tell() > good:
+            self.file.truncate(good)
+        self.named: set[str] = set()
+        for outcome in read(self.path):
+            self.named.update(outcome.known)
+
+    def add(self, outcome: Outcome) -> None:
+        """Append an outcome; it is out of this process's hands when this returns."""
+        document = asdict(outcome)
+        document["known"] = {n: k for n, k in outcome.known.items() if n not in self.named}
+        self.named.update(document["known"])
+        del document["only_in_file"]
+        small = {n: v for n, v in document.items() if v or n in ("index", "status")}
+        begin = self.file.tell()
+        try:
+            self.file.write(json.dumps(small).encode() + b"\n")
+            self.file.flush()
+        except OSError:
+            self._take_back(begin)
+            raise
+
+    def _take_back(self, place: int) -> None:
+        """Nothing of a line that could not be written whole stays, neither in the file nor waiting to be written."""
+        raw = self.file.detach()
+        raw.truncate(place)
+        raw.close()
+        self.file = open(self.path, "ab")  # noqa: SIM115 - closed by close()
+
+    def close(self) -> None:
+        """Put it on the disk."""
+        self.file.flush()
+        os.fsync(self.file.fileno())
+        self.file.close()
+
+
+def whole(path: Path) -> int:
+    """Bytes of a journal up to the end of its last whole line."""
+    if not path.exists():
+        return 0
+    content = path.read_bytes()
+    return content.rfind(b"\n") + 1
+
+
+def read(path: Path) -> Iterator[Outcome]:
+    """Outcomes in a journal, oldest first; lines that cannot be read are passed over."""
+    if not path.exists():
+        return
+    with open(path, "rb") as file:
+        for line in file:
+            try:
+                document = json.loads(line)
+                document["known"] = {n: tuple(k) for n, k in document.get("known", {}).items()}
+                yield Outcome(**({"key": "", "status": LOST} | document))
+            except (ValueError, TypeError, AttributeError):
+                continue

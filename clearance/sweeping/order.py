@@ -1,0 +1,69 @@
+"""Which point next: the longest first, so that no long run is left to the end alone.
+
+How long a run takes is guessed from its neighbours: points far apart are tried first, and each time the number of
+finished runs has doubled the rest is sorted by what the nearest finished point took.
+"""
+
+from collections import deque
+
+import numpy as np
+
+from clearance.sweeping.points import Points
+
+FIRST = 8  # finished runs needed for a first guess
+MOST = 2048  # finished points that a guess looks at
+
+
+class Queue:
+    """Points that wait to be run."""
+
+    def __init__(self, points: Points, pending: list[int]):
+        self.place = _places(points)
+        self.waiting = deque(_spread(pending))
+        self.wall: dict[int, float] = {}
+        self.next_guess = FIRST
+
+    def __len__(self) -> int:
+        return len(self.waiting)
+
+    def take(self) -> int:
+        return self.waiting.popleft()
+
+    def put_back(self, index: int) -> None:
+        self.waiting.append(index)
+
+    def learn(self, index: int, wall: float) -> None:
+        """A run has taken so long [s]."""
+        self.wall[index] = wall
+        if len(self.wall) >= self.next_guess and len(self.waiting) > 2:
+            self.next_guess *= 2
+            self._sort()
+
+    def _sort(self) -> None:
+        done = np.array(list(self.wall))[-MOST:]
+        cost = np.array([self.wall[i] for i in done])
+        rest = np.array(self.waiting)
+        guess = np.empty(len(rest))
+        for part in np.array_split(np.arange(len(rest)), max(len(rest) * len(done) // 1_000_000, 1)):
+            distance = ((self.place[rest[part], None, :] - self.place[None, done, :]) ** 2).sum(axis=2)
+            guess[part] = cost[distance.argmin(axis=1)]
+        self.waiting = deque(rest[np.argsort(-guess, kind="stable")].tolist())
+
+
+def _places(points: Points) -> np.ndarray:
+    """Points in a unit cube: numbers by their rank, texts apart from each other."""
+    columns = [np.zeros(len(points))]
+    for values in points.columns.values():
+        distinct = sorted(set(values), key=lambda v: (isinstance(v, str), v))
+        rank = {v: i for i, v in enumerate(distinct)}
+        scale = 1.0 if any(isinstance(v, str) for v in distinct) else 1.0 / max(len(distinct) - 1, 1)
+        columns.append(np.array([rank[v] * scale for v in values]))
+    return np.stack(columns, axis=1)
+
+
+def _spread(pending: list[int]) -> list[int]:
+    """Order of van der Corput: the first, the middle, the quarters, ...: early points lie far apart."""
+    count = len(pending)
+    bits = max((count - 1).bit_length(), 1)
+    order = (int(f"{i:0{bits}b}"[::-1], 2) for i in range(1 << bits))
+    return [pending[i] for i in order if i < count]

@@ -1,0 +1,185 @@
+"""The points of a sweep: grids, lists that go together, samples, and products of these."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearance import checks
+
+KINDS = ("latin", "random")
+Axis = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Points:
+    """Values of the swept parameters, point by point.
+
+    columns: name -> one value a point; axes: what varies together, with its number of values: (("speed",), 20),
+    (("clearance",), 10) for a grid of 200 points, the last axis fastest.
+    """
+
+    columns: dict[str, tuple]
+    axes: tuple[tuple[Axis, int], ...]
+    sampled: bool = False
+
+    def __post_init__(self):
+        for name, values in self.columns.items():
+            if len(values) != len(self):
+                raise ValueError(f"points: {name} has {len(values)} values for {len(self)} points")
+
+    def __len__(self) -> int:
+        return math.prod(count for _, count in self.axes)
+
+    def __getitem__(self, index: int) -> dict[str, object]:
+        return {name: values[index] for name, values in self.columns.items()}
+
+    def __mul__(self, other: "Points") -> "Points":
+        """Every point of one with every point of the other."""
+        if twice := sorted(self.columns.keys() & other.columns.keys()):
+            raise ValueError(f"points: {twice[0]} is swept twice")
+        columns = {n: tuple(v for v in values for _ in range(len(other))) for n, values in self.columns.items()}
+        columns |= {n: tuple(values) * len(self) for n, values in other.columns.items()}
+        return Points(columns, self.axes + other.axes, self.sampled or other.sampled)
+
+
+ONE = Points({}, ())
+
+
+def _values(name: str, given: object) -> tuple:
+    if isinstance(given, str) or not isinstance(given, Sequence | np.ndarray):
+        given = (given,)
+    values = tuple(v.item() if isinstance(v, np.generic) else v for v in given)
+    if not values:
+        raise ValueError(f"{name}: the range is empty; give at least one value")
+    for value in values:
+        if isinstance(value, float):
+            checks.finite(name, value)
+        elif not isinstance(value, int | str):
+            raise TypeError(f"{name}: a value must be a number or a text, got {value!r}")
+    if len(set(values)) != len(values):
+        raise ValueError(f"{name}: a value stands twice in {', '.join(map(str, values))}")
+    return values
+
+
+def grid(**values) -> Points:
+    """Every combination of the values of each parameter, SI units: `grid(speed=[20, 30], clearance=np.geomspace(...))`.
+
+    Raises ValueError for an empty range, a value that stands twice or is not finite.
+    """
+    found = ONE
+    for name, given in values.items():
+        own = _values(name, given)
+        found = found * Points({name: own}, (((name,), len(own)),))
+    return found
+
+
+def zipped(**values) -> Points:
+    """Lists of the same length that go together: the first of each, then the second of each."""
+    columns = {
+        n: tuple(v.item() if isinstance(v, np.generic) else v for v in np.atleast_1d(g)) for n, g in values.items()
+    }
+    lengths = {n: len(v) for n, v in columns.items()}
+    if not columns or 0 in lengths.values():
+        raise ValueError("zipped: give lists of at least one value")
+    if len(set(lengths.values())) > 1:
+        raise ValueError(f"zipped: lists of different lengths: {', '.join(f'{n} {k}' for n, k in lengths.items())}")
+    rows = list(zip(*columns.values(), strict=True))
+    if len(set(rows)) != len(rows):
+        raise ValueError("zipped: a point stands twice")
+    return Points(columns, ((tuple(columns), len(rows)),))
+
+
+def sampled(count: int, *, kind: str = "latin", seed: int = 0, **ranges) -> Points:
+    """Points drawn from a box, for each parameter its (low, high), or (low, high, "log") for a logarithmic one.
+
+    kind: "latin" (Latin hypercube: each parameter is spread evenly) or "random"; seed: the same seed, the same points.
+    A list in place of a range is drawn from evenly. Raises ValueError for bad ranges.
+    """
+    from scipy.stats import qmc
+
+    if kind not in KINDS:
+        raise ValueError(f"sample must be one of {', '.join(KINDS)}, got {kind!r}")
+    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+        raise ValueError(f"count must be a positive whole number, got {count!r}")
+    if not ranges:
+        raise ValueError("sampled: give at least one range, such as speed=(20.0, 40.0)")
+    box = {name: _Range.of(name, given) for name, given in ranges.items()}
+    random = np.random.default_rng(seed)
+    unit = (
+        qmc.LatinHypercube(len(box), rng=random).random(count) if kind == "latin" else random.random((count, len(box)))
+    )
+    columns = {name: tuple(map(r, unit[:, i])) for i, (name, r) in enumerate(box.items())}
+    return Points(columns, ((("run",), count),), sampled=True)
+
+
+@dataclass(frozen=True)
+class _Range:
+    """Takes [0, 1) to the values of a parameter."""
+
+    low: float = 0.0
+    high: float = 0.0
+    log: bool = False
+    choice: tuple = ()
+
+    @classmethod
+    def of(cls, name: str, given) -> "_Range":
+        if isinstance(given, list | np.ndarray):
+            return cls(choice=_values(name, given))
+        if not isinstance(given, tuple) or len(given) not in (2, 3) or (len(given) == 3 and given[2] != "log"):
+            raise ValueError(
+                f'{name}: expected (low, high) or (low, high, "log") or a list to draw from, got {given!r}'
+            )
+        low, high = checks.finite(name, given[0]), checks.finite(name, given[1])
+        if not low < high:
+            raise ValueError(f"{name}: the range from {low:g} to {high:g} is empty")
+        if len(given) == 3 and low <= 0.0:
+            raise ValueError(f"{name}: a logarithmic range must be positive, got {low:g} to {high:g}")
+        return cls(low, high, len(given) == 3)
+
+    def __call__(self, share: float):
+        if self.choice:
+            return self.choice[int(share * len(self.choice))]
+        if self.log:
+            return float(self.low * (self.high / self.low) ** share)
+        return float(self.low + (self.high - self.low) * share)
+
+
+def from_words(parameter, text: str) -> list:
+    """Values of a case parameter from the command line: LO:HI:N, LO:HI:N:log, or a list with commas or semicolons.
+
+    parameter: a catalogue.Parameter, which knows the units. Raises ValueError naming the parameter and what was given.
+    """
+    if ":" in text and parameter.kind in (float, int):
+        return _spread(parameter, text)
+    parts = [p.strip() for p in text.split(";" if ";" in text else ",")]
+    if not all(parts):
+        raise ValueError(f"{parameter.name}: {text!r} has an empty value")
+    return [parameter.value(p) for p in parts]
+
+
+def range_from_words(parameter, text: str):
+    """A range to draw from, LO:HI or LO:HI:log, or a list, from the command line."""
+    parts = text.split(":")
+    if len(parts) == 1:
+        return from_words(parameter, text)
+    if len(parts) > 3 or (len(parts) == 3 and parts[2] != "log"):
+        raise ValueError(f"{parameter.name}: a range to draw from is LO:HI or LO:HI:log, got {text!r}")
+    return (parameter.value(parts[0]), parameter.value(parts[1]), *parts[2:])
+
+
+def _spread(parameter, text: str) -> list:
+    parts = text.split(":")
+    if len(parts) not in (3, 4) or (len(parts) == 4 and parts[3] != "log"):
+        raise ValueError(f"{parameter.name}: a range is LO:HI:N or LO:HI:N:log, got {text!r}")
+    low, high = (float(parameter.value(p)) for p in parts[:2])
+    if not parts[2].isdigit() or int(parts[2]) < 1:
+        raise ValueError(f"{parameter.name}: the range {text!r} is empty; N must be a whole number of at least 1")
+    count, log = int(parts[2]), len(parts) == 4
+    if log and min(low, high) <= 0.0:
+        raise ValueError(f"{parameter.name}: a logarithmic range must be positive, got {text!r}")
+    if count == 1 and low != high:
+        raise ValueError(f"{parameter.name}: a range of one value must begin where it ends, got {text!r}")
+    values = np.geomspace(low, high, count) if log else np.linspace(low, high, count)
+    return [parameter.kind(round(v)) if parameter.kind is int else float(v) for v in values]

@@ -1,0 +1,203 @@
+"""Who runs the points: processes on this machine, or the workers of a Dask scheduler.
+
+A team takes points one by one (`give`), tells of those that ended (`wait`), and says how many it wants to have in hand
+(`places`). It survives the death of a worker and tells which point the worker was at.
+"""
+
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import types
+from collections import deque
+from contextlib import contextmanager, suppress
+from multiprocessing.connection import wait
+
+from clearance.sweeping.journal import LOST, Outcome
+from clearance.sweeping.worker import run_point, stay_quiet
+
+#: where another process is started from: a small server that has the modules loaded, where the system can
+METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
+THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+QUEUED = 2  # points a worker holds: one it runs and one to go on with at once
+
+
+class Processes:
+    """Worker processes on this machine, one run at a time each."""
+
+    def __init__(self, folder: str, stamp: str, count: int):
+        self.context = multiprocessing.get_context(METHOD)
+        if METHOD == "forkserver":
+            self.context.set_forkserver_preload(["clearance.sweeping.worker", "clearance.stepping.loop"])
+        self.task = folder, stamp
+        self.workers = [_Process(self.context, folder, stamp) for _ in range(count)]
+        self.places = QUEUED * count
+
+    def give(self, index: int) -> None:
+        """Have a point run by the worker with the least in hand."""
+        min(self.workers, key=lambda w: len(w.hand)).give(index)
+
+    def wait(self, seconds: float) -> list[Outcome]:
+        """Outcomes that have come, waiting for the first at most so long."""
+        ready = set(wait([w.pipe for w in self.workers] + [w.process.sentinel for w in self.workers], seconds))
+        found: list[Outcome] = []
+        for i, worker in enumerate(self.workers):
+            if worker.pipe in ready or worker.process.sentinel in ready:
+                outcomes, alive = worker.take()
+                found += outcomes
+                if not alive:
+                    found += worker.last_words()
+                    self.workers[i] = _Process(self.context, *self.task)
+        return found
+
+    def close(self) -> None:
+        for worker in self.workers:
+            worker.stop()
+
+
+class _Process:
+    """One worker process: its pipe, and the points it holds, the first of them running."""
+
+    def __init__(self, context, folder: str, stamp: str):
+        self.pipe, other = context.Pipe()
+        self.process = context.Process(target=_serve, args=(other, folder, stamp), daemon=True)
+        with _surroundings():
+            self.process.start()
+        other.close()
+        self.hand: deque[int] = deque()
+
+    def give(self, index: int) -> None:
+        self.hand.append(index)
+        with suppress(OSError):  # it has died; that is noticed where outcomes are taken
+            self.pipe.send(index)
+
+    def take(self) -> tuple[list[Outcome], bool]:
+        """Outcomes that wait in the pipe, and whether the worker is still there."""
+        found = []
+        try:
+            while self.pipe.poll():
+                answer = self.pipe.recv()
+                if isinstance(answer, BaseException):
+                    raise answer
+                self.hand.remove(answer.index)
+                found.append(answer)
+        except (EOFError, ConnectionResetError):
+            return found, False
+        return found, self.process.is_alive() or self.pipe.poll()
+
+    def last_words(self) -> list[Outcome]:
+        """What becomes of the points that a dead worker held."""
+        self.process.join()
+        code = self.process.exitcode
+        how = f"killed by {signal.Signals(-code).name}" if code and code < 0 else f"it ended with status {code}"
+        return [
+            Outcome(index, "", LOST, f"its worker died: {how}" if place == 0 else "")
+            for place, index in enumerate(self.hand)
+        ]
+
+    def stop(self) -> None:
+        """Let an idle worker end by itself; a busy one is not waited for."""
+        self.pipe.close()
+        if not self.hand:
+            self.process.join(5.0)
+        self.process.kill()
+        self.process.join()
+
+
+@contextmanager
+def _surroundings():
+    """What workers start in: no use for the user's script, which need not be one that can be imported twice, and one
+    thread each for linear algebra.
+    """
+    main, before = sys.modules["__main__"], {n: os.environ.get(n) for n in THREADS}
+    sys.modules["__main__"] = types.ModuleType("__main__")
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
+        for name, value in before.items():
+            os.environ.pop(name) if value is None else os.environ.update({name: value})
+
+
+def _serve(pipe, folder: str, stamp: str) -> None:
+    """A worker's life: it ends with its driver, whatever becomes of that."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the driver decides what an interrupt means
+    stay_quiet()
+    threading.Thread(target=_end_with_driver, daemon=True).start()
+    while True:
+        try:
+            index = pipe.recv()
+        except (EOFError, OSError):
+            return
+        try:
+            answer = run_point(folder, stamp, index)
+        except BaseException as error:  # noqa: BLE001 - the driver raises it
+            answer = error
+        try:
+            pipe.send(answer)
+        except OSError:
+            return
+
+
+def _end_with_driver() -> None:
+    multiprocessing.parent_process().join()
+    os._exit(1)
+
+
+class Dask:
+    """The workers of a Dask scheduler; each must see the sweep's directory under the same name."""
+
+    def __init__(self, folder: str, stamp: str, address: str):
+        try:
+            import distributed
+        except ImportError:
+            raise ImportError("--scheduler needs Dask: pip install 'clearance[cluster]'") from None
+        self.task, self.distributed = (folder, stamp), distributed
+        try:
+            self.client = distributed.Client(address, timeout="10s", set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise ValueError(f"no Dask scheduler answers at {address}: {error}") from None
+        self.client.run(stay_quiet)
+        self.hand: dict = {}
+        self.arrived: deque = deque()
+        self.news = threading.Event()
+
+    @property
+    def places(self) -> int:
+        """Points to have in hand: as the cluster grows and shrinks."""
+        return max(QUEUED * sum(self.client.nthreads().values()), 1)
+
+    def give(self, index: int) -> None:
+        # impure: asked twice it is run twice, so that a restart never gets an old answer
+        future = self.client.submit(run_point, *self.task, index, pure=False)
+        self.hand[future] = index
+        future.add_done_callback(self._arrive)
+
+    def _arrive(self, future) -> None:
+        self.arrived.append(future)
+        self.news.set()
+
+    def wait(self, seconds: float) -> list[Outcome]:
+        """Outcomes that have come, waiting for the first at most so long."""
+        self.news.wait(seconds)
+        self.news.clear()
+        found = []
+        while self.arrived:
+            future = self.arrived.popleft()
+            found.append(self._outcome(future, self.hand.pop(future)))
+        return found
+
+    def _outcome(self, future, index: int) -> Outcome:
+        try:
+            return future.result()
+        except self.distributed.KilledWorker:
+            return Outcome(index, "", LOST, "its workers died, several times over")
+        except self.distributed.CancelledError:
+            return Outcome(index, "", LOST, "the scheduler lost it")
+
+    def close(self) -> None:
+        for future in self.hand:
+            future.cancel()
+        self.client.close()

@@ -1,0 +1,117 @@
+"""What stands above and beside the pictures of one or several results: titles, and names that tell results apart."""
+
+import math
+import textwrap
+from collections.abc import Iterable
+
+from clearance.postprocess import figures
+from clearance.postprocess.channels import name_of
+from clearance.postprocess.plots import title
+
+from clearance.results import Record
+
+NO_BREAK = "\u00a0"
+#: characters of a title per inch of its figure
+DENSITY = 13
+
+#: what differs between models by itself
+OF_A_MODEL = {
+    "viscosity", "roughness", "restitution", "friction coefficient", "contact", "friction", "film", "transition"
+}  # fmt: skip
+
+
+def several(records: Record | Iterable[Record]) -> list[Record]:
+    """One result or many, as a list. Raises ValueError for none."""
+    found = [records] if isinstance(records, Record) else list(records)
+    if not found:
+        raise ValueError("records: give at least one result")
+    return found
+
+
+def headline(records: Iterable[Record], labels: Iterable[str], *more: str, width: float = 7.0) -> str:
+    """Case, speed and clearances that all results share, then more lines and unfinished runs; for a `width` [inch]."""
+    records, labels = list(records), list(labels)
+    cases = dict.fromkeys(r.attributes["case"] for r in records)
+    parts = [title(r).removesuffix(r.status).split(", ") for r in records]
+    shared = [p for p in parts[0] if p and all(p in other for other in parts)]
+    first = ": ".join([" and ".join(cases), ", ".join(shared)]).removesuffix(": ")
+    names = [f"{label}: " if len(records) > 1 else "" for label in labels]
+    broken = [name + r.status for name, r in zip(names, records, strict=True) if not r.complete]
+    return "\n".join(_wrapped(text, width) for text in (first, *more, *broken) if text)
+
+
+def _wrapped(text: str, width: float) -> str:
+    """Broken after commas where that will do."""
+    parts = [p if len(p) > 40 else p.replace(" ", NO_BREAK) for p in text.split(", ")]
+    return textwrap.fill(", ".join(parts), int(DENSITY * width), break_long_words=False)
+
+
+def axis_label(text: str, units: str, width: float = 1.7) -> str:
+    """A label with units, wrapped to the length of its axis [inch]."""
+    text = figures.with_units(text, units).replace(" / ", f"{NO_BREAK}/{NO_BREAK}").replace("N m", f"N{NO_BREAK}m")
+    return textwrap.fill(text, int(DENSITY * width))
+
+
+def labels_of(records: list[Record], given: Iterable[str] | None = None) -> list[str]:
+    """Names that tell results apart: those given, else what differs between their scenes, else their file names.
+
+    Raises ValueError where not every result has been given a name.
+    """
+    if given is not None:
+        given = [given] if isinstance(given, str) else list(given)
+        if len(given) != len(records):
+            raise ValueError(f"labels: {len(given)} of them for {len(records)} results: {given}")
+        return given
+    facts = [_facts(r) for r in records]
+    differing = [k for k in facts[0] if len({f[k] for f in facts}) > 1]
+    if {"case", "model"} & set(differing):
+        differing = [k for k in differing if k not in OF_A_MODEL and all(f[k] for f in facts)]
+    names = [
+        ", ".join(f"{k} {f[k]}".removeprefix("model ").removeprefix("case ") for k in differing if f[k]) for f in facts
+    ]
+    for more in (name_of, _method):
+        if len(set(names)) < len(names) or not all(names):
+            names = [", ".join(filter(None, (n, more(r)))) for n, r in zip(names, records, strict=True)]
+    return names if len(set(names)) == len(names) else [f"{i + 1}: {n}" for i, n in enumerate(names)]
+
+
+def _method(record: Record) -> str:
+    return f"{record.solver['method']}, rtol {record.solver['rtol']:.3g}" if "rtol" in record.solver else ""
+
+
+def _facts(record: Record) -> dict[str, str]:
+    """What users vary in a scene, in print."""
+    scene = record.scene
+    joints = [j for j in scene["joints"] if j["type"] == "ClearanceRevolute"]
+    speeds = [d["speed"] for d in scene["loads"] if d.get("speed")]
+    return {
+        "case": record.attributes["case"],
+        "model": _each(_model(j) for j in joints) or "ideal",
+        "joints": " ".join(j["name"] for j in joints),
+        "speed": _each((30.0 / math.pi * s for s in speeds), "rpm"),
+        "clearance": _each((1e3 * j["clearance"] for j in joints), "mm"),
+        "length": _each((1e3 * j["length"] for j in joints if j["length"]), "mm"),
+        "viscosity": _each((j["lubricant"]["viscosity"] for j in joints if j["lubricant"]), "Pa s"),
+        "roughness": _each((1e6 * j["roughness"] for j in joints if j["roughness"]), "µm"),
+        "restitution": _each(v for v in _law_numbers(joints, "contact", "restitution")),
+        "friction coefficient": _each(v for v in _law_numbers(joints, "friction", "coefficient")),
+        **{slot: _each(_law(j[slot]) for j in joints) for slot in ("contact", "friction", "film", "transition")},
+    }
+
+
+def _model(joint: dict) -> str:
+    return "dry" if not joint["film"] else "mixed" if joint["transition"] else "lubricated"
+
+
+def _law(law: dict | None) -> str:
+    return law["law"].rpartition(":")[2] if law else "none"
+
+
+def _law_numbers(joints: list[dict], slot: str, name: str) -> list[float]:
+    return [j[slot][name] for j in joints if j[slot] and name in j[slot]]
+
+
+def _each(values: Iterable, units: str = "") -> str:
+    """The different values, with their units once."""
+    texts = dict.fromkeys(v if isinstance(v, str) else f"{v:.4g}" for v in values)
+    return " ".join(filter(None, (" / ".join(texts), units))) if texts else ""

@@ -1,0 +1,252 @@
+"""Phase portraits, Poincare sections once a turn of the drive, and bifurcation diagrams of them."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+from clearance.postprocess import figures
+from clearance.postprocess.channels import (
+    at,
+    channel,
+    drive_angle,
+    interpolation,
+    kept,
+    name_of,
+    principal,
+    series,
+    turn_of,
+)
+from clearance.postprocess.labels import axis_label, headline, labels_of, several
+
+from clearance.results import Record
+
+Pair = tuple[str, str]
+
+
+def section_times(record: Record, angle: float = 0.0, settle: float = 2.0) -> np.ndarray:
+    """Times [s] at which the drive passes `angle` [rad], once a turn, after `settle` turns; the end counts.
+
+    Raises ValueError where no drive turns at constant speed, and for an angle or settle that is no number of its kind.
+    """
+    if not np.isfinite(angle):
+        raise ValueError(f"angle must be finite [rad], got {angle!r}")
+    if not (np.isfinite(settle) and settle >= 0.0):
+        raise ValueError(f"settle must be a number of turns, not negative, got {settle!r}")
+    turn, time = turn_of(record), record.time
+    start, speed, _ = drive_angle(record)
+    if not time.size:
+        return np.zeros(0)
+    first = np.mod((angle - start) / speed, turn)
+    near = 1e-9 * turn
+    low, high = (time[0] + settle * turn - first - near) / turn, (time[-1] - first + near) / turn
+    return np.clip(first + np.arange(np.ceil(low), np.floor(high) + 1.0) * turn, time[0], time[-1])
+
+
+def section(record: Record, channels: Iterable[str], angle: float = 0.0, settle: float = 2.0) -> np.ndarray:
+    """Values of channels each time the drive passes `angle` [rad], after `settle` turns: (turns, channels).
+
+    Between samples as in `channels.at`: exact where a sample lies at the angle, else of fourth order in the sampling
+    as long as the motion is smooth there. No row where the run is too short. Raises ValueError for unknown channels
+    and where no drive turns at constant speed.
+    """
+    names = [channels] if isinstance(channels, str) else list(channels)
+    if not names:
+        raise ValueError("channels: give at least one")
+    times = section_times(record, angle, settle)
+    return np.stack([at(record, channel(record, name).path, times) for name in names], axis=-1)
+
+
+def portrait(
+    records: Record | Iterable[Record],
+    path: str | Path,
+    *,
+    pairs: Iterable[Pair] | None = None,
+    settle: float = 0.0,
+    labels: Iterable[str] | None = None,
+) -> Path:
+    """Phase portraits, a panel for each pair of channels (x, y), without the first `settle` turns; saved under `path`.
+
+    pairs: default the position and velocity, and the velocity and acceleration, of the last body. Of points and strokes
+    closer than a 4000th of the axes one is drawn. Raises ValueError for unknown channels and for settled turns where
+    no drive turns at constant speed.
+    """
+    records = several(records)
+    labels, pairs = labels_of(records, labels), _pairs(pairs) or _motion(records[0])
+    figure, panels = _sheet(len(pairs))
+    for axes, pair in zip(panels, pairs, strict=True):
+        for i, (record, label) in enumerate(zip(records, labels, strict=True)):
+            _path(axes, record, pair, settle, figures.stroke(i, len(records)) | {"label": label})
+        _finish(axes, records[0], pair)
+        if not any(len(line.get_xdata()) for line in axes.lines):
+            figures.note(axes, f"no sample after turn {settle:g}")
+    first = f"from turn {settle:g} on" if settle else ""
+    return _saved(figure, panels, records, labels, first, path)
+
+
+def poincare(
+    records: Record | Iterable[Record],
+    path: str | Path,
+    *,
+    pairs: Iterable[Pair] | None = None,
+    joint: str | None = None,
+    angle: float = 0.0,
+    settle: float = 2.0,
+    labels: Iterable[str] | None = None,
+) -> Path:
+    """Poincare sections: pairs of channels (x, y) once a turn of the drive at `angle` [rad]; saved under `path`.
+
+    pairs: default the journal's centre over the clearance in `joint` (default: the first clearance joint), and the
+    velocity and acceleration of the last body; settle: turns left out at the start. How values are found between
+    samples stands in the title. Raises ValueError for unknown joints and channels, and where no drive turns at
+    constant speed.
+    """
+    records = several(records)
+    labels, pairs = labels_of(records, labels), _pairs(pairs) or _journal(records[0], joint) + _motion(records[0])[1:]
+    figure, panels = _sheet(len(pairs))
+    for axes, pair in zip(panels, pairs, strict=True):
+        counts = [
+            _points(axes, r, pair, angle, settle, _dots(i, len(records)) | {"label": label})
+            for i, (r, label) in enumerate(zip(records, labels, strict=True))
+        ]
+        _finish(axes, records[0], pair)
+        if not any(counts):
+            figures.note(axes, f"no passage after turn {settle:g}")
+    target, how = drive_angle(records[0])[2], _how(records, pairs, angle, settle)
+    turns = " / ".join(dict.fromkeys(str(n) for n in counts))
+    said = f"{target} angle {np.degrees(angle):.4g}°, {turns} passages from turn {settle:g} on, {how}".removesuffix(
+        ", "
+    )
+    return _saved(figure, panels, records, labels, said, path)
+
+
+def bifurcation(
+    points: Iterable[tuple[float, np.ndarray]],
+    path: str | Path,
+    *,
+    parameter: str = "parameter",
+    channels: Iterable[str] = ("section value",),
+    title: str = "",
+    dots: float | None = None,
+) -> Path:
+    """Bifurcation diagram: section values over a parameter, a panel for each channel; saved under `path`.
+
+    points: (parameter value, values (turns,) or (turns, channels)), such as
+    `(run.clearances["C"], section(run, ["slider.vx"]))` of many runs; a parameter without turns is crossed at the
+    bottom. parameter and channels: axis labels with units; dots: size of a point. Raises ValueError for values of
+    another shape.
+    """
+    channels = [channels] if isinstance(channels, str) else list(channels)
+    points = [(float(p), _table(p, v, len(channels))) for p, v in points]
+    if not points:
+        raise ValueError("points: give at least one (parameter value, section values)")
+    xs = np.concatenate([np.full(len(v), p) for p, v in points])
+    ys = np.concatenate([v for _, v in points])
+    empty = [p for p, v in points if not len(v)]
+    figure = figures.sheet(7.0, 0.8 + 3.2 * len(channels))
+    panels = figure.subplots(len(channels), sharex=True, squeeze=False)[:, 0]
+    size = dots or min(max(30.0 / np.sqrt(len(xs) + 1.0), 1.0), 2.5)
+    for i, (axes, label) in enumerate(zip(panels, channels, strict=True)):
+        axes.plot(xs, ys[:, i], ls="", marker="o", mew=0, ms=size, color="black")
+        figures.finish(axes, label, parameter if i == len(channels) - 1 else "")
+        if empty:
+            axes.plot(
+                empty, np.zeros(len(empty)), "x", color="#d55e00", transform=axes.get_xaxis_transform(), clip_on=False
+            )
+    figure.suptitle("\n".join(filter(None, (title, "crosses: no section there" if empty else ""))), fontsize="medium")
+    return figures.save(figure, path)
+
+
+def _table(parameter: float, values: np.ndarray, columns: int) -> np.ndarray:
+    """Section values as (turns, columns)."""
+    values = np.asarray(values, float)
+    if values.size == 0:
+        return np.zeros((0, columns))
+    table = values[:, None] if values.ndim == 1 and columns == 1 else values
+    if table.ndim != 2 or table.shape[1] != columns:
+        raise ValueError(f"points: at {parameter!r} section values of shape {values.shape}; channels name {columns}")
+    return table
+
+
+def _pairs(pairs: Iterable[Pair] | None) -> list[Pair]:
+    """Pairs of channel names; one pair may stand by itself."""
+    found = list(pairs or [])
+    if len(found) == 2 and all(isinstance(p, str) for p in found):
+        found = [tuple(found)]
+    wrong = [p for p in found if isinstance(p, str) or len(p) != 2]
+    if wrong:
+        raise ValueError(f"pairs must be of two channels (x, y), got {wrong[0]!r}")
+    return found
+
+
+def _motion(record: Record) -> list[Pair]:
+    """Position and velocity, velocity and acceleration of the last body."""
+    body = principal(record)
+    x, v, a = (body.format(rate) for rate in ("", "v", "a"))
+    return [(x, v), (v, a)]
+
+
+def _journal(record: Record, joint: str | None) -> list[Pair]:
+    """The journal's centre of the joint asked for, or of the first clearance joint there is."""
+    if joint is not None and joint not in record.clearances:
+        known = ", ".join(record.clearances) or "none"
+        raise ValueError(f"joint {joint!r} is no clearance joint of {name_of(record)}; those are: {known}")
+    joints = [joint] if joint else list(record.clearances)[:1]
+    return [(f"joints/{j}/epsilon_x", f"joints/{j}/epsilon_y") for j in joints]
+
+
+def _sheet(count: int):
+    """A figure with square panels, two a row."""
+    rows, columns = -(-count // 2), min(count, 2)
+    figure = figures.sheet(3.6 * columns if columns == 2 else 5.0, 0.9 + (3.4 if columns == 2 else 4.2) * rows)
+    grid = figure.subplots(rows, columns, squeeze=False)
+    for axes in grid.flat[count:]:
+        axes.remove()
+    return figure, list(grid.flat[:count])
+
+
+def _path(axes, record: Record, pair: Pair, settle: float, style: dict) -> None:
+    found = kept(record, settle=settle)
+    x, y = (series(record, name)[0][found] for name in pair)
+    figures.trajectory(axes, x, y, **style)
+
+
+def _points(axes, record: Record, pair: Pair, angle: float, settle: float, style: dict) -> int:
+    found = section(record, pair, angle, settle)
+    axes.plot(found[:, 0], found[:, 1], **style)
+    return len(found)
+
+
+def _dots(i: int, count: int) -> dict:
+    colour = figures.stroke(i, count)["color"]
+    size = 3.0 + 1.5 * min(count - 1 - i, 3)  # the first ones larger, so that they show behind the others
+    return {"ls": "", "marker": figures.marker(i), "ms": size, "color": colour, "mfc": "none", "mew": 0.8}
+
+
+def _finish(axes, record: Record, pair: Pair) -> None:
+    """Labels with units; the clearance circle where both axes are eccentricities over the clearance."""
+    found = [channel(record, name) for name in pair]
+    figures.finish(axes, axis_label(found[1].label, found[1].units, 3.0), legend=False)
+    axes.set_xlabel(axis_label(found[0].label, found[0].units, 3.0))
+    axes.locator_params(axis="x", nbins=5)
+    if all(c.path.rpartition("/")[2].startswith("epsilon_") for c in found):
+        turn = np.linspace(0.0, 2.0 * np.pi, 361)
+        axes.plot(np.cos(turn), np.sin(turn), color="0.5", lw=0.8)
+        axes.set_aspect("equal")
+        axes.set_xticks(np.linspace(-1.0, 1.0, 5))
+        axes.set_yticks(np.linspace(-1.0, 1.0, 5))
+
+
+def _how(records: list[Record], pairs: list[Pair], angle: float, settle: float) -> str:
+    """How the values of a section are found, in words."""
+    times = [(r, section_times(r, angle, settle)) for r in records]
+    ways = [interpolation(r, name, t) for r, t in times if len(t) for pair in pairs for name in pair]
+    return ", ".join(dict.fromkeys(ways))
+
+
+def _saved(figure, panels: list, records: list[Record], labels: list[str], said: str, path: str | Path) -> Path:
+    """Title and, for several results, one legend."""
+    width = figure.get_size_inches()[0]
+    figure.suptitle(headline(records, labels, said, width=width), fontsize="medium")
+    if len(records) > 1:
+        figures.legend_below(figure, panels[0])
+    return figures.save(figure, path)

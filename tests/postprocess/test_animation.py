@@ -1,0 +1,349 @@
+"""Sketches and animations: everything drawn is where the result has it, in every frame; errors are clear."""
+
+import numpy as np
+import pytest
+from clearance.postprocess import animation, drawing, figures
+from clearance.postprocess.animation import COLOURS, Lens, animate, frame_times
+from clearance.postprocess.drawing import MM, Drawing, Motion, sketch
+from matplotlib.text import Annotation
+from PIL import Image
+
+import clearance as cl
+from clearance.results import Result
+from tests import mechanisms
+
+FEEDER = {"joints": "B,C,E"}
+MIXED = {"model": "mixed", "transition": "fuzzy", "film": "harmonic", "viscosity": 0.005, "joints": "B,C"}
+
+
+def springs():
+    """Free and guided bodies on springs: of one point and two, with the centre of mass aside; a slide seen from b."""
+    free = cl.Body("free", 1.0, 1e-2, points={"l": (-0.1, 0), "r": (0.1, 0)}, position=(0, -0.3), com=(0.02, 0.03))
+    cart, mass = cl.Body("cart", 1.0, 1e-2, points={"c": (0, 0)}), cl.Body("mass", 0.5, 1e-3, position=(0.9, -0.2))
+    bob = cl.Body("bob", 0.5, 1e-3, points={"p": (0, 0)}, com=(0, -0.15), angle=0.5)
+    return cl.Scene(
+        cl.Prismatic(cart["c"], cl.ground.at(0.5, -0.3), axis=(1, 0.5), name="ramp"),
+        cl.Revolute(cart["c"], bob["p"], name="H"),
+        cl.SpringDamper(cl.ground.at(-0.15, 0), free["l"], stiffness=100.0, free_length=0.2, name="s1"),
+        cl.SpringDamper(free["r"], cart["c"], stiffness=20.0, free_length=0.3, name="s2"),
+        cl.SpringDamper(cl.ground.at(0.9, 0.0), mass, stiffness=100.0, free_length=0.2, name="s3"),
+        cl.SpringDamper(cl.ground.at(1.2, -0.3), mass, damping=1.0, name="damper"),
+        name="springs",
+    )
+
+
+def wheel():
+    """A single body with a single point: nothing has an extent."""
+    body = cl.Body("wheel", 1.0, 1e-2, points={"w": (0, 0)})
+    return cl.Scene(cl.Revolute(cl.ground, body["w"], name="O"), cl.Drive(body, speed=-3.0), name="wheel")
+
+
+SCENES = {
+    "feeder": (lambda: cl.load_case("six_bar_feeder", **FEEDER), {"turns": 0.5}),
+    "mixed": (lambda: cl.load_case("six_bar_feeder", **MIXED), {"turns": 0.2}),
+    "slider_crank": (lambda: cl.load_case("slider_crank"), {"turns": 1.0}),
+    "four_bar": (lambda: cl.load_case("four_bar"), {"turns": 0.5}),
+    "pendulum": (lambda: cl.load_case("double_pendulum"), {"until": 0.5}),
+    "inverted_slider": (mechanisms.inverted_slider, {"turns": 0.5}),
+    "scotch_yoke": (mechanisms.scotch_yoke, {"turns": 0.5}),
+    "watt": (mechanisms.watt, {"turns": 0.5}),
+    "reversed_arm": (mechanisms.reversed_arm, {"turns": 0.5}),
+    "pushed_four_bar": (mechanisms.pushed_four_bar, {"until": 0.3}),
+    "springs": (springs, {"until": 0.5}),
+    "wheel": (wheel, {"turns": 0.5}),
+}
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """Results by name, each simulated once."""
+    folder, made = tmp_path_factory.mktemp("runs"), {}
+
+    def result(name):
+        if name not in made:
+            scene, span = SCENES[name]
+            made[name] = cl.open_result(cl.simulate(scene(), **span).save(folder / f"{name}.h5"))
+        return made[name]
+
+    return result
+
+
+class Without(Result):
+    """A result some of whose channels were not kept."""
+
+    dropped: tuple[str, ...] = ()
+
+    def names(self, group):
+        return tuple(n for n in super().names(group) if f"{group}/{n}" not in self.dropped)
+
+
+def without(result, *dropped):
+    found = Without(result.path)
+    found.dropped = dropped
+    return found
+
+
+def stage(result, frames=8, turns=0.2):
+    """A drawing of a result, and the times it is drawn at."""
+    times = frame_times(result, turns, frames)
+    axes = figures.sheet(6.0, 6.0).add_subplot()
+    return Drawing(Motion(result, times), axes), times
+
+
+@pytest.fixture
+def film(monkeypatch):
+    """What would have been written: figure, frames and the function that shows one."""
+    kept = {}
+
+    def keep(figure, path, fps, frames, show, moving):
+        kept.update(figure=figure, frames=frames, show=show, moving=list(moving))
+        return path
+
+    monkeypatch.setattr(animation, "save_film", keep)
+    return kept
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_every_mechanism_is_sketched_and_animated(name, run, tmp_path):
+    picture = sketch(run(name), tmp_path / "new" / "still.png", at=0.1)
+    with Image.open(picture) as still:
+        pixels = np.asarray(still.convert("L"))
+    assert 0.005 < (pixels < 250).mean() < 0.5  # something is drawn, and the page is not black
+    gif = animate(run(name), tmp_path / "run.gif", turns=0.2, frames=6, fps=20.0)
+    with Image.open(gif) as film:
+        assert film.n_frames == 6
+        shown = []
+        for k in range(6):
+            film.seek(k)
+            assert film.info["duration"] == 50
+            shown.append(np.asarray(film.convert("RGB")).astype(int))
+    assert all(np.abs(a - b).max() > 100 for a, b in zip(shown, shown[1:], strict=False))
+    assert (shown[0][0, 0] == 255).all()  # paper stays white in 256 colours
+    assert [p.name for p in tmp_path.iterdir() if p.suffix == ".gif"] == ["run.gif"]
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_joint_points_of_both_bodies_are_one(name, run):
+    """At samples loops are closed to 1e-12 of the size and eccentricities are differences of the same poses."""
+    result = run(name)
+    motion = Motion(result, result.time[::7])
+    for joint in result.scene["joints"]:
+        apart = motion.end(joint["b"]) - motion.end(joint["a"])
+        if joint["type"] == "ClearanceRevolute":
+            apart = apart - result.joint(joint["name"]).eccentricity[::7]
+        if joint["type"] == "Prismatic":
+            axis = motion.turned(joint["a"]["body"], joint["axis"])[:, 0]
+            apart = axis[:, 0] * apart[:, 1] - axis[:, 1] * apart[:, 0]
+        assert np.abs(apart).max() < 1e-9, joint["name"]
+
+
+@pytest.mark.parametrize("name", ["four_bar", "watt", "inverted_slider"])
+def test_joints_hold_between_samples_too(name, run):
+    """Cubic Hermite poses err by (w h)^4 / 384 = 2e-10 of the size, with w h = 2 pi / 400: below 1e-9 m."""
+    result = run(name)
+    times = np.linspace(result.time[0], result.time[-1], 997)
+    motion = Motion(result, times)
+    for joint in result.scene["joints"]:
+        if joint["type"] == "Revolute":
+            assert np.abs(motion.end(joint["b"]) - motion.end(joint["a"])).max() < 1e-9, joint["name"]
+
+
+@pytest.mark.parametrize("name", ["feeder", "slider_crank"])
+def test_artists_follow_the_result(name, run):
+    """The ring of a clearance joint is drawn at its bearing's centre in every frame."""
+    drawn, _ = stage(run(name))
+    joints = {j["name"]: j for j in run(name).scene["joints"]}
+    for k in (5, 0, 7):
+        drawn.show(k)
+        for joint, ring in drawn.rings.items():
+            at = np.ravel(ring.get_data())
+            assert np.abs(at - MM * drawn.motion.end(joints[joint]["a"])[k]).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", ["inverted_slider", "scotch_yoke", "slider_crank", "springs"])
+def test_blocks_stay_on_their_guides(name, run):
+    drawn, _ = stage(run(name), turns=0.5)
+    assert drawn.slides
+    for slide in drawn.slides.values():
+        start, end = np.moveaxis(slide.line(drawn.motion, 0.0), 1, 0)
+        along, middle = end - start, slide.corners((0.01, 0.005)).mean(axis=1)
+        place = np.sum((middle - start) * along, axis=-1) / np.sum(along**2, axis=-1)
+        # poses between samples are interpolated, and a dry joint's impacts bend them: 1e-6 of the guide is unseen
+        assert np.abs(middle - start - place[:, None] * along).max() < 1e-6
+        assert place.min() > -1e-6
+        assert place.max() < 1.0 + 1e-6
+
+
+def test_springs_end_where_they_are_attached(run):
+    drawn, _ = stage(run("springs"))
+    for spring in run("springs").scene["loads"]:
+        a, b = drawn.motion.end(spring["a"]), drawn.motion.end(spring["b"])
+        for shape in (drawing.ZIGZAG, drawing.DASHPOT):
+            path = drawing.coil(a, b, shape, 0.01)
+            assert np.abs(path[:, 0] - a).max() < 1e-12
+            assert np.abs(path[:, -1] - b).max() < 1e-12
+    assert np.isfinite(drawing.coil(a, a, drawing.ZIGZAG, 0.01)).all()  # a spring of no length
+
+
+def circles(figure):
+    """Middles and radii [mm] of the walls of the lenses."""
+    found = []
+    for line in figure.axes[0].lines:
+        x, y = line.get_data()
+        if len(x) == 181 and line.get_linewidth() == 0.8:
+            found.append((x[:-1].mean(), y[:-1].mean(), 0.5 * np.ptp(x)))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("magnify", [None, 120.0])
+def test_lenses_show_the_journal_magnified_beside_the_mechanism(magnify, run, film, tmp_path):
+    result = run("feeder")
+    animate(result, tmp_path / "run.gif", turns=0.3, frames=10, magnify=magnify)
+    times = frame_times(result, 0.3, 10)
+    said = [t.get_text() for t in film["figure"].findobj(Annotation)]
+    said = {float(t.rpartition("×")[2]) for t in said if "×" in t}
+    found = circles(film["figure"])
+    assert len(found) == 3
+    assert said == {round(found[0, 2] / (MM * 1e-4), 6)}
+    assert magnify is None or said == {magnify}
+    swept = stage(result, 10, 0.3)[0]
+    assert ((found[:, 1] + found[:, 2] < swept.low[1]) | (found[:, 0] - found[:, 2] > swept.high[0])).all()
+    dots = [a for a in film["moving"] if getattr(a, "get_marker", str)() == "o" and a.get_markersize() == 6.0]
+    (zoom,) = said
+    for k in (9, 0, 4):
+        film["show"](k)
+        for dot, joint, (x, y, _) in zip(dots, "BCE", found, strict=True):
+            e = [np.interp(times[k], result.time, v) for v in result.joint(joint).eccentricity.T]
+            assert np.ravel(dot.get_data()) == pytest.approx((x + MM * zoom * e[0], y + MM * zoom * e[1]), abs=1e-9)
+
+
+def test_no_contact_is_missed(run):
+    """A frame is red where the table has a contact since the frame before, grey where no sample near has one either."""
+    result = run("slider_crank")
+    times = frame_times(result, 0.8, 300)
+    lens = Lens(result, next(j for j in result.scene["joints"] if j["name"] == "C"), times)
+    starts = result.events["time"]
+    ends = starts + result.events["duration"]
+    before = np.append(times[0] - (times[1] - times[0]), times[:-1])
+    hit = ((starts <= times[:, None]) & (ends >= before[:, None])).any(axis=1)
+    red = np.array([c == COLOURS["contact"] for c in lens.colours])
+    assert 10 < hit.sum() < 300
+    assert red[hit].all()
+    sampled = result.time[result.joint("C").contact_force > 0.0]
+    near = np.abs(sampled[None] - 0.5 * (times + before)[:, None]).min(axis=1) < 2.0 * (times[1] - times[0])
+    assert not red[~hit & ~near].any()
+
+
+def test_arrows_are_the_largest_forces_since_the_frame_before(run):
+    result = run("slider_crank")
+    times = frame_times(result, 0.8, 40)
+    lens = Lens(result, next(j for j in result.scene["joints"] if j["name"] == "C"), times)
+    force = np.hypot(*result.joint("C").force.T)
+    for k in range(1, 40):
+        inside = force[(result.time > times[k - 1]) & (result.time <= times[k])]
+        assert lens.strength[k] >= inside.max()
+        assert lens.strength[k] <= max(inside.max(), np.interp(times[k], result.time, force)) * (1.0 + 1e-12)
+
+
+def test_mixed_joints_have_the_colour_of_their_state(run):
+    result = run("mixed")
+    times = result.time[-40:]
+    lens = Lens(result, next(j for j in result.scene["joints"] if j["name"] == "B"), times)
+    shares = [getattr(result.joint("B"), f"membership_{s}") for s in ("full_film", "mixed", "dry")]
+    state = np.argmax(shares, axis=0)[-41:]
+    wanted = [COLOURS[("full film", "mixed", "dry")[s]] for s in state[1:]]
+    assert lens.colours == wanted
+
+
+def test_frames_end_with_the_run(run):
+    result = run("four_bar")
+    times = frame_times(result, 0.25, 50)
+    assert times[-1] == result.time[-1]
+    assert np.allclose(np.diff(times), 0.25 * result.turn / 50, rtol=1e-9)
+    assert times[0] == pytest.approx(result.time[-1] - 0.25 * result.turn * 49 / 50)
+
+
+@pytest.mark.parametrize(
+    ("name", "file", "options", "message"),
+    [
+        ("four_bar", "run.avi", {}, r"run\.avi: its name must end in \.gif or \.mp4"),
+        ("four_bar", "run.gif", {"turns": 2.0}, r"turns must lie in \(0, 0\.5\], .*; got 2\.0"),
+        ("four_bar", "run.gif", {"turns": float("nan")}, "turns must lie in"),
+        ("four_bar", "run.gif", {"turns": 0.5, "frames": 201}, "frames: 201 asked, but .* has 200 samples"),
+        ("four_bar", "run.gif", {"turns": 0.5, "frames": 1}, "frames must be a whole number of at least 2, got 1"),
+        ("four_bar", "run.gif", {"turns": 0.5, "fps": 0.0}, r"fps must lie in \(0, 50\] for a \.gif, got 0\.0"),
+        ("four_bar", "run.gif", {"turns": 0.5, "fps": 60}, r"fps must lie in \(0, 50\] for a \.gif, got 60"),
+        ("four_bar", "run.gif", {"turns": 0.5, "magnify": 10.0}, "magnify this mechanism has no clearance joint"),
+        ("feeder", "run.gif", {"turns": 0.5, "magnify": -1.0}, "magnify must be a positive number, got -1.0"),
+        ("feeder", "run.gif", {"turns": 0.5, "magnify": 1e5}, "magnify must be at most .*; got 100000.0"),
+    ],
+)
+def test_what_cannot_be_animated_is_refused(name, file, options, message, run, tmp_path):
+    with pytest.raises(ValueError, match=message):
+        animate(run(name), tmp_path / file, **options)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("at", [-0.1, 0.6, float("nan")])
+def test_sketch_outside_the_run_is_refused(at, run, tmp_path):
+    with pytest.raises(ValueError, match=r"at must lie in \[0, 0\.5\], .*; got"):
+        sketch(run("four_bar"), tmp_path / "still.png", at=at)
+
+
+@pytest.mark.parametrize(
+    ("name", "channel"),
+    [
+        ("slider_crank", "bodies/slider/theta"),
+        ("slider_crank", "joints/C/eccentricity_y"),
+        ("slider_crank", "joints/C/force_x"),
+        ("slider_crank", "joints/C/contact_force"),
+        ("mixed", "joints/B/membership_dry"),
+    ],
+)
+def test_a_channel_not_kept_is_named(name, channel, run, tmp_path):
+    result = without(run(name), channel)
+    with pytest.raises(ValueError, match=channel):
+        animate(result, tmp_path / "run.gif", turns=0.2, frames=5)
+    if channel.startswith("joints"):
+        assert sketch(result, tmp_path / "still.png").exists()  # a sketch needs poses only
+    assert not (tmp_path / "run.gif").exists()
+
+
+def test_rates_may_be_missing(run, tmp_path):
+    """Poses alone are enough."""
+    rates = [f"bodies/{b}/{c}" for b in ("crank", "coupler", "rocker") for c in ("vx", "vy", "omega")]
+    gif = animate(without(run("four_bar"), *rates), tmp_path / "run.gif", turns=0.5, frames=5)
+    with Image.open(gif) as film:
+        assert film.n_frames == 5
+
+
+def test_mp4_without_ffmpeg_says_what_to_do(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(figures.shutil, "which", lambda _: None)
+    with pytest.raises(ValueError, match=r"ffmpeg, which is not installed; install it or use \.gif"):
+        animate(run("four_bar"), tmp_path / "run.mp4", turns=0.5, frames=5)
+
+
+@pytest.mark.skipif(figures.shutil.which("ffmpeg") is None, reason="needs ffmpeg")
+def test_mp4_with_ffmpeg(run, tmp_path):
+    film = animate(run("four_bar"), tmp_path / "run.mp4", turns=0.5, frames=5)
+    assert film.read_bytes()[4:8] == b"ftyp"
+    assert list(tmp_path.iterdir()) == [film]
+
+
+def test_a_failure_leaves_the_old_file_and_no_half_one(run, tmp_path, monkeypatch):
+    path = tmp_path / "run.gif"
+    path.write_bytes(b"old")
+    show, shown = Drawing.show, []
+
+    def fail(self, k):
+        shown.append(k)
+        if k == 3:
+            raise RuntimeError("the disk is full")
+        show(self, k)
+
+    monkeypatch.setattr(Drawing, "show", fail)
+    with pytest.raises(RuntimeError, match="the disk is full"):
+        animate(run("four_bar"), path, turns=0.5, frames=6)
+    assert shown[-1] == 3
+    assert list(tmp_path.iterdir()) == [path]
+    assert path.read_bytes() == b"old"

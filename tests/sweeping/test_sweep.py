@@ -1,0 +1,500 @@
+"""Sweeps: every point once, restartable, the same numbers as runs one by one."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance.sweeping import index as indices
+from clearance.sweeping.metrics import metrics
+from tests.test_checkpoint import same
+
+CASE, OPTIONS = "slider_crank", {"turns": 2.0, "samples_per_turn": 50, "rtol": 1e-5}
+FIXED = {"model": "lubricated", "film": "harmonic"}
+POINTS = cl.grid(speed=[20.0, 30.0], clearance=[1e-4, 2e-4, 3e-4])
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sweep") / "map"
+    return cl.sweep(CASE, POINTS, folder, fixed=FIXED, workers=2, **OPTIONS)
+
+
+@pytest.fixture
+def copy(swept, tmp_path):
+    shutil.copytree(swept.folder, tmp_path / "map")
+    return tmp_path / "map"
+
+
+def again(folder, **more):
+    return cl.sweep(CASE, POINTS, folder, fixed=FIXED, **OPTIONS, **more)
+
+
+def ended(folder) -> list[dict]:
+    return [json.loads(line) for line in (folder / "journal.jsonl").read_text().splitlines()]
+
+
+def test_all_points_are_done_once(swept):
+    assert swept.done.all()
+    assert sorted(o["index"] for o in ended(swept.folder)) == list(range(6))
+    assert sorted(p.stem for p in (swept.folder / "runs").iterdir()) == sorted(swept.definition.keys)
+
+
+def test_a_run_is_that_of_simulate(swept, tmp_path):
+    scene = cl.load_case(CASE, speed=30.0, clearance=2e-4, **FIXED)
+    alone = cl.simulate(scene, path=tmp_path / "run.h5", **OPTIONS)
+    shutil.copy(swept.path(4), tmp_path / "plain.h5")
+    with h5py.File(tmp_path / "plain.h5", "a") as plain:
+        del plain["metrics"]  # what a sweep adds
+    same(alone.path, tmp_path / "plain.h5")
+    for name, metric in metrics(alone).items():
+        assert swept.metrics[name][swept.select(speed=30.0, clearance=2e-4)[0]] == metric.value
+
+
+def test_dataset_and_table(swept):
+    data = swept.dataset
+    assert data.sizes == {"speed": 2, "clearance": 3}
+    assert data.clearance.attrs["units"] == "m"
+    assert data.joint_C_force_max.attrs["units"] == "N"
+    value = float(data.joint_C_force_max.sel(speed=30.0, clearance=2e-4))
+    assert value == swept.metrics["joint_C_force_max"][4]
+    frame = swept.table
+    assert len(frame) == 6
+    assert frame.query("speed == 30.0 and clearance == 0.0002").joint_C_force_max.item() == value
+
+
+def test_the_index_is_plain_hdf5(swept):
+    with h5py.File(swept.folder / "sweep.h5") as file:
+        assert file.attrs["format"] == "clearance-sweep"
+        assert file["metrics/joint_C_force_max"].shape == (6,)
+        assert file["metrics/joint_C_force_max"].attrs["units"] == "N"
+        assert file["parameters/clearance"].attrs["units"] == "m"
+        assert set(file["runs/status"].asstr()[()]) == {"done"}
+
+
+@pytest.mark.parametrize("lost", [["sweep.h5"], ["sweep.h5", "journal.jsonl"], ["journal.jsonl"]])
+def test_the_index_is_rebuilt_from_what_is_left(swept, copy, lost):
+    for name in lost:
+        (copy / name).unlink()
+    found = cl.open_sweep(copy)
+    assert found.done.all()
+    for name, values in swept.metrics.items():
+        np.testing.assert_array_equal(found.metrics[name], values)
+        assert found.known[name] == swept.known[name]
+
+
+def test_the_same_call_again_runs_nothing(copy):
+    before = (copy / "journal.jsonl").read_bytes()
+    assert again(copy).done.all()
+    assert (copy / "journal.jsonl").read_bytes() == before
+
+
+def test_only_what_is_missing_is_run(copy):
+    keys = cl.open_sweep(copy).definition.keys
+    lines = (copy / "journal.jsonl").read_bytes().splitlines(keepends=True)
+    cut = b"".join(line for line in lines if json.loads(line)["index"] != 4) + lines[0][:30]  # and one cut short
+    (copy / "journal.jsonl").write_bytes(cut)
+    (copy / "runs" / f"{keys[4]}.h5").unlink()
+    (copy / "runs" / f"{keys[1]}.h5").unlink()
+    (copy / "runs" / f"{keys[2]}.h5").write_bytes(b"rubbish")
+    damaged = copy / "runs" / f"{keys[3]}.h5"
+    content = bytearray(damaged.read_bytes())
+    content[len(content) // 2] ^= 1  # a single bit
+    damaged.write_bytes(content)
+    count = len(ended_whole(copy))
+    assert again(copy).done.all()
+    assert sorted(o["index"] for o in ended(copy)[count:]) == [1, 2, 3, 4]
+    assert damaged.with_suffix(".h5.broken").exists()
+    for key in keys:
+        cl.open_result(copy / "runs" / f"{key}.h5").close()
+
+
+def ended_whole(folder) -> list[bytes]:
+    return [x for x in (folder / "journal.jsonl").read_bytes().splitlines(keepends=True) if x.endswith(b"\n")]
+
+
+def test_a_run_whose_line_was_lost_is_taken_from_its_file(copy):
+    """A kill between a run's file and its line: the file is whole and counts."""
+    lines = (copy / "journal.jsonl").read_bytes().splitlines(keepends=True)
+    (copy / "journal.jsonl").write_bytes(b"".join(lines[:2]))
+    found = again(copy)
+    assert found.done.all()
+    assert len(ended(copy)) == 6
+
+
+def test_another_sweep_is_refused(copy):
+    with pytest.raises(ValueError, match=r"holds another sweep: fixed .* instead of .*0\.1"):
+        cl.sweep(CASE, POINTS, copy, fixed=FIXED | {"viscosity": 0.1}, **OPTIONS)
+    with pytest.raises(ValueError, match=r"holds another sweep: speed 20\.0,30\.0 instead of 20\.0,40\.0"):
+        cl.sweep(CASE, cl.grid(speed=[20.0, 40.0], clearance=[1e-4, 2e-4, 3e-4]), copy, fixed=FIXED, **OPTIONS)
+    with pytest.raises(ValueError, match="holds another sweep: case"):
+        cl.sweep("six_bar_feeder", cl.grid(speed=[20.0]), copy, **OPTIONS)
+
+
+def test_newer_formats_are_refused(copy):
+    document = json.loads((copy / "sweep.json").read_text())
+    document["format_version"] = 99
+    (copy / "sweep.json").write_text(json.dumps(document))
+    with pytest.raises(ValueError, match="newer clearance"):
+        cl.open_sweep(copy)
+    with pytest.raises(ValueError, match="newer clearance"):
+        again(copy)
+
+
+def test_a_newer_index_is_refused(copy):
+    with h5py.File(copy / "sweep.h5", "a") as file:
+        file.attrs["format_version"] = 99
+    with pytest.raises(ValueError, match="newer clearance"):
+        cl.open_sweep(copy)
+
+
+def test_a_directory_in_use_is_refused(copy):
+    import fcntl
+
+    with open(copy / "lock", "a+") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        with pytest.raises(ValueError, match="is in use"):
+            again(copy)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"fixed": {"speeed": 1.0}}, "no parameter 'speeed'; it has speed"),
+        ({"fixed": {"speed": 1.0}}, "speed is both swept and fixed"),
+        ({"workers": 0}, "workers"),
+        ({"compression": 12}, "compression"),
+        ({"settle": 2.0}, "leaves nothing"),
+        ({"channels": ["joints/Q/*"]}, "fits none"),
+        ({"metrics": ["nowhere.py:f"]}, "no file"),
+        ({"rtol": -1.0}, "rtol"),
+        ({"fixed": {"model": "wet"}}, "model must be one of"),
+    ],
+)
+def test_wrong_input_comes_before_anything_is_written(change, reason, tmp_path):
+    call = {"fixed": FIXED, **OPTIONS} | change
+    with pytest.raises(ValueError, match=reason):
+        cl.sweep(CASE, POINTS, tmp_path / "never", **call)
+    assert not (tmp_path / "never").exists()
+
+
+FAILS = """
+import clearance as cl
+import math
+
+@cl.signal
+def ends(time, strength):
+    return math.sqrt(0.05 - time) if strength > 0.0 else 0.0
+
+def scene(*, strength: float = 0.0, length: float = 0.1) -> cl.Scene:
+    \"\"\"A pendulum that a torque without a value may stop.
+
+    strength: of the torque [N m]
+    length: of the pendulum [m]
+    \"\"\"
+    if length > 0.5:
+        raise ValueError(f"length {length} m is too long")
+    body = cl.Body("arm", mass=1.0, inertia=1e-3, points={"pin": (-length, 0.0)})
+    return cl.Scene(cl.Revolute(cl.ground, body["pin"], name="P"), cl.Torque(body, torque=ends(strength=strength)))
+"""
+
+
+def test_a_failed_point_keeps_its_reason_and_the_sweep_goes_on(tmp_path):
+    (tmp_path / "torn.py").write_text(FAILS)
+    points = cl.grid(strength=[0.0, 1.0], length=[0.1, 0.9])
+    found = cl.sweep(tmp_path / "torn.py", points, tmp_path / "out", until=0.2, workers=1)
+    assert found.status.tolist() == ["done", "failed", "failed", "failed"]
+    assert "at t =" in found.reason[2]
+    assert "length 0.9 m is too long" in found.reason[1]
+    with found.run(2) as partial:
+        assert partial.status.startswith("partial: ")
+        assert partial.time.size > 1
+    with pytest.raises(ValueError, match="has no file: .*too long"):
+        found.run(3)
+    count = len(ended(tmp_path / "out"))
+    cl.sweep(tmp_path / "torn.py", points, tmp_path / "out", until=0.2, workers=1)
+    assert len(ended(tmp_path / "out")) == count
+    cl.sweep(tmp_path / "torn.py", points, tmp_path / "out", until=0.2, workers=1, retry_failed=True)
+    assert sorted(o["index"] for o in ended(tmp_path / "out")[count:]) == [1, 2, 3]
+
+
+def test_a_changed_case_file_is_another_sweep(tmp_path):
+    (tmp_path / "torn.py").write_text(FAILS)
+    points = cl.grid(length=[0.1, 0.2])
+    cl.sweep(tmp_path / "torn.py", points, tmp_path / "out", until=0.1, workers=1)
+    (tmp_path / "torn.py").write_text(FAILS.replace("mass=1.0", "mass=2.0"))
+    with pytest.raises(ValueError, match="the case file has been changed since"):
+        cl.sweep(tmp_path / "torn.py", points, tmp_path / "out", until=0.1, workers=1)
+
+
+def test_summaries_only_and_samples(tmp_path):
+    points = cl.sampled(6, seed=5, speed=(10.0, 20.0), clearance=(5e-5, 2e-4, "log"))
+    found = cl.sweep(CASE, points, tmp_path / "out", fixed=FIXED, channels=[], workers=2, **OPTIONS)
+    assert found.done.all()
+    assert not list((tmp_path / "out" / "runs").iterdir())
+    assert found.dataset.sizes == {"run": 6}
+    np.testing.assert_array_equal(found.dataset.speed.values, points.columns["speed"])
+    with pytest.raises(ValueError, match="summaries only"):
+        found.run(0)
+
+
+def test_chosen_channels_and_compression(tmp_path):
+    points = cl.grid(speed=[20.0])
+    found = cl.sweep(
+        CASE, points, tmp_path / "out", fixed=FIXED, channels=["bodies/slider/x", "joints/C/ecc*"], compression=4,
+        workers=1, **OPTIONS,
+    )  # fmt: skip
+    with found.run(0) as run:
+        assert run.names("bodies/slider") == ("x",)
+        assert run.names("joints/C") == ("eccentricity_x", "eccentricity_y")
+        assert run.file["bodies/slider/x"].compression == "gzip"
+        with pytest.raises(KeyError, match="may not have been kept"):
+            run.values("bodies/slider/y")
+    assert "joint_C_gap_min" in found.metrics  # of all channels, whichever are kept
+
+
+def test_a_metric_of_ones_own(tmp_path):
+    (tmp_path / "mine.py").write_text(
+        "def travel(run):\n"
+        "    x = run['slider'].x\n"
+        "    return {'travel': (x.max() - x.min(), 'm', 'way of the slider'), 'plain': 2}\n"
+        "def bad(run):\n    return {'bad': 'text'}\n"
+    )
+    points = cl.grid(speed=[20.0, 30.0])
+    mine = f"{tmp_path / 'mine.py'}:travel"
+    found = cl.sweep(CASE, points, tmp_path / "out", fixed=FIXED, metrics=[mine], channels=[], workers=1, **OPTIONS)
+    assert found.known["travel"] == ("m", "way of the slider")
+    assert found.metrics["travel"][0] > 0.0
+    assert found.metrics["plain"].tolist() == [2.0, 2.0]
+    bad = cl.sweep(
+        CASE, points, tmp_path / "bad", fixed=FIXED, metrics=[f"{tmp_path / 'mine.py'}:bad"], workers=1, **OPTIONS
+    )
+    assert bad.failed.all()
+    assert "metric bad: bad is no number: 'text'" in bad.reason[0]
+    with pytest.raises(ValueError, match="top level of a file"):
+        cl.sweep(CASE, points, tmp_path / "never", metrics=[lambda run: {}], **OPTIONS)
+
+
+def test_a_script_needs_no_guard(tmp_path):
+    """Workers do not import the user's script, so one without `if __name__` works."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import clearance as cl\n"
+        f"found = cl.sweep({CASE!r}, cl.grid(speed=[20.0, 25.0]), {str(tmp_path / 'out')!r}, fixed={FIXED!r}, "
+        f"channels=[], workers=2, **{OPTIONS!r})\nprint(int(found.done.sum()))\n"
+    )
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=300)
+    assert (done.stdout, done.stderr) == ("2\n", "")
+
+
+# --- real processes, killed
+
+SLOW = {"turns": 12.0, "samples_per_turn": 50, "rtol": 1e-8}
+MANY = cl.grid(speed=np.linspace(20.0, 30.0, 40))
+DRIVE = """
+import sys
+import numpy as np
+import clearance as cl
+cl.sweep("slider_crank", cl.grid(speed=np.linspace(20.0, 30.0, 40)), sys.argv[1], fixed={"model": "dry"}, workers=2,
+         turns=12.0, samples_per_turn=50, rtol=1e-8)
+"""
+
+
+def finish(folder):
+    return cl.sweep("slider_crank", MANY, folder, fixed={"model": "dry"}, workers=2, **SLOW)
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    return finish(tmp_path_factory.mktemp("calm") / "out")
+
+
+def identical(one, other) -> None:
+    for name, values in one.metrics.items():
+        np.testing.assert_array_equal(values, other.metrics[name], err_msg=name)
+    for i in (0, 17, 39):
+        same(one.path(i), other.path(i))
+
+
+def wait_for(count: int, folder: Path, seconds: float = 120.0) -> None:
+    deadline = time.monotonic() + seconds
+    journal = folder / "journal.jsonl"
+    while time.monotonic() < deadline:
+        if journal.exists() and len(ended_whole(folder)) >= count:
+            return
+        time.sleep(0.002)
+    raise AssertionError(f"{folder} has not got {count} runs")
+
+
+def children(pid: int) -> list[int]:
+    """Processes below a process that run points: the fork server's children."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = path.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[1]) == pid:
+            found += [int(path.parent.name), *children(int(path.parent.name))]
+    return found
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for worker processes in /proc")
+@pytest.mark.parametrize("after", [1, 7, 20])
+def test_a_killed_driver_loses_no_finished_run(after, tmp_path, undisturbed):
+    driver = subprocess.Popen([sys.executable, "-c", DRIVE, str(tmp_path / "out")])
+    wait_for(after, tmp_path / "out")
+    below = children(driver.pid)
+    driver.send_signal(signal.SIGKILL)
+    driver.wait()
+    assert below
+    deadline = time.monotonic() + 20.0
+    while any(Path(f"/proc/{pid}").exists() and not zombie(pid) for pid in below) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    alive = [pid for pid in below if Path(f"/proc/{pid}").exists() and not zombie(pid)]
+    assert not alive, "workers outlive their driver"
+    before = cl.open_sweep(tmp_path / "out")  # readable at once
+    kept = before.done.sum()
+    assert kept >= after
+    times = {p.name: p.stat().st_mtime_ns for p in (tmp_path / "out" / "runs").glob("*.h5")}
+    found = finish(tmp_path / "out")
+    assert found.done.all()
+    for name, time_ns in times.items():  # no finished run was done again
+        assert (tmp_path / "out" / "runs" / name).stat().st_mtime_ns == time_ns
+    identical(found, undisturbed)
+
+
+def zombie(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+    except OSError:
+        return True
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for worker processes in /proc")
+def test_killed_workers_are_replaced(tmp_path, undisturbed):
+    driver = subprocess.Popen([sys.executable, "-c", DRIVE, str(tmp_path / "out")])
+    killed = 0
+    for count in (2, 8, 15, 25):
+        wait_for(count, tmp_path / "out")
+        workers = [p for p in children(driver.pid) if serves(p)]
+        if workers:
+            os.kill(workers[killed % len(workers)], signal.SIGKILL)
+            killed += 1
+    assert driver.wait(timeout=300) == 0
+    assert killed >= 2
+    found = cl.open_sweep(tmp_path / "out")
+    assert found.done.all()
+    identical(found, undisturbed)
+
+
+def serves(pid: int) -> bool:
+    """Whether a process runs points: it computes, unlike the fork server and the resource tracker."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+        maps = Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:
+        return False
+    grandchild = int(fields[1])
+    return b"forkserver" in maps and b"forkserver" in Path(f"/proc/{grandchild}/cmdline").read_bytes()
+
+
+def test_a_point_that_kills_its_worker_is_given_up(tmp_path):
+    (tmp_path / "deadly.py").write_text(
+        FAILS.replace("import math", "import math, os").replace("raise ValueError", "os.kill(os.getpid(), 9)  # ")
+    )
+    # the deadly point is not among those that the driver itself tries
+    points = cl.grid(length=[0.1, 0.9, 0.2, 0.3])
+    found = cl.sweep(tmp_path / "deadly.py", points, tmp_path / "out", until=0.1, workers=2)
+    assert found.status.tolist() == ["done", "lost", "done", "done"]
+    assert found.reason[1] == "its worker died: killed by SIGKILL"
+
+
+def test_a_full_disk_stops_the_sweep_and_keeps_what_is_done(tmp_path):
+    """A limit on the size of files stands for the full disk: writing a run's file fails half way."""
+    code = (
+        "import resource, sys, clearance as cl\n"
+        "limit = int(sys.argv[2])\n"
+        "if limit: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))\n"
+        "try:\n"
+        f"    cl.sweep({CASE!r}, cl.grid(speed=[20.0, 25.0, 30.0]), sys.argv[1], fixed={FIXED!r}, workers=1, "
+        f"**{OPTIONS!r})\n"
+        "except cl.SweepError as error:\n    print(error)\n    sys.exit(1)\n"
+    )
+    out = tmp_path / "out"
+    full = subprocess.run(
+        [sys.executable, "-c", code, str(out), str(30_000)], capture_output=True, text=True, timeout=300
+    )
+    assert full.returncode == 1, full.stderr
+    assert "no space left" in full.stdout
+    assert not list((out / "runs").glob("*.h5"))
+    cl.open_sweep(out)
+    after = subprocess.run([sys.executable, "-c", code, str(out), "0"], capture_output=True, text=True, timeout=300)
+    assert after.returncode == 0, after.stderr
+    assert cl.open_sweep(out).done.all()
+
+
+def test_a_full_disk_at_the_journal_takes_nothing_of_a_line(tmp_path):
+    from clearance.sweeping.journal import Journal, Outcome, read
+
+    journal = Journal(tmp_path)
+    journal.add(Outcome(0, "a", "done"))
+    size = (tmp_path / "journal.jsonl").stat().st_size
+    real = journal.file
+
+    class Full:
+        def __getattr__(self, name):
+            return getattr(real, name)
+
+        def flush(self):
+            raise OSError(28, "No space left on device")
+
+    journal.file = Full()
+    with pytest.raises(OSError, match="No space"):
+        journal.add(Outcome(1, "b", "done"))
+    assert (tmp_path / "journal.jsonl").stat().st_size == size
+    journal.add(Outcome(2, "c", "done"))
+    journal.close()
+    assert [o.index for o in read(tmp_path / "journal.jsonl")] == [0, 2]
+
+
+def test_an_interrupt_keeps_what_is_done(tmp_path):
+    reports = []
+
+    def stop(progress):
+        reports.append(progress)
+        if progress.done >= 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        cl.sweep("slider_crank", MANY, tmp_path / "out", fixed={"model": "dry"}, workers=2, progress=stop, **SLOW)
+    assert reports[-1].done >= 3
+    assert cl.open_sweep(tmp_path / "out").done.sum() >= 3
+    assert threading.active_count() < 10
+
+
+def test_opening_what_is_no_sweep(tmp_path):
+    with pytest.raises(FileNotFoundError, match="no sweep in"):
+        cl.open_sweep(tmp_path)
+    (tmp_path / "sweep.json").write_text("{}")
+    with pytest.raises(ValueError, match="is not the definition of a sweep"):
+        cl.open_sweep(tmp_path)
+
+
+def test_missing_extras_are_named(swept, monkeypatch):
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(ImportError, match=r"xarray is not installed: pip install 'clearance\[xarray\]'"):
+        print(indices.Sweep(swept.folder).dataset)
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(ImportError, match=r"pip install 'clearance\[cluster\]'"):
+        again(swept.folder.with_name("never"), scheduler="tcp://localhost:1")

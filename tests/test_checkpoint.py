@@ -1,0 +1,110 @@
+"""A killed run goes on from its last checkpoint and gives the file it would have given."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import h5py
+import numpy as np
+import pytest
+
+import clearance as cl
+
+CALL = """
+import sys
+import clearance as cl
+scene = cl.load_case("slider_crank", model="dry")
+cl.simulate(scene, turns=float(sys.argv[2]), samples_per_turn=200, path=sys.argv[1], checkpoint=0.05, compression=1)
+"""
+TURNS = 120
+
+
+def same(one, other) -> None:
+    """Every dataset and every attribute but those of the time of day and of the time it took."""
+    with h5py.File(one) as a, h5py.File(other) as b:
+        names: list[str] = []
+        a.visit(names.append)
+        count: list[str] = []
+        b.visit(count.append)
+        assert names == count
+        for name in ["/", *names]:
+            first, second = dict(a[name].attrs), dict(b[name].attrs)
+            for key in first.keys() | second.keys():
+                if key not in ("created", "wall_s", "loop_s", "REFERENCE_LIST", "DIMENSION_LIST"):
+                    np.testing.assert_array_equal(first[key], second[key], err_msg=f"{name} {key}")
+            if isinstance(a[name], h5py.Dataset):
+                np.testing.assert_array_equal(a[name][()], b[name][()], err_msg=name)
+
+
+def killed_at(path, stretches: int) -> None:
+    """Start a run in a process of its own and kill it once it has kept so many stretches."""
+    process = subprocess.Popen([sys.executable, "-c", CALL, str(path), str(TURNS)])
+    wanted = path.with_name(f"{path.name}.parts") / f"{stretches:04d}.h5.partial"
+    deadline = time.monotonic() + 120.0
+    while not wanted.exists() and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.005)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert wanted.exists()
+    assert not path.exists()
+
+
+def test_a_killed_run_goes_on_and_gives_the_same_file(tmp_path):
+    scene = cl.load_case("slider_crank", model="dry")
+    whole = cl.simulate(scene, turns=TURNS, samples_per_turn=200, path=tmp_path / "whole.h5", compression=1)
+    path = tmp_path / "run.h5"
+    killed_at(path, 1)
+    killed_at(path, 3)
+    subprocess.run([sys.executable, "-c", CALL, str(path), str(TURNS)], check=True)
+    assert not (tmp_path / "run.h5.parts").exists()
+    same(whole.path, path)
+
+
+def test_an_interrupted_run_keeps_its_file_and_goes_on(tmp_path):
+    scene, path, shares = cl.load_case("slider_crank", model="dry"), tmp_path / "run.h5", []
+
+    def interrupt(share):
+        shares.append(share)
+        if share > 0.6:
+            raise KeyboardInterrupt
+
+    options = {"turns": 60, "path": path, "checkpoint": 1e-9}
+    with pytest.raises(KeyboardInterrupt):
+        cl.simulate(scene, **options, progress=interrupt)
+    partial = cl.open_result(path)
+    assert partial.status.startswith("partial: interrupted")
+    assert partial.time[-1] > 0.55 * 60 * scene.turn
+    partial.close()
+    again = cl.simulate(scene, **options, progress=shares.append)
+    assert again.complete
+    assert min(shares[shares.index(max(s for s in shares if s < 0.62)) + 1 :]) > 0.55
+    same(again.path, cl.simulate(scene, turns=60, path=tmp_path / "whole.h5").path)
+
+
+def test_checkpoints_of_another_run_are_refused(tmp_path):
+    path = tmp_path / "run.h5"
+    killed_at(path, 1)
+    scene = cl.load_case("slider_crank", model="dry")
+    with pytest.raises(ValueError, match=r"run\.h5\.parts holds checkpoints of another run \(its rtol differ"):
+        cl.simulate(
+            scene, turns=TURNS, samples_per_turn=200, path=path, checkpoint=1.0, compression=1, rtol=1e-5
+        )  # fmt: skip
+    with pytest.raises(ValueError, match="another run"):
+        other = cl.load_case("slider_crank", model="dry", clearance=2e-4)
+        cl.simulate(other, turns=TURNS, samples_per_turn=200, path=path, checkpoint=1.0, compression=1)
+    state = path.with_name("run.h5.parts") / "state.npz"
+    state.write_bytes(state.read_bytes()[:1000])
+    with pytest.raises(ValueError, match="cannot be read"):
+        cl.simulate(scene, turns=TURNS, samples_per_turn=200, path=path, checkpoint=1.0, compression=1)
+
+
+def test_bad_input():
+    scene = cl.load_case("slider_crank", model="dry")
+    with pytest.raises(ValueError, match="checkpoint needs a path"):
+        cl.simulate(scene, turns=1, checkpoint=1.0)
+    with pytest.raises(ValueError, match="checkpoint must be"):
+        cl.simulate(scene, turns=1, checkpoint=-1.0, path="never.h5")
+    film = cl.load_case("slider_crank", model="lubricated", film="conserving")
+    with pytest.raises(ValueError, match="memory that no checkpoint keeps"):
+        cl.simulate(film, turns=1, checkpoint=1.0, path="never.h5")

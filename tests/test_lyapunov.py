@@ -1,0 +1,310 @@
+"""Largest Lyapunov exponents against motions whose exponent is known, and against the variational equations."""
+
+import json
+import math
+
+import h5py
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import clearance as cl
+from clearance.evidence import lyapunov as module
+from clearance.evidence import pictures
+from clearance.evidence.lyapunov import Exponent, lyapunov
+from clearance.laws.law import signal
+from clearance.mechanism.build import build
+
+
+@signal
+def cosine(time, amplitude, frequency):
+    return amplitude * math.cos(frequency * time)
+
+
+DRIVE = 2.0 / 3.0  # rad/s
+
+
+def pendulum(amplitude, quality=2.0):
+    """theta'' + theta' / q + sin theta = g cos(2 t / 3) (Baker and Gollub, Chaotic Dynamics, 1990): unit inertia about
+    the pivot and unit m g l.
+    """
+    bob = cl.Body("bob", mass=1.0, inertia=0.75, points={"pivot": (0, 0)}, com=(0, -0.5), angle=0.2)
+    return cl.Scene(
+        cl.Revolute(cl.ground, bob["pivot"], name="pivot"),
+        cl.TorsionSpring(cl.ground, bob, damping=1.0 / quality),
+        cl.Torque(bob, cosine(amplitude=amplitude, frequency=DRIVE)),
+        gravity=(0, -2.0),
+        name="pendulum",
+    )
+
+
+def oscillator(mass=2.0, damping=3.0, stiffness=800.0):
+    body = cl.Body("mass", mass=mass, inertia=1.0, points={"p": (0, 0)}, position=(0.1, 0))
+    return cl.Scene(
+        cl.Prismatic(cl.ground, body["p"], name="guide"),
+        cl.SpringDamper(cl.ground.at(-1, 0), body["p"], stiffness=stiffness, damping=damping, free_length=1.0),
+        gravity=(0, 0),
+        name="oscillator",
+    )
+
+
+def double_pendulum(angle):
+    upper = cl.Body("upper", mass=1, inertia=0.01, points={"o": (0, 0), "e": (0, -1)}, com=(0, -0.5), angle=angle)
+    lower = cl.Body("lower", mass=1, inertia=0.01, points={"e": (0, 0)}, com=(0, -0.5), angle=-angle)
+    return cl.Scene(
+        cl.Revolute(cl.ground, upper["o"], name="o"), cl.Revolute(upper["e"], lower["e"], name="e"), name="double"
+    )
+
+
+def crank(rpm=2000, clearance=0.5e-3, restitution=0.5, **more):
+    return cl.load_case(
+        "slider_crank", model="dry", speed=cl.rpm(rpm), clearance=clearance, restitution=restitution, **more
+    )  # fmt: skip
+
+
+class TestKnownExponents:
+    def test_damped_oscillator(self):
+        """-c / (2 m) exactly. The growth over a damped period is the same from every phase, so what is left are the
+        local errors over the distance, 1e-10 / 1e-6, averaged over 1200 stops: below 1e-5.
+        """
+        found = lyapunov(oscillator(), turns=50, settle=2, interval=2.0 * math.pi / math.sqrt(400.0 - 0.75**2))
+        assert found.per_second == pytest.approx(-0.75, rel=1e-5)
+        assert found.error_per_second < 1e-5
+        assert found.verdict == "regular"
+
+    def test_damped_oscillator_over_another_interval(self):
+        """Out of step with the oscillation the growth scatters, and the stated error covers it: within 3 errors."""
+        found = lyapunov(oscillator(), turns=50, settle=2, interval=0.2)
+        assert abs(found.per_second + 0.75) < 3.0 * found.error_per_second < 1.0
+
+    def test_periodic_pendulum(self):
+        """The two exponents add up to -1 / q; where neighbours spiral in, each is half of it: -0.25. Within 3 errors,
+        and these below 2 %.
+        """
+        found = lyapunov(pendulum(0.9), turns=150, interval=2.0 * math.pi / DRIVE)
+        assert abs(found.per_second + 0.25) < 3.0 * found.error_per_second < 3.0 * 0.005
+        assert found.verdict == "regular"
+
+    def test_chaotic_pendulum(self):
+        """Against the variational equations on a motion of their own: two samples of one mean, so within 3 of their
+        errors together.
+        """
+        found = lyapunov(pendulum(1.5), turns=200, interval=2.0 * math.pi / DRIVE)
+        other = variational_pendulum(1.5, turns=200)
+        assert abs(found.per_turn - other.per_turn) < 3.0 * math.hypot(found.error, other.error)
+        assert found.error < 0.15 * found.per_turn
+        assert found.verdict == other.verdict == "chaotic"
+
+    def test_double_pendulum(self):
+        """Undamped and low, it is nearly two linear oscillators: neighbours part in proportion to time at most, below
+        what the run resolves; thrown high, it is chaotic.
+        """
+        low = lyapunov(double_pendulum(0.1), turns=100, interval=2.0)
+        assert abs(low.per_turn) < low.resolution + 2.0 * low.error < 0.05
+        assert low.verdict == "undecided"
+        assert lyapunov(double_pendulum(2.0), turns=100, interval=2.0).verdict == "chaotic"
+
+
+def variational_pendulum(amplitude, turns, settle=20, quality=2.0):
+    """Growth per period of the tangent of the pendulum, integrated by scipy."""
+
+    def slope(t, z):
+        torque = amplitude * math.cos(DRIVE * t)
+        return [z[1], torque - z[1] / quality - math.sin(z[0]), z[3], -z[3] / quality - math.cos(z[0]) * z[2]]
+
+    z, period, growth = np.array([0.2, 0.0, 0.6, 0.8]), 2.0 * math.pi / DRIVE, []
+    for n in range(turns + settle):
+        z = solve_ivp(slope, (n * period, (n + 1) * period), z, method="DOP853", rtol=1e-9, atol=1e-9).y[:, -1]
+        size = math.hypot(z[2], z[3])
+        growth.append(math.log(size))
+        z[2:] /= size
+    growth = np.array(growth[settle:])
+    return Exponent(growth, growth, period, settle, 0.0, 0.0)
+
+
+class TestSliderCrank:
+    def test_against_the_variational_equations(self, monkeypatch):
+        """Turn by turn, the compiled Jacobian and the jump of the remembered impact speed at each touch give the same
+        growth. Within 1e-3: both follow one motion to about 1e-10, which four turns magnify by exp(12) = 2e5 to 2e-5,
+        and the distance bends the growth by about as much. Without the impact speed in the separation it is another.
+        """
+        wanted = variational_growth(crank(), turns=4)
+        found = lyapunov(crank(), turns=4, settle=0, rtol=1e-12)
+        assert found.growth == pytest.approx(wanted, abs=1e-3)
+        assert found.wider == pytest.approx(wanted, abs=1e-3)
+        monkeypatch.setattr(module, "LASTING", -1.0)
+        assert np.abs(lyapunov(crank(), turns=4, settle=0, rtol=1e-12).growth - wanted).max() > 0.05
+
+    def test_neither_distance_nor_stops_matter(self, monkeypatch):
+        """Nor does the tolerance, as long as the motions are the same: for about five turns. Within 2e-2: at 1e-4 of
+        the clearance the separation bends, at a tolerance of 1e-3 of the distance it is rough.
+        """
+        usual = lyapunov(crank(), turns=5, settle=0, rtol=1e-12).growth
+        for distance, rtol, stops in ((1e-5, 1e-12, 24), (1e-8, 1e-12, 24), (1e-6, 1e-10, 24), (1e-6, 1e-12, 6),
+                                      (1e-6, 1e-12, 96)):  # fmt: skip
+            monkeypatch.setattr(module, "STOPS", stops)
+            found = lyapunov(crank(), turns=5, settle=0, distance=distance, rtol=rtol)
+            assert found.growth == pytest.approx(usual, abs=2e-2), (distance, rtol, stops)
+            assert abs(found.effect) < 2e-2
+
+    def test_period_one_and_chaos(self):
+        """At a clearance of 1 mm with friction 0.03 the motion repeats itself every turn from 1500 to 3940 rpm and is
+        irregular beyond (stroboscopic sections show the same).
+        """
+        friction = {"clearance": 1e-3, "restitution": 0.9, "friction": "coulomb"}
+        slow, fast = (lyapunov(crank(rpm, **friction), turns=60) for rpm in (2000, 5000))
+        assert slow.verdict == "regular"
+        assert fast.verdict == "chaotic"
+        assert slow.per_turn < -0.3 < 0.8 < fast.per_turn  # 200 turns: -0.54 and 1.7 +- 0.2
+
+    def test_lasting_contact(self):
+        """A contact that never ends keeps its impact speed, which is no growth; the motion repeats itself every two
+        turns, growing in one and shrinking in the other, and the error is not that of single turns.
+        """
+        found = lyapunov(crank(5000, 1e-4), turns=60)
+        assert found.growth[0::2].mean() * found.growth[1::2].mean() < 0.0
+        assert found.sampling < 0.1 * found.growth.std() / math.sqrt(found.turns)
+        assert found.verdict == "regular"
+
+    def test_with_a_film(self):
+        """An implicit method does it as well: oil makes the motion repeat itself."""
+        found = lyapunov(cl.load_case("slider_crank", model="lubricated"), turns=8, settle=4)
+        assert found.verdict == "regular"
+
+
+def variational_growth(scene, turns, rtol=1e-10):
+    """Logarithm of the growth of a tangent turn by turn, of a scene with one dry joint.
+
+    Tangent: of the state and of the impact speed s that the contact remembers. At a touch with rate v and closing
+    acceleration a: ds = dv - a d(penetration) / v, as a neighbour that is deeper by d(penetration) touched earlier.
+    """
+    m = build(scene, ledger=False)
+    n, speed = m.size, m.frequency * scene.clearance_joints[0].clearance
+    work = np.append(m.work0, 0.0)
+    work[0] = -1.0
+    rhs, jacobian, events = (m.kernel(role) for role in ("rhs", "jacobian", "events"))
+
+    def call(kernel, size, t, y, impact_speed=None):
+        out, own = np.zeros(size), work.copy()
+        own[0] = work[0] if impact_speed is None else impact_speed
+        kernel(t, np.ascontiguousarray(y), m.par, own, out)
+        return out
+
+    def slope(t, z):
+        y, s = z[:n], work[0]
+        tangent = call(jacobian, n * n, t, y).reshape(n, n) @ z[n:-1]
+        if s > 0.0:
+            h = 1e-6 * s
+            tangent += z[-1] * (call(rhs, n, t, y, s + h) - call(rhs, n, t, y, s - h)) / (2.0 * h)
+        return np.concatenate([call(rhs, n, t, y), tangent, [0.0]])
+
+    def penetration(t, z):
+        return call(events, 3, t, z[:n])[0]
+
+    def touch(t, z):
+        """The remembered speed and its tangent."""
+        y, d = z[:n], z[n:-1]
+        here, small, soon = call(events, 3, t, y), 1e-6 / np.linalg.norm(d / m.scale), 1e-7 * scene.turn
+        beside = (call(events, 3, t, y + small * d) - here) / small
+        later = (call(events, 3, t + soon, y + soon * call(rhs, n, t, y)) - here) / soon
+        return here[1], beside[1] - later[1] * beside[0] / here[1]
+
+    penetration.terminal = True
+    direction = np.random.default_rng(1980).standard_normal(n)
+    z = np.concatenate([m.y0, m.scale * direction / np.linalg.norm(direction), [0.0]])
+    tolerance = rtol * np.concatenate([m.scale, m.scale, [1.0]])
+    t, growth = 0.0, []
+    for turn in range(1, turns + 1):
+        while t < turn * scene.turn:
+            penetration.direction = -1 if work[0] > 0.0 else 1
+            run = solve_ivp(
+                slope, (t, turn * scene.turn), z, method="DOP853", rtol=rtol, atol=tolerance, events=penetration,
+                max_step=scene.turn / (500.0 if work[0] > 0.0 else 5000.0),  # no flight shall be jumped over
+            )  # fmt: skip
+            t, z = run.t[-1], run.y[:, -1].copy()
+            if run.status == 1:
+                work[0], z[-1] = (-1.0, 0.0) if work[0] > 0.0 else touch(t, z)
+        size = math.hypot(np.linalg.norm(z[n:-1] / m.scale), z[-1] / speed)
+        growth.append(math.log(size))
+        z[n:] /= size
+    return np.array(growth)
+
+
+def made(growth, effect=0.0, settle=20):
+    growth = np.asarray(growth, float)
+    return Exponent(growth, growth + effect, 0.5, settle, 1e-6, 1e-10)
+
+
+class TestError:
+    def test_of_independent_turns(self):
+        """s / sqrt(N); 20 stretches give it to about 1 / sqrt(40) = 16 %, and stretches that happen to follow each
+        other up to half more.
+        """
+        growth = np.random.default_rng(5).standard_normal(400)
+        assert 0.6 / 20.0 < made(growth).sampling < 1.6 / 20.0
+
+    def test_distance_and_sampling_add_up(self):
+        found = made(np.random.default_rng(5).standard_normal(400), effect=-0.3)
+        assert found.effect == pytest.approx(-0.3)
+        assert found.error == pytest.approx(math.hypot(found.sampling, 0.3))
+        assert found.error_per_second == pytest.approx(found.error / 0.5)
+        assert found.band[-1] == pytest.approx(found.error)
+        assert found.running[-1] == pytest.approx(found.per_turn)
+
+    def test_verdicts(self):
+        """Two errors decide; what neighbours that part in proportion to time would do is no chaos."""
+        noise = 0.1 * np.random.default_rng(5).standard_normal(200)
+        assert made(noise + 1.0).verdict == "chaotic"
+        assert made(noise - 1.0).verdict == "regular"
+        assert made(noise + 1.0, effect=0.6).verdict == made(noise).verdict == "undecided"
+        after = np.arange(20, 220)
+        assert made(np.log((after + 1.0) / after)).verdict == "undecided"
+
+
+class TestBadInput:
+    @pytest.mark.parametrize(
+        ("wrong", "words"),
+        [
+            ({"turns": 3}, "turns must be a whole number of at least 4, got 3"),
+            ({"settle": 1.5}, "settle must be a whole number of at least 0, got 1.5"),
+            ({"distance": 0.1}, "distance must be below 0.001"),
+            ({"rtol": 1e-7}, "rtol must lie in"),
+            ({"interval": -1.0}, "interval must be positive, got -1.0"),
+        ],
+    )
+    def test_arguments(self, wrong, words):
+        with pytest.raises(ValueError, match=words):
+            lyapunov(crank(), **wrong)
+
+    def test_no_turn(self):
+        with pytest.raises(ValueError, match="give interval=SECONDS"):
+            lyapunov(double_pendulum(0.1))
+
+    def test_no_freedom(self):
+        with pytest.raises(ValueError, match="no degree of freedom"):
+            lyapunov(cl.load_case("slider_crank", model="ideal"))
+
+    def test_a_film_with_a_memory(self):
+        with pytest.raises(ValueError, match="film with a memory"):
+            lyapunov(cl.load_case("slider_crank", model="lubricated", film="conserving"))
+
+
+class TestShowing:
+    def test_files_and_tables(self, tmp_path):
+        done = []
+        found = {"oil/none": lyapunov(crank(5000), turns=12, settle=2, progress=done.append)}
+        assert done[-1] == 1.0
+        assert len(done) == 14
+        x = found["oil/none"]
+        assert f"{x.per_turn:.4g}" in module.table(found)[-1]
+        document = json.loads(json.dumps(module.plain(found)))["oil/none"]
+        assert document["per_second"] == pytest.approx(x.per_turn / x.turn)
+        assert document["verdict"] == x.verdict
+        assert len(document["growth"]) == 12
+        with h5py.File(module.save(found, tmp_path)) as file:
+            group = file["oil none"]
+            assert group["running"][-1] == pytest.approx(group.attrs["per_turn"])
+            assert np.isnan(group["running_error"][:3]).all()
+            assert np.isfinite(group["running_error"][3:]).all()
+        path = pictures.lyapunov(found | {"made": made(np.ones(12))}, tmp_path / "new" / "lyapunov.png")
+        assert path.stat().st_size > 10_000
