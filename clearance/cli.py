@@ -152,7 +152,7 @@ def main(arguments: list[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of our output has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
-    except (ValueError, TypeError, OSError) as error:
+    except (ValueError, TypeError, OSError, ImportError) as error:
         return complain(options, str(error), WRONG)
     except KeyboardInterrupt:
         return complain(options, "interrupted; the result file holds what was computed", FAILED)

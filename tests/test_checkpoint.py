@@ -90,8 +90,8 @@ def test_checkpoints_of_another_run_are_refused(tmp_path):
         cl.simulate(
             scene, turns=TURNS, samples_per_turn=200, path=path, checkpoint=1.0, compression=1, rtol=1e-5
         )  # fmt: skip
+    other = cl.load_case("slider_crank", model="dry", clearance=2e-4)
     with pytest.raises(ValueError, match="another run"):
-        other = cl.load_case("slider_crank", model="dry", clearance=2e-4)
         cl.simulate(other, turns=TURNS, samples_per_turn=200, path=path, checkpoint=1.0, compression=1)
     state = path.with_name("run.h5.parts") / "state.npz"
     state.write_bytes(state.read_bytes()[:1000])

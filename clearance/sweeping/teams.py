@@ -4,6 +4,7 @@ A team takes points one by one (`give`), tells of those that ended (`wait`), and
 (`places`). It survives the death of a worker and tells which point the worker was at.
 """
 
+import logging
 import multiprocessing
 import os
 import signal
@@ -17,6 +18,7 @@ from multiprocessing.connection import wait
 from clearance.sweeping.journal import LOST, Outcome
 from clearance.sweeping.worker import run_point, stay_quiet
 
+LOG = logging.getLogger("clearance.sweep")
 #: where another process is started from: a small server that has the modules loaded, where the system can
 METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -160,6 +162,8 @@ class Dask:
         except (OSError, ValueError) as error:
             raise ValueError(f"no Dask scheduler answers at {address}: {error}") from None
         self.client.run(stay_quiet)
+        if any(threads > 1 for threads in self.client.nthreads().values()):
+            LOG.warning("workers with several threads gain nothing: start each with --nthreads 1")
         self.hand: dict = {}
         self.arrived: deque = deque()
         self.news = threading.Event()

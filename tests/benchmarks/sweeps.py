@@ -1,0 +1,99 @@
+"""What sweeps cost: `python tests/benchmarks/sweeps.py [--update README.md]`.
+
+Throughput of one and two worker processes measured in turn, overhead of a run, 10,000 points: time, memory of the driver,
+reopening. Whole calls of `cl.sweep` in fresh processes, their start included. Ratios compare what is measured in turn.
+"""
+
+import argparse
+import json
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+MARK = "<!-- sweep table -->"
+REPEATS = 3
+CALL = """
+import json, resource, sys, time
+import numpy as np
+import clearance as cl
+
+fixed, turns, count, workers, folder = json.loads(sys.argv[1])
+side = round(count**0.5)
+points = cl.grid(speed=np.linspace(20.0, 60.0, side), clearance=np.geomspace(5e-5, 5e-4, side))
+began = time.perf_counter()
+found = cl.sweep("six_bar_feeder", points, folder, fixed=fixed, channels=[], workers=workers, turns=turns)
+wall = time.perf_counter() - began
+peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+began = time.perf_counter()
+cl.open_sweep(folder)
+again = time.perf_counter() - began
+wait = found.costs["wall"] - found.costs["loop"]
+print(json.dumps({
+    "wall": wall, "done": int(found.done.sum()), "loop": float(found.costs["loop"].sum()), "peak": peak,
+    "overhead": float(np.median(wait)), "again": again, "median": float(np.median(found.costs["loop"])),
+}))
+"""
+SWEEPS = {
+    "lubricated B, 2 turns": ({"model": "lubricated"}, 2.0),
+    "lubricated B, 20 turns": ({"model": "lubricated"}, 20.0),
+    "dry B, 4 turns": ({"model": "dry"}, 4.0),
+}
+
+
+def measured(fixed: dict, turns: float, count: int, workers: int) -> dict:
+    """One sweep in a fresh process and directory."""
+    with tempfile.TemporaryDirectory() as folder:
+        call = json.dumps([fixed, turns, count, workers, f"{folder}/out"])
+        done = subprocess.run([sys.executable, "-c", CALL, call], capture_output=True, text=True, check=True)
+        shutil.rmtree(f"{folder}/out")
+    found = json.loads(done.stdout)
+    if found["done"] != count:
+        raise RuntimeError(f"{count - found['done']} of {count} points are not done")
+    return found
+
+
+def throughput() -> list[str]:
+    lines = [
+        "| 400-point sweep of the feeder, summaries only | one worker | two workers | throughput "
+        "| a run, in the compiled loop | overhead a run |",
+        "|---|---|---|---|---|---|",
+    ]
+    for name, (fixed, turns) in SWEEPS.items():
+        measured(fixed, turns, 4, 1)  # compiles, builds tables
+        pairs = [[measured(fixed, turns, 400, workers) for workers in (1, 2)] for _ in range(REPEATS)]
+        one, two = (statistics.median(p[i]["wall"] for p in pairs) for i in (0, 1))
+        ratio = statistics.median(p[0]["wall"] / p[1]["wall"] for p in pairs)
+        loop = statistics.median(p[0]["median"] for p in pairs)
+        overhead = statistics.median(p[0]["overhead"] for p in pairs)
+        lines.append(
+            f"| {name} | {one:.1f} s | {two:.1f} s | {ratio:.2f} times | {1e3 * loop:.1f} ms | {1e3 * overhead:.1f} ms |"
+        )
+    return lines
+
+
+def many() -> list[str]:
+    found = measured({"model": "lubricated"}, 2.0, 10000, 2)
+    return [
+        "| 10,000 points, lubricated B, 2 turns, two workers | wall | driver's peak memory | reopening |",
+        "|---|---|---|---|",
+        f"| | {found['wall']:.0f} s | {found['peak']:.0f} MB | {found['again']:.2f} s |",
+    ]
+
+
+def main():
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--update", metavar="FILE", help=f"put the tables into FILE, at the mark {MARK}")
+    path = options.parse_args().update
+    lines = [*throughput(), "", *many()]
+    print("\n".join(lines))
+    if path:
+        head, _, rest = Path(path).read_text().partition(MARK)
+        tail = rest[rest.index("<!-- end -->") :]
+        Path(path).write_text(f"{head}{MARK}\n\n" + "\n".join(lines) + f"\n\n{tail}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,71 @@
+"""The same sweep on a real Dask scheduler with two worker processes: the same files, and no run lost with a worker."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from tests.sweeping.test_sweep import DRIVE, MANY, ended_whole, identical, wait_for
+from tests.test_checkpoint import same
+
+pytest.importorskip("distributed")
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """Address of a scheduler, and its two workers."""
+    environment = os.environ | {"DASK_DISTRIBUTED__DASHBOARD__LINK": "", "DASK_LOGGING__DISTRIBUTED": "error"}
+    place = tmp_path / "scheduler.json"
+    common = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": environment, "cwd": tmp_path}
+    start = [
+        sys.executable,
+        "-m",
+        "distributed.cli.dask_scheduler",
+        "--port",
+        "0",
+        "--no-dashboard",
+        "--host",
+        "127.0.0.1",
+    ]
+    processes = [subprocess.Popen([*start, "--scheduler-file", str(place)], **common)]
+    worker = [sys.executable, "-m", "distributed.cli.dask_worker", "--nthreads", "1", "--no-nanny", "--no-dashboard"]
+    workers = [subprocess.Popen([*worker, "--scheduler-file", str(place)], **common) for _ in range(2)]
+    deadline = time.monotonic() + 60.0
+    while not place.exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    import json
+
+    yield json.loads(place.read_text())["address"], workers
+    for process in (*workers, *processes):
+        process.kill()
+        process.wait()
+
+
+def test_a_cluster_gives_the_same_files_and_survives_a_worker(tmp_path, cluster):
+    address, workers = cluster
+    here = cl.sweep(
+        "slider_crank", MANY, tmp_path / "here", fixed={"model": "dry"}, workers=2, turns=12.0, samples_per_turn=50,
+        rtol=1e-8,
+    )  # fmt: skip
+    code = DRIVE.replace("workers=2", "scheduler=sys.argv[2]")
+    driver = subprocess.Popen([sys.executable, "-c", code, str(tmp_path / "there"), address])
+    wait_for(5, tmp_path / "there")
+    workers[0].send_signal(signal.SIGKILL)
+    assert len(ended_whole(tmp_path / "there")) < len(MANY)
+    assert driver.wait(timeout=300) == 0
+    there = cl.open_sweep(tmp_path / "there")
+    assert there.done.all()
+    identical(here, there)
+    for i in range(len(MANY)):
+        same(here.path(i), there.path(i))
+
+
+def test_no_scheduler_is_one_clear_line(tmp_path):
+    points = cl.grid(speed=np.array([20.0]))
+    with pytest.raises(ValueError, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:9"):
+        cl.sweep("slider_crank", points, tmp_path / "out", turns=1.0, scheduler="tcp://127.0.0.1:9")
