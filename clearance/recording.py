@@ -38,6 +38,7 @@ SOLVER_COLUMNS = {
 def chosen(channels: Sequence, patterns: Sequence[str] | None) -> list[int]:
     """Places of the channels whose path a pattern fits: "joints/B/*", "bodies/slider/ax", "energy"; None: all.
 
+    The events are always kept, the log of steps where all is or a pattern is "solver".
     Raises ValueError for a pattern that fits none.
     """
     if patterns is None:
@@ -47,11 +48,14 @@ def chosen(channels: Sequence, patterns: Sequence[str] | None) -> list[int]:
     found: set[int] = set()
     for pattern in patterns:
         fits = [i for i, c in enumerate(channels) if fits_path(c.path, pattern)]
-        if not fits:
+        if not fits and not fits_path(STEP_LOG, pattern):
             groups = dict.fromkeys(c.path.rpartition("/")[0] for c in channels)
             raise ValueError(f"channels: {pattern!r} fits none; there are {', '.join(f'{g}/*' for g in groups)}")
         found.update(fits)
     return sorted(found)
+
+
+STEP_LOG = "solver/step"
 
 
 def fits_path(path: str, pattern: str) -> bool:
@@ -197,6 +201,7 @@ class FileSink:
         if self.path.is_dir():
             raise ValueError(f"result file {self.path} is a directory; give the name of a file")
         self.kept = chosen(channels, keep)
+        self.logs = keep is None or any(fits_path(STEP_LOG, p) for p in keep)
         self.layout = filters(compression) | {"chunks": (min(max(expected, 1), CHUNK),)}
         self.partial = self.path.with_name(self.path.name + ".partial")
         self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -251,7 +256,7 @@ class FileSink:
         _append(table["kind"], [kind] * len(rows))
 
     def steps(self, log: np.ndarray) -> None:
-        for column, name in enumerate(SOLVER_COLUMNS):
+        for column, name in enumerate(SOLVER_COLUMNS if self.logs else ()):
             _append(self.tables["solver"][name], log[:, column])
 
     def flush(self) -> None:
@@ -405,13 +410,14 @@ class LedgerWatch:
         most = self._most()
         new = np.column_stack([times, rows[:, self.balance], rows[:, self.work]])
         self.rows = new if self.rows is None else np.concatenate([self.rows, new])
-        while most > 0.0:
-            turned_over = self._turned_over()
-            if turned_over[-1] < most:
-                break
-            end = int(np.argmax(turned_over >= most))
-            self.worst = max(self.worst, self._share(end + 1, turned_over[end]))
-            self.rows = self.rows[end:]
+        if most <= 0.0:
+            return
+        total, begin = self._turned_over(), 0
+        while total[-1] - total[begin] >= most:
+            end = min(max(int(np.searchsorted(total, total[begin] + most)), begin + 1), len(total) - 1)
+            self.worst = max(self.worst, self._share(begin, min(end + 1, len(total)), total[end] - total[begin]))
+            begin = end
+        self.rows = self.rows[begin:]
 
     def _most(self) -> float:
         """Energy that a stretch turns over."""
@@ -422,11 +428,11 @@ class LedgerWatch:
         steps = np.abs(np.diff(self.rows[:, 2:], axis=0, prepend=self.rows[:1, 2:])).sum(axis=1)
         return np.cumsum(steps)
 
-    def _share(self, end: int, scale: float) -> float:
-        """Share of the first `end` rows' energy that the residual moved by."""
-        moved = np.abs(self.rows[:end, 1] - self.rows[0, 1])
+    def _share(self, begin: int, end: int, scale: float) -> float:
+        """Share of the energy of the rows from begin to end that the residual moved by."""
+        moved = np.abs(self.rows[begin:end, 1] - self.rows[begin, 1])
         if self.since is None and moved.max() > self.limit * scale:
-            self.since = float(self.rows[np.argmax(moved > self.limit * scale), 0])
+            self.since = float(self.rows[begin + np.argmax(moved > self.limit * scale), 0])
         return float(moved.max() / scale)
 
     def share(self) -> float:
@@ -434,4 +440,4 @@ class LedgerWatch:
         if self.rows is None:
             return 0.0
         scale = max(self._turned_over()[-1], self._most())
-        return self._share(len(self.rows), scale) if scale > 0.0 else 0.0
+        return self._share(0, len(self.rows), scale) if scale > 0.0 else 0.0

@@ -89,7 +89,8 @@ def simulate(
     path: write the HDF5 file there while running (default: a temporary file, see Result.save). energy: integrate the
     energy ledger. max_step: longest step [s] (default a 24th of a turn, or of the span); give one where loads act
     more briefly than that. max_steps: give up after so many. progress: called with the done share of the span.
-    channels: paths or patterns of the output to keep, such as "bodies/slider/ax" or "joints/B/*" (default all);
+    channels: paths or patterns of the output to keep, such as "bodies/slider/ax", "joints/B/*" or "solver", the log of
+    steps (default all; the events are always kept);
     compression: gzip level of the file's columns (0: none). checkpoint: seconds of wall time between checkpoints beside
     the file: the same call goes on from the last one after a crash, and gives the same file.
     Raises ValueError for bad arguments and impossible scenes before anything runs, SimulationError for a run that fails

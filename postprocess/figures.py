@@ -7,7 +7,11 @@ from pathlib import Path
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import PatchCollection
+from matplotlib.colors import BoundaryNorm, LogNorm, Normalize
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch, Rectangle
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 #: most points drawn per line; of longer records each bin's smallest and largest value is drawn, so no peak is lost
 POINTS = 20000
@@ -124,6 +128,65 @@ def legend_below(figure: Figure, axes, columns: int = 3) -> None:
     handles, names = axes.get_legend_handles_labels()
     if names:
         figure.legend(handles, names, loc="outside lower center", ncols=min(columns, len(names)), frameon=False)
+
+
+#: lightness rises along it, so that it reads in grey too
+COLOURS = "viridis"
+#: largest over smallest value from which colours and axes are logarithmic
+FAR_APART = 30.0
+#: most whole numbers that have a colour each
+MOST_COLOURS = 16
+
+
+def wide(values: np.ndarray) -> bool:
+    """Whether values are positive and far enough apart for a logarithmic scale."""
+    values = values[np.isfinite(values)]
+    return bool(values.size and values.min() > 0.0 and values.max() >= FAR_APART * values.min())
+
+
+def scale(values: np.ndarray, log: bool, whole: bool = False) -> Normalize:
+    """What takes the finite values of a map to its colours: evenly, by their logarithm, or a colour a whole number."""
+    values = values[np.isfinite(values)]
+    low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 1.0)
+    if whole and high - low < MOST_COLOURS:
+        return BoundaryNorm(np.arange(low - 0.5, high + 1.0), 256)
+    return (LogNorm if log else Normalize)(low, high)
+
+
+def cells(axes, edges: tuple[np.ndarray, np.ndarray], values: np.ndarray, norm: Normalize):
+    """Coloured cells of values (y, x) between edges (x + 1,) and (y + 1,); what is not finite stays blank."""
+    return axes.pcolormesh(*edges, np.ma.masked_invalid(values), norm=norm, cmap=COLOURS, rasterized=True)
+
+
+def marked(axes, edges: tuple[np.ndarray, np.ndarray], where: np.ndarray, style: dict) -> None:
+    """Cells (y, x) that are hatched instead of coloured."""
+    x, y = edges
+    boxes = [Rectangle((x[i], y[j]), x[i + 1] - x[i], y[j + 1] - y[j]) for j, i in np.argwhere(where)]
+    axes.add_collection(PatchCollection(boxes, lw=0.0, **style))
+
+
+def colour_bar(figure: Figure, mesh, axes, label: str) -> None:
+    """The scale of a map beside its axes; whole numbers have a tick each."""
+    norm = mesh.norm
+    whole = isinstance(norm, BoundaryNorm)
+    bar = figure.colorbar(mesh, ax=axes, label=label, ticks=norm.boundaries[:-1] + 0.5 if whole else None)
+    if isinstance(norm, LogNorm):
+        plain_decades(bar.ax.yaxis, norm.vmin, norm.vmax)
+    bar.ax.tick_params(labelsize="small")
+
+
+def plain_decades(axis, low: float, high: float) -> None:
+    """Ticks of a logarithmic axis as plain numbers: 0.05, 0.1, 0.2."""
+    axis.set_major_locator(LogLocator(subs=(1.0,) if high > 3e3 * low else (1.0, 2.0, 5.0)))
+    axis.set_minor_locator(NullLocator())
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.12g}" if 1e-4 < value < 1e6 else f"{value:.0e}"))
+
+
+def legend_of_marks(figure: Figure, marks: dict[str, dict]) -> None:
+    """What hatched cells mean, under the page."""
+    if marks:
+        handles = [Patch(label=text, **style) for text, style in marks.items()]
+        figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
 
 
 #: kinds of file an animation can be saved as, and the largest frame rate [1/s] of each

@@ -14,6 +14,18 @@ NO_BREAK = "\u00a0"
 #: characters of a title per inch of its figure
 DENSITY = 13
 
+#: SI units -> units in which numbers read well: (from which largest value on, unit, factor)
+SHOWN_IN = {
+    "m": ((1.0, "m", 1.0), (1e-4, "mm", 1e3), (0.0, "µm", 1e6)),
+    "rad/s": ((0.0, "rpm", 30.0 / math.pi),),
+    "rad": ((0.0, "°", 180.0 / math.pi),),
+    "s": ((1.0, "s", 1.0), (0.0, "ms", 1e3)),
+    "Pa s": ((1.0, "Pa s", 1.0), (0.0, "mPa s", 1e3)),
+    "Pa": ((1e6, "MPa", 1e-6), (1e3, "kPa", 1e-3), (0.0, "Pa", 1.0)),
+    "N": ((1e4, "kN", 1e-3), (0.0, "N", 1.0)),
+    "J": ((0.1, "J", 1.0), (1e-4, "mJ", 1e3), (0.0, "µJ", 1e6)),
+    "W": ((0.1, "W", 1.0), (0.0, "mW", 1e3)),
+}
 #: what differs between models by itself
 OF_A_MODEL = {
     "viscosity", "roughness", "restitution", "friction coefficient", "contact", "friction", "film", "transition"
@@ -37,10 +49,17 @@ def headline(records: Iterable[Record], labels: Iterable[str], *more: str, width
     first = ": ".join([" and ".join(cases), ", ".join(shared)]).removesuffix(": ")
     names = [f"{label}: " if len(records) > 1 else "" for label in labels]
     broken = [name + r.status for name, r in zip(names, records, strict=True) if not r.complete]
-    return "\n".join(_wrapped(text, width) for text in (first, *more, *broken) if text)
+    return "\n".join(wrapped(text, width) for text in (first, *more, *broken) if text)
 
 
-def _wrapped(text: str, width: float) -> str:
+def shown_in(units: str, values) -> tuple[str, float]:
+    """Unit in which SI values read well, and the factor to it."""
+    largest = max((abs(v) for v in values if math.isfinite(v)), default=0.0) * (1.0 + 1e-9)
+    choices = SHOWN_IN.get(units, ((0.0, units, 1.0),))
+    return next(((unit, factor) for least, unit, factor in choices if largest >= least))
+
+
+def wrapped(text: str, width: float) -> str:
     """Broken after commas where that will do."""
     parts = [p if len(p) > 40 else p.replace(" ", NO_BREAK) for p in text.split(", ")]
     return textwrap.fill(", ".join(parts), int(DENSITY * width), break_long_words=False)

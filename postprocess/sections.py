@@ -127,13 +127,14 @@ def bifurcation(
     channels: Iterable[str] = ("section value",),
     title: str = "",
     dots: float | None = None,
+    log: bool = False,
 ) -> Path:
     """Bifurcation diagram: section values over a parameter, a panel for each channel; saved under `path`.
 
     points: (parameter value, values (turns,) or (turns, channels)), such as
     `(run.clearances["C"], section(run, ["slider.vx"]))` of many runs; a parameter without turns is crossed at the
-    bottom. parameter and channels: axis labels with units; dots: size of a point. Raises ValueError for values of
-    another shape.
+    bottom. parameter and channels: axis labels with units; dots: size of a point; log: whether the parameter's axis is
+    logarithmic. Raises ValueError for values of another shape.
     """
     channels = [channels] if isinstance(channels, str) else list(channels)
     points = [(float(p), _table(p, v, len(channels))) for p, v in points]
@@ -152,6 +153,9 @@ def bifurcation(
             axes.plot(
                 empty, np.zeros(len(empty)), "x", color="#d55e00", transform=axes.get_xaxis_transform(), clip_on=False
             )
+    if log:
+        panels[-1].set_xscale("log")
+        figures.plain_decades(panels[-1].xaxis, min(p for p, _ in points), max(p for p, _ in points))
     figure.suptitle("\n".join(filter(None, (title, "crosses: no section there" if empty else ""))), fontsize="medium")
     return figures.save(figure, path)
 

@@ -269,3 +269,30 @@ def test_a_late_jump_of_energy_is_seen_in_a_long_run():
     calm = LedgerWatch([0], 1)
     calm.add(t, np.column_stack([kinetic, 1e-9 * t]))
     assert max(calm.worst, calm.share()) < 1e-9
+
+
+def test_chosen_channels(tmp_path):
+    scene = cl.load_case("slider_crank", model="dry")
+    options = {"turns": 1.0, "samples_per_turn": 50}
+    whole = cl.simulate(scene, **options)
+    some = cl.simulate(scene, **options, channels=["bodies/slider/a*", "joints/C"], compression=3)
+    assert some.names("bodies") == ("slider",)
+    assert some.names("bodies/slider") == ("ax", "ay")
+    assert "eccentricity_x" in some.joint("C")
+    assert some.names("energy") == ()
+    assert some.file["solver/step"].shape == (0,)  # the log of steps is for those who ask
+    assert (
+        cl.simulate(scene, **options, channels=["solver"]).file["solver/step"].shape == whole.file["solver/step"].shape
+    )
+    np.testing.assert_array_equal(some["slider"].ax, whole["slider"].ax)
+    np.testing.assert_array_equal(some.events["peak_force"], whole.events["peak_force"])
+    assert some.facts("joints/B") == whole.facts("joints/B")
+    assert some.facts("energy") == whole.facts("energy")
+    with pytest.raises(KeyError, match="may not have been kept"):
+        some.values("energy/kinetic")
+    with pytest.raises(ValueError, match=r"channels: 'joints/X' fits none; there are bodies/crank/\*"):
+        cl.simulate(scene, **options, channels=["joints/X"])
+    with pytest.raises(TypeError, match="must be a list"):
+        cl.simulate(scene, **options, channels="joints/B")
+    with pytest.raises(ValueError, match="compression must be"):
+        cl.simulate(scene, **options, compression=10)

@@ -18,6 +18,7 @@ from clearance.sweeping.index import Sweep, outcomes, verified
 from clearance.sweeping.journal import DONE, FAILED, LOST, Journal, Outcome
 from clearance.sweeping.order import Queue
 from clearance.sweeping.points import Points
+from clearance.sweeping.teams import Dask, Processes, prepare_start
 from clearance.sweeping.worker import NO_SPACE, load_function
 
 LOG = logging.getLogger("clearance.sweep")
@@ -94,6 +95,8 @@ def sweep(
     existing = definitions.read(folder)
     if existing is not None and (different := definition.differences(existing)):
         raise ValueError(f"{folder} holds another sweep: {'; '.join(different)}; give another directory")
+    if scheduler is None:
+        prepare_start()
     _try_first(definition)
     (folder / "runs").mkdir(parents=True, exist_ok=True)
     with _locked(folder), _logged(folder):
@@ -261,8 +264,6 @@ class _Driver:
         return pending, [o for o in done.values() if o.only_in_file]
 
     def _work(self, pending: list[int], workers: int | None, scheduler: str | None) -> None:
-        from clearance.sweeping.teams import Dask, Processes
-
         queue = Queue(self.definition.points, pending)
         stamp = f"{hash(self.definition.to_json()):x}"
         if scheduler is not None:

@@ -2,11 +2,14 @@
 
 import dataclasses
 
+import numpy as np
+
 from clearance.evidence.variants import idealised
 from clearance.loads import Drive
 from clearance.mechanism.build import build
 from clearance.scene import Scene
 from clearance.simulation import Run, Span, choose_method
+from clearance.stepping import status as codes
 from clearance.sweeping.metrics import guides
 
 MOST_KEPT = 64  # ideal motions kept in memory
@@ -23,7 +26,7 @@ def ideal_motion(scene: Scene, span: Span, described: dict) -> dict | None:
     slides = guides(described)
     if not slides:
         return None
-    drives = [load for load in scene.loads if isinstance(load, Drive)]
+    drives = _drives(scene)
     steady = len(drives) == 1 and bool(drives[0].speed)
     rate = abs(drives[0].speed) if steady else 1.0
     # of the same turns at another speed only rounding differs: no run may depend on which was first
@@ -32,7 +35,7 @@ def ideal_motion(scene: Scene, span: Span, described: dict) -> dict | None:
     if key not in _made:
         if len(_made) == MOST_KEPT:
             _made.clear()
-        _made[key] = _motion(_at_unit_speed(scene) if steady else scene, Span(angle, span.samples), slides)
+        _made[key] = _motion(_moving(scene, rate), Span(angle, span.samples), slides)
     found = _made[key]
     return found and {body: (x, a * rate**2) for body, (x, a) in found.items()}
 
@@ -51,9 +54,14 @@ def _kinematics(scene: dict, steady: bool) -> tuple:
     return bodies, joints, drives
 
 
-def _at_unit_speed(scene: Scene) -> Scene:
-    loads = [dataclasses.replace(d, speed=d.speed / abs(d.speed)) if isinstance(d, Drive) else d for d in scene.loads]
-    return Scene(*scene.joints, *loads, gravity=scene.gravity, name=scene.name)
+def _moving(scene: Scene, rate: float) -> Scene:
+    """What makes the scene move, its joints and drives, these so many times slower."""
+    drives = [dataclasses.replace(d, speed=d.speed / rate) if d.speed else d for d in _drives(scene)]
+    return Scene(*scene.joints, *drives, gravity=(0.0, 0.0), name=scene.name)
+
+
+def _drives(scene: Scene) -> list[Drive]:
+    return [load for load in scene.loads if isinstance(load, Drive)]
 
 
 def _motion(scene: Scene, span: Span, slides: dict) -> dict | None:
@@ -64,7 +72,9 @@ def _motion(scene: Scene, span: Span, slides: dict) -> dict | None:
     if mechanism.size:
         return None
     run = Run(mechanism, span, 1e-6, choose_method(mechanism))
-    _, rows, _ = run.trajectory()
+    _, rows, code = run.trajectory()
+    if code != codes.DONE or not np.isfinite(rows).all():  # ideal joints cannot go all the way
+        return None
     place = {c.path: i for i, c in enumerate(mechanism.structure.channels)}
     found = {}
     for body, (dx, dy) in slides.items():

@@ -1,37 +1,45 @@
 """Summary metrics of a run: what a map over speed and clearance shows.
 
-Each is computed over the window of a run: whole turns after the first `settle` ones (runs without a turn: after
-`settle` seconds). Names are made of body, drive and joint names:
+Each is computed over the window of a run: whole turns after the first `settle` ones; what there is, where that is less
+than a turn or no drive turns (`settle` is in seconds then). Means are over time, contacts count where they begin, and
+names are made of body, drive and joint names:
 
   <body>_acceleration_min, _max   of bodies that slide on the ground, along their guide [m/s2]
   drive_<drive>_torque_min, _max, _rms (or force)                                       [N m] ([N])
-  joint_<joint>_force_max, _rms   largest (samples and contacts) and root mean square    [N]
-  joint_<joint>_gap_min           smallest gap, negative in contact (clearance joints)   [m]
-  joint_<joint>_eccentricity_ratio_max                                                   [-]
-  joint_<joint>_film_thickness_ratio_min   gap over composite roughness                  [-]
-  joint_<joint>_contact_fraction  share of the time in contact                           [-]
-  joint_<joint>_impacts_per_turn, _impact_speed_max   of dry joints                      [-], [m/s]
+  joint_<joint>_force_max         largest of the samples' forces and the contacts' normal forces [N]
+  joint_<joint>_force_rms         root mean square                                       [N]
+  joint_<joint>_gap_min           smallest gap of samples and contacts, negative where surfaces overlap [m]
+  joint_<joint>_eccentricity_ratio_max       largest eccentricity over clearance: 1 - gap_min / clearance [-]
+  joint_<joint>_film_thickness_ratio_min     gap_min over composite roughness            [-]
+  joint_<joint>_contact_fraction  share of the time in contact, that of asperities alone left out [-]
+  joint_<joint>_impacts_per_turn, _impact_speed_max   where contact begins with a touch; 0 for none [-], [m/s]
   joint_<joint>_dissipated_per_turn   energy that the joint takes out in a turn          [J]
   dissipated_per_turn             of all joints and dampers                              [J]
   <body>_position_deviation_max, <body>_acceleration_deviation_rms   from the mechanism with ideal joints [m], [m/s2]
   period                          smallest number of turns after which the journals are back within 1 % of their
-                                  clearance, up to a third of the turns seen; inf: none                      [turns]
+                                  clearance at every sample, tried up to a third of those seen; inf: none [turns]
   period_error                    largest distance over the clearance after that many turns (none: the least) [-]
 
-Runs without a turn have rates per second (impacts_per_second, dissipated_power [W]) instead. A user's own function
+Without a turn, rates are per second: impacts_per_second [1/s], dissipated_power [W]. A run that ended early is seen as
+the one it should have become: the first turn does not count, nor does a part of one. A user's own function
 `name(run) -> {"metric": value}` or `{"metric": (value, units, text)}` adds to them; `run` reads like a result.
 """
 
 import math
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
+from clearance import checks
 from clearance.results import Record
 
 PERIODIC = 0.01  # distance over the clearance below which a journal counts as back
-FEWEST = 4  # points of a section needed to tell a period
+FEWEST = 3  # turns needed to tell a period
+ROUNDING = 1e-9  # share of a run that rounding may take off a turn
+COARSE = 20  # samples a turn below which nothing is known between them
+ON_SAMPLE = 1e-6  # share of a step within which a turn counts as a whole number of samples
 
 
 @dataclass(frozen=True)
@@ -45,40 +53,57 @@ class Metric:
 
 @dataclass(frozen=True)
 class Window:
-    """The part of a run that its metrics are about: from begin to end [s], and the samples in it."""
+    """The part of a run that its metrics are about: from begin to end [s], and the samples in it.
+
+    turns: whole ones, but for a window of less than one; None where no drive turns. weights: share of the window that
+    each sample stands for, (samples,).
+    """
 
     begin: float
     end: float
     turns: float | None
     samples: slice
+    weights: np.ndarray
 
     @classmethod
     def of(cls, record: Record, settle: float | None) -> "Window | None":
-        """None for a run that ended before it; settle None: the first turn is left out where there is a second."""
+        """None for a run that ended before it; settle None: the first turn is left out where there is a second.
+
+        Raises ValueError for a settle that is negative or not finite.
+        """
         time, turn = record.time, record.turn
+        if settle is not None:
+            settle = checks.non_negative("settle", settle)
         if time.size < 2:
             return None
         length, unit = float(time[-1]), turn or 1.0
-        done = length / unit * (1.0 + 1e-9)
+        done = length / unit * (1.0 + ROUNDING)
         if settle is None:
-            settle = 1.0 if turn and done >= 2.0 else 0.0
-        begin = settle * unit
-        end = begin + math.floor(done - settle) * unit if turn and done - settle >= 1.0 else length
-        if begin >= length:
+            settle = 1.0 if turn and (done >= 2.0 or not record.complete) else 0.0
+        begin, whole = settle * unit, math.floor(done - settle)
+        if begin >= length or (turn and whole < 1 and not record.complete):
             return None
-        first = int(np.searchsorted(time, begin * (1.0 - 1e-12)))
-        last = int(np.searchsorted(time, min(end, length) * (1.0 + 1e-12), side="right"))
-        if last - first < 2:
+        end = min(begin + whole * unit, length) if turn and whole >= 1 else length
+        samples = slice(np.searchsorted(time, begin * (1.0 - 1e-12)), np.searchsorted(time, end * (1.0 + 1e-12)))
+        inside = time[samples]
+        if inside.size < 2:
             return None
-        return cls(begin, min(end, length), (end - begin) / turn if turn else None, slice(first, last))
+        edges = np.concatenate([[begin], 0.5 * (inside[1:] + inside[:-1]), [end]])
+        turns = (float(whole) if whole >= 1 else (end - begin) / turn) if turn else None
+        return cls(begin, end, turns, samples, np.diff(edges) / (end - begin))
 
-    @property
-    def length(self) -> float:
-        return self.end - self.begin
+    def mean(self, values: np.ndarray) -> float:
+        """Mean over time of values at the window's samples."""
+        return float(self.weights @ values)
+
+    def rms(self, values: np.ndarray) -> float:
+        return math.sqrt(self.mean(values * values))
 
     def per(self) -> tuple[float, str, str]:
-        """What rates are taken per: its count in the window, and how names and units say it."""
-        return (self.turns, "per_turn", "a turn") if self.turns else (self.length, "per_second", "a second")
+        """What rates are taken per: its count in the window, and how names and texts say it."""
+        if self.turns is None:
+            return self.end - self.begin, "per_second", "in a second"
+        return self.turns, "per_turn", "in a turn"
 
 
 Found = Iterator[tuple[str, float, str, str]]
@@ -87,39 +112,56 @@ Found = Iterator[tuple[str, float, str, str]]
 def metrics(record: Record, settle: float | None = None, ideal: dict | None = None) -> dict[str, Metric]:
     """All metrics of a run by name; empty for one that ended before its window.
 
+    settle: turns left out at the start (seconds, where no drive turns), default one where there is a second.
     ideal: position and acceleration of the sliding bodies with ideal joints at the run's samples, by body, along
-    their guides (see ideal.py).
+    their guides (see ideal.py). Raises ValueError for a settle that is negative or not finite.
     """
     window = Window.of(record, settle)
     if window is None:
         return {}
-    parts = (sliders, drives, joints, contacts, dissipation, periodicity)
-    found = {n: Metric(v, u, t) for part in parts for n, v, u, t in part(record, window)}
-    if ideal is not None:
-        found |= {n: Metric(v, u, t) for n, v, u, t in deviation(record, window, ideal)}
-    return found
+    parts = (
+        sliders(record, window, ideal or {}),
+        drives(record, window),
+        joints(record, window),
+        dissipation(record, window),
+        periodicity(record, window),
+    )
+    return {name: Metric(float(value), units, text) for part in parts for name, value, units, text in part}
 
 
 def guides(scene: dict) -> dict[str, tuple[float, float]]:
-    """Direction of the guide of each body that slides on the ground."""
+    """Direction, along the fixed axes, of the guide of each body that slides on the ground."""
     found = {}
     for joint in scene["joints"]:
-        bodies = joint["a"]["body"], joint["b"]["body"]
-        if joint["type"] == "Prismatic" and bodies[0] == "ground":
-            found[bodies[1]] = tuple(joint["axis"])
+        if joint["type"] != "Prismatic":
+            continue
+        a, b = joint["a"]["body"], joint["b"]["body"]
+        x, y = joint["axis"]
+        if a == "ground":
+            found[b] = (x, y)
+        elif b == "ground":  # the axis is fixed in the body, which stands at minus the joint's angle
+            c, s = math.cos(joint["angle"]), math.sin(joint["angle"])
+            found[a] = (c * x + s * y, c * y - s * x)
     return found
 
 
-def along(record: Record, body: str, names: tuple[str, str], direction: tuple[float, float]) -> np.ndarray:
-    x, y = (record.values(f"bodies/{body}/{n}") for n in names)
-    return x * direction[0] + y * direction[1]
-
-
-def sliders(record: Record, window: Window) -> Found:
-    for body, direction in guides(record.scene).items():
-        a = along(record, body, ("ax", "ay"), direction)[window.samples]
+def sliders(record: Record, window: Window, ideal: dict) -> Found:
+    """How bodies on guides move, and how far that is from where ideal joints would have them."""
+    for body, (dx, dy) in guides(record.scene).items():
+        x, y, ax, ay = (record.values(f"bodies/{body}/{n}")[window.samples] for n in ("x", "y", "ax", "ay"))
+        a = ax * dx + ay * dy
         yield f"{body}_acceleration_min", a.min(), "m/s2", f"smallest acceleration of {body} along its guide"
         yield f"{body}_acceleration_max", a.max(), "m/s2", f"largest acceleration of {body} along its guide"
+        if body in ideal:
+            place, rate = (values[window.samples] for values in ideal[body])
+            far, name = np.abs(x * dx + y * dy - place).max(), f"{body}_acceleration_deviation_rms"
+            yield (
+                f"{body}_position_deviation_max",
+                far,
+                "m",
+                f"largest distance of {body} from where ideal joints have it",
+            )
+            yield name, window.rms(a - rate), "m/s2", f"root mean square of what {body} accelerates beyond ideal joints"
 
 
 def drives(record: Record, window: Window) -> Found:
@@ -131,114 +173,116 @@ def drives(record: Record, window: Window) -> Found:
             name, what = f"drive_{drive}_{quantity}", f"{quantity} of drive {drive}"
             yield f"{name}_min", v.min(), units, f"smallest {what}"
             yield f"{name}_max", v.max(), units, f"largest {what}"
-            yield f"{name}_rms", _rms(v), units, f"root mean square {what}"
-
-
-def _rms(values: np.ndarray) -> float:
-    return math.sqrt((values * values).mean())
+            yield f"{name}_rms", window.rms(v), units, f"root mean square {what}"
 
 
 def joints(record: Record, window: Window) -> Found:
-    clearances, events, inside = record.clearances, record.events, _inside(record, window)
-    for joint in record.names("joints"):
-        x, y = (record.values(f"joints/{joint}/force_{axis}")[window.samples] for axis in "xy")
+    """Forces in all joints; how near, how hard and how often surfaces come in clearance joints."""
+    events, clearances = record.events, record.clearances
+    described = {j["name"]: j for j in record.scene["joints"]}
+    for name in record.names("joints"):
+        x, y = (record.values(f"joints/{name}/force_{axis}")[window.samples] for axis in "xy")
         squared = x * x + y * y
-        peak = math.sqrt(squared.max())
-        if len(events["joint"]):
-            peak = max(peak, events["peak_force"][inside & (events["joint"] == joint)].max(initial=0.0))
-        yield f"joint_{joint}_force_max", peak, "N", f"largest force in joint {joint}"
-        yield f"joint_{joint}_force_rms", math.sqrt(squared.mean()), "N", f"root mean square force in joint {joint}"
-        if joint in clearances:
-            yield from _gap(record, window, joint, clearances[joint], events, inside)
+        peak, contacts = math.sqrt(squared.max()), None
+        if name in clearances:
+            mine = events["joint"] == name
+            contacts = {column: values[mine] for column, values in events.items()}
+            contacts["begun"] = (contacts["time"] >= window.begin) & (contacts["time"] < window.end)
+            peak = max(peak, contacts["peak_force"][contacts["begun"]].max(initial=0.0))
+        yield f"joint_{name}_force_max", peak, "N", f"largest force in joint {name}"
+        yield f"joint_{name}_force_rms", math.sqrt(window.mean(squared)), "N", f"root mean square force in joint {name}"
+        if contacts is not None:
+            yield from _gap(record, window, described[name], contacts)
+            if described[name]["contact"]:
+                yield from _contact(record, window, described[name], contacts)
 
 
-def _gap(record: Record, window: Window, joint: str, clearance: float, events: dict, inside: np.ndarray) -> Found:
-    gap = float(record.values(f"joints/{joint}/gap")[window.samples].min())
-    if len(events["joint"]):
-        gap = min(gap, -events["peak_penetration"][inside & (events["joint"] == joint)].max(initial=-math.inf))
-    yield f"joint_{joint}_gap_min", gap, "m", f"smallest gap of joint {joint}, negative in contact"
-    ratio = 1.0 - gap / clearance
-    yield f"joint_{joint}_eccentricity_ratio_max", ratio, "1", f"largest eccentricity over clearance of joint {joint}"
-    if f"joints/{joint}/film_thickness_ratio" in record:
-        least = record.values(f"joints/{joint}/film_thickness_ratio")[window.samples].min()
-        yield f"joint_{joint}_film_thickness_ratio_min", least, "1", f"smallest gap over roughness of joint {joint}"
+def _gap(record: Record, window: Window, joint: dict, contacts: dict) -> Found:
+    name, clearance, roughness = joint["name"], joint["clearance"], joint["roughness"]
+    gap = float(record.values(f"joints/{name}/gap")[window.samples].min())
+    gap = min(gap, -contacts["peak_penetration"][contacts["begun"]].max(initial=-math.inf))
+    yield f"joint_{name}_gap_min", gap, "m", f"smallest gap of joint {name}, negative in contact"
+    ratio, text = 1.0 - gap / clearance, f"largest eccentricity over clearance of joint {name}"
+    yield f"joint_{name}_eccentricity_ratio_max", ratio, "1", text
+    if roughness is not None:
+        least, text = gap / roughness, f"smallest gap over roughness of joint {name}"
+        yield f"joint_{name}_film_thickness_ratio_min", least, "1", text
 
 
-def _inside(record: Record, window: Window) -> np.ndarray:
-    """Contacts that begin in the window."""
-    at = record.events["time"]
-    return (at >= window.begin) & (at < window.end)
+def _contact(record: Record, window: Window, joint: dict, contacts: dict) -> Found:
+    """Time in contact and impacts; contact that sets in gradually is read off the samples.
+
+    contacts: columns of the joint's rows of the events; `begun` says which begin in the window.
+    """
+    name, begin = joint["name"], contacts["time"]
+    share, text = f"joint_{name}_contact_fraction", f"share of the time in contact of joint {name}"
+    if not _touches(joint) and not begin.size:
+        yield share, window.mean(record.values(f"joints/{name}/contact_force")[window.samples] > 0.0), "1", text
+        return
+    end = np.minimum(begin + contacts["duration"], window.end)
+    touching = np.maximum(end - np.maximum(begin, window.begin), 0.0).sum()
+    yield share, touching / (window.end - window.begin), "1", text
+    count, rate, when = window.per()
+    number, units = contacts["begun"].sum() / count, "1" if rate == "per_turn" else "1/s"
+    yield f"joint_{name}_impacts_{rate}", number, units, f"contacts begun {when} of joint {name}"
+    fastest = contacts["impact_speed"][contacts["begun"]].max(initial=0.0)
+    yield f"joint_{name}_impact_speed_max", fastest, "m/s", f"largest impact speed of joint {name}"
 
 
-def contacts(record: Record, window: Window) -> Found:
-    """Time in contact and impacts; joints with a film have no impacts, their contact is read off the samples."""
-    events, inside = record.events, _inside(record, window)
-    count, rate, text = window.per()
-    for joint in (j for j in record.scene["joints"] if j["type"] == "ClearanceRevolute" and j["contact"]):
-        name, label = j_name(joint), f"of joint {joint['name']}"
-        if joint["film"]:
-            touching = record.values(f"joints/{joint['name']}/contact_force")[window.samples] > 0.0
-            yield f"{name}_contact_fraction", touching.mean(), "1", f"share of the time in contact {label}"
-            continue
-        own = events["joint"] == joint["name"]
-        begin, end = events["time"], events["time"] + events["duration"]
-        touching = np.clip(np.minimum(end, window.end) - np.maximum(begin, window.begin), 0.0, None)[own].sum()
-        yield f"{name}_contact_fraction", touching / window.length, "1", f"share of the time in contact {label}"
-        yield f"{name}_impacts_{rate}", (own & inside).sum() / count, "1", f"contacts begun {text} {label}"
-        fastest = events["impact_speed"][own & inside].max(initial=0.0)
-        yield f"{name}_impact_speed_max", fastest, "m/s", f"largest impact speed {label}"
-
-
-def j_name(joint: dict) -> str:
-    return f"joint_{joint['name']}"
+def _touches(joint: dict) -> bool:
+    """Whether contact of a joint begins with a touch, as a row of the events."""
+    if joint["transition"] is None:
+        return True
+    module, _, name = joint["transition"]["law"].partition(":")
+    return getattr(getattr(sys.modules.get(module), name, None), "first_touch", False)
 
 
 def dissipation(record: Record, window: Window) -> Found:
-    count, rate, text = window.per()
+    count, rate, when = window.per()
     name, units = ("dissipated_per_turn", "J") if rate == "per_turn" else ("dissipated_power", "W")
     parts = {f"joint_{j}_{name}": (f"joints/{j}/dissipated", f"by joint {j}") for j in record.names("joints")}
     for metric, (path, who) in (parts | {name: ("energy/dissipated", "in all")}).items():
         if path in record:
             begin, end = np.interp((window.begin, window.end), record.time, record.values(path))
-            yield metric, (end - begin) / count, units, f"energy taken out {text} {who}"
+            yield metric, (end - begin) / count, units, f"energy taken out {when} {who}"
 
 
 def periodicity(record: Record, window: Window) -> Found:
     """After how many turns the journals come back."""
-    joints = record.clearances
-    if not window.turns or window.turns < FEWEST - 1 or not joints:
+    joints, time = record.clearances, record.time
+    if not joints or window.turns is None or window.turns < FEWEST:
         return
-    at = window.end - record.turn * np.arange(int(round(window.turns)), -1, -1)
-    paths = [(f"joints/{j}/eccentricity_{axis}", c) for j, c in joints.items() for axis in "xy"]
-    states = np.stack([np.interp(at, record.time, record.values(p)) / c for p, c in paths], axis=1)
-    count, best = len(states), (math.inf, math.inf)
-    for turns in range(1, max(count // 3, 1) + 1):
-        error = float(np.abs(states[turns:] - states[:-turns]).max())
+    per_turn = record.turn * (time.size - 1) / float(time[-1])
+    if per_turn < COARSE and abs(per_turn - round(per_turn)) > ON_SAMPLE:
+        return  # nothing to go by between the samples
+    x, y = (
+        np.stack([record.values(f"joints/{j}/eccentricity_{axis}")[window.samples] / c for j, c in joints.items()])
+        for axis in "xy"
+    )
+    period, least = math.inf, math.inf
+    for turns in range(1, (int(window.turns) + 1) // 3 + 1):
+        error = float(np.abs(_change(x + 1j * y, turns * per_turn)).max())
         if error < PERIODIC:
-            best = (float(turns), error)
+            period, least = float(turns), error
             break
-        best = min(best, (math.inf, error), key=lambda b: b[1])
-    yield "period", best[0], "turns", "turns after which all journals are back within 1 % of their clearance"
-    yield "period_error", best[1], "1", "largest distance over the clearance after a period"
+        least = min(least, error)
+    yield "period", period, "turns", "turns after which all journals are back within 1 % of their clearance"
+    yield "period_error", least, "1", "largest distance over the clearance after a period"
 
 
-def deviation(record: Record, window: Window, ideal: dict) -> Found:
-    for body, direction in guides(record.scene).items():
-        if body not in ideal:
-            continue
-        position, acceleration = (
-            along(record, body, names, direction) - values[: record.time.size]
-            for names, values in zip((("x", "y"), ("ax", "ay")), ideal[body], strict=True)
-        )
-        far = np.abs(position[window.samples]).max()
-        yield f"{body}_position_deviation_max", far, "m", f"largest distance of {body} from where ideal joints have it"
-        rms = _rms(acceleration[window.samples])
-        yield (
-            f"{body}_acceleration_deviation_rms",
-            rms,
-            "m/s2",
-            f"root mean square of what {body} accelerates beyond it",
-        )
+def _change(states: np.ndarray, shift: float) -> np.ndarray:
+    """By how much states (joints, samples) differ `shift` samples later; between samples by a cubic through four."""
+    whole = math.floor(shift + ON_SAMPLE)
+    f = shift - whole
+    if f < ON_SAMPLE:
+        return states[:, whole:] - states[:, : states.shape[1] - whole]
+    taps = (
+        -f * (f - 1.0) * (f - 2.0) / 6.0, (f + 1.0) * (f - 1.0) * (f - 2.0) / 2.0,
+        -(f + 1.0) * f * (f - 2.0) / 2.0, (f + 1.0) * f * (f - 1.0) / 6.0,
+    )  # fmt: skip
+    count = states.shape[1] - whole - 2
+    later = sum(tap * states[:, whole - 1 + i : whole - 1 + i + count] for i, tap in enumerate(taps))
+    return later - states[:, :count]
 
 
 def own(function: Callable, record: Record) -> dict[str, Metric]:
@@ -249,9 +293,10 @@ def own(function: Callable, record: Record) -> dict[str, Metric]:
         raise ValueError(f"metric {name}: expected a dictionary of numbers, got {given!r}")
     found = {}
     for key, entry in given.items():
-        value, units, text = entry if isinstance(entry, tuple) and len(entry) == 3 else (entry, "?", str(key))
+        checks.identifier(f"metric {name}: its name", key)
+        value, units, text = entry if isinstance(entry, tuple) and len(entry) == 3 else (entry, "?", key)
         try:
-            found[str(key)] = Metric(float(value), str(units), str(text))
+            found[key] = Metric(float(value), str(units), str(text))
         except (TypeError, ValueError):
             raise ValueError(f"metric {name}: {key} is no number: {value!r}") from None
     return found

@@ -13,6 +13,7 @@ import threading
 import types
 from collections import deque
 from contextlib import contextmanager, suppress
+from multiprocessing import forkserver
 from multiprocessing.connection import wait
 
 from clearance.sweeping.journal import LOST, Outcome
@@ -21,8 +22,17 @@ from clearance.sweeping.worker import run_point, stay_quiet
 LOG = logging.getLogger("clearance.sweep")
 #: where another process is started from: a small server that has the modules loaded, where the system can
 METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
+PRELOADED = ["clearance.sweeping.worker", "clearance.stepping.radau5", "clearance.stepping.dop853"]
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 QUEUED = 2  # points a worker holds: one it runs and one to go on with at once
+
+
+def prepare_start() -> None:
+    """Have the server that processes are started from load its modules while the driver does other things."""
+    if METHOD == "forkserver":
+        with _surroundings():
+            multiprocessing.get_context(METHOD).set_forkserver_preload(PRELOADED)
+            forkserver.ensure_running()
 
 
 class Processes:
@@ -30,8 +40,6 @@ class Processes:
 
     def __init__(self, folder: str, stamp: str, count: int):
         self.context = multiprocessing.get_context(METHOD)
-        if METHOD == "forkserver":
-            self.context.set_forkserver_preload(["clearance.sweeping.worker", "clearance.stepping.loop"])
         self.task = folder, stamp
         self.workers = [_Process(self.context, folder, stamp) for _ in range(count)]
         self.places = QUEUED * count

@@ -1,7 +1,7 @@
 """What sweeps cost: `python tests/benchmarks/sweeps.py [--update README.md]`.
 
-Throughput of one and two worker processes measured in turn, overhead of a run, 10,000 points: time, memory of the driver,
-reopening. Whole calls of `cl.sweep` in fresh processes, their start included. Ratios compare what is measured in turn.
+Throughput of one and two worker processes measured in turn, overhead of a run; 10,000 points: time, memory of the
+driver, reopening. Whole calls of `cl.sweep` in fresh processes, start included. Ratios compare what is measured in turn.
 """
 
 import argparse
@@ -69,7 +69,8 @@ def throughput() -> list[str]:
         loop = statistics.median(p[0]["median"] for p in pairs)
         overhead = statistics.median(p[0]["overhead"] for p in pairs)
         lines.append(
-            f"| {name} | {one:.1f} s | {two:.1f} s | {ratio:.2f} times | {1e3 * loop:.1f} ms | {1e3 * overhead:.1f} ms |"
+            f"| {name} | {one:.1f} s | {two:.1f} s | {ratio:.2f} times "
+            f"| {1e3 * loop:.1f} ms | {1e3 * overhead:.1f} ms |"
         )
     return lines
 

@@ -1,0 +1,598 @@
+"""Metrics of a sweep over its parameters, as maps, curves and samples, and bifurcation diagrams of its runs."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+import numpy as np
+from clearance.postprocess import figures
+from clearance.postprocess.channels import channel, drive_angle, interpolation, principal, turn_of
+from clearance.postprocess.labels import axis_label, shown_in, wrapped
+from clearance.postprocess.sections import bifurcation, section, section_times
+
+from clearance.results import Record
+from clearance.sweeping.index import Sweep
+
+#: metrics that a picture shows by itself, the first of each line that the sweep has; force: of a clearance joint
+TELLING = (
+    "*_acceleration_max", "drive_*_torque_max", "drive_*_force_max", "joint_*_force_max",
+    "joint_*_film_thickness_ratio_min", "joint_*_contact_fraction", "joint_*_impacts_per_*", "dissipated_per_turn",
+    "dissipated_power", "period",
+)  # fmt: skip
+TOLD, MOST_METRICS, MOST_PANELS, MOST_CURVES = 6, 12, 6, 24
+#: numbers swept at fewer values than this have no distances: they stand beside each other like names
+FEWEST = 3
+#: smallest ratio of the ends of a logarithmic axis, most values with a tick each
+RATIO, TICKS = 3.0, 6
+#: cells without a colour: why, and how they are drawn
+MARKS = {
+    "failed": {"facecolor": "white", "edgecolor": "0.25", "hatch": "////"},
+    "endless": {"facecolor": "0.8", "edgecolor": "white", "hatch": "xx"},
+    "without": {"facecolor": "white", "edgecolor": "0.6", "hatch": ".."},
+}
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A swept parameter along an axis: its values in display units (or names) in order, and where points stand.
+
+    place: index of each chosen point into `values`; at: positions of the values along the axis.
+    """
+
+    name: str
+    units: str
+    values: np.ndarray
+    place: np.ndarray
+
+    @property
+    def named(self) -> bool:
+        """Whether values stand beside each other at equal distances: texts, and numbers too few for a scale."""
+        return self.values.dtype.kind not in "iuf" or len(self.values) < FEWEST
+
+    @property
+    def log(self) -> bool:
+        return not self.named and by_ratio(self.values)
+
+    @property
+    def at(self) -> np.ndarray:
+        return np.arange(len(self.values), dtype=float) if self.named else self.values.astype(float)
+
+    @property
+    def label(self) -> str:
+        what = self.name.replace("_", " ")
+        return what if self.units == "-" else figures.with_units(what, self.units)
+
+    def text(self, i: int) -> str:
+        value = self.values[i]
+        return f"{value:.4g}" if self.values.dtype.kind in "iuf" else str(value)
+
+    def says(self, i: int) -> str:
+        """A value with name and units: "clearance 0.1 mm"."""
+        units = "" if self.units in ("-", "1", "?") else f" {self.units}"
+        return f"{self.name.replace('_', ' ')} {self.text(i)}{units}"
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The points of a sweep that a picture is about, and what varies among them.
+
+    points: their places in the sweep; free: for each axis along which more than one value is left, the parameters that
+    vary along it and the place of each point; drawn: the parameters that were drawn rather than spread on a grid.
+    """
+
+    sweep: Sweep
+    points: np.ndarray
+    free: list[tuple[tuple[str, ...], np.ndarray]]
+    drawn: tuple[str, ...]
+    fixed: dict
+
+    @classmethod
+    def of(cls, sweep: Sweep, at: dict | None) -> "Choice":
+        points = sweep.definition.points
+        on_grid = [n for names, _ in points.axes for n in names]
+        drawn = tuple(n for n in points.columns if n not in on_grid)
+        for name, value in (at or {}).items():
+            if name in drawn and sweep.columns[name].dtype.kind in "iuf":
+                raise ValueError(f"at {name}={value!r}: {name} was drawn, no two points share a value of it")
+        chosen = sweep.select(**(at or {}))
+        if not chosen.size:
+            raise ValueError(f"no point of {sweep.folder} has {', '.join(f'{n}={v}' for n, v in at.items())}")
+        places = np.unravel_index(chosen, sweep.shape) if sweep.shape else ()
+        free = [
+            (drawn if names == ("run",) else names, place)
+            for (names, _), place in zip(points.axes, places, strict=True)
+            if len(np.unique(place)) > 1
+        ]
+        return cls(sweep, chosen, free, drawn, {n: sweep.columns[n][chosen[0]] for n in at or {}})
+
+    @property
+    def names(self) -> list[str]:
+        """Parameters that vary, in the order of the sweep."""
+        return [n for names, _ in self.free for n in names]
+
+    def axis(self, name: str) -> Axis:
+        """A parameter that varies. Raises ValueError for one that does not."""
+        if name not in self.names:
+            known = ", ".join(self.names) or "nothing"
+            raise ValueError(f"{name!r} is no parameter that varies in {self.sweep.folder}; what varies: {known}")
+        column = self.sweep.columns[name][self.points]
+        if column.dtype.kind not in "iuf":
+            values = np.array(list(dict.fromkeys(column.tolist())))
+            return Axis(name, "-", values, np.argmax(column[:, None] == values, axis=1))
+        values, place = np.unique(column, return_inverse=True)
+        units, factor = shown_in(self.sweep.definition.units.get(name, "?"), values)
+        return Axis(name, units, values * factor if factor != 1.0 else values, place)
+
+    def along(self, name: str) -> int:
+        """Which of the free axes a parameter stands for. Raises ValueError where its values do not tell all places."""
+        own = self.axis(name)
+        i = next(i for i, (names, _) in enumerate(self.free) if name in names)
+        if len(own.values) != len(np.unique(self.free[i][1])):
+            raise ValueError(f"{name!r} has the same value at several places of {', '.join(self.free[i][0])}")
+        return i
+
+    def default(self, taken: Iterable[int], numbers: bool = True) -> str | None:
+        """A parameter for an axis that is still free, one with numbers on a scale first."""
+        found = []
+        for i, (names, place) in enumerate(self.free):
+            whole = [n for n in names if len(self.axis(n).values) == len(np.unique(place))]
+            if i not in taken and whole:
+                found.append(min(whole, key=lambda n: self.axis(n).named))
+        return min(found, key=lambda n: self.axis(n).named, default=None)
+
+    def title(self, *more: str, width: float) -> str:
+        """Case, what all its points share, and how long the runs are; then more lines."""
+        d = self.sweep.definition
+        shared = [_said(n, v, d.units.get(n, "?")) for n, v in (d.fixed | self.fixed).items()]
+        if d.options.get("turns"):
+            shared.append(f"runs of {d.options['turns']:g} turns")
+        elif d.options.get("until"):
+            shared.append(f"runs of {d.options['until']:g} s")
+        first = ": ".join(filter(None, (d.case, ", ".join(shared))))
+        return "\n".join(wrapped(text, width) for text in (first, *more) if text)
+
+    def counts(self) -> list[str]:
+        """How many points are not done, in words."""
+        status = self.sweep.status[self.points]
+        failed, missing = int(np.isin(status, ("failed", "lost")).sum()), int((status == "missing").sum())
+        said = [f"{failed} failed" if failed else "", f"{missing} not run yet" if missing else ""]
+        return [f"of {len(status)} points {' and '.join(filter(None, said))}"] if failed or missing else []
+
+    def values(self, metric: str) -> np.ndarray:
+        """Values of a metric at the chosen points, NaN where a run was not done."""
+        return np.where(self.sweep.done, self.sweep.metrics[metric], np.nan)[self.points]
+
+    @property
+    def failed(self) -> np.ndarray:
+        return np.isin(self.sweep.status[self.points], ("failed", "lost"))
+
+
+def _said(name: str, value: object, units: str) -> str:
+    if isinstance(value, bool | str | np.str_ | np.bool_):
+        return f"{name.replace('_', ' ')} {value}"
+    unit, factor = shown_in(units, [value])
+    unit = {"?": "", "1": "", "-": ""}.get(unit, f" {unit}")
+    return f"{name.replace('_', ' ')} {value * factor:.4g}{unit}"
+
+
+def by_ratio(values: np.ndarray) -> bool:
+    """Whether numbers are spread more evenly by ratio than by difference."""
+    values = np.unique(values)
+    if len(values) < FEWEST or values[0] <= 0.0 or values[-1] < RATIO * values[0]:
+        return False
+    differences, ratios = np.diff(values), np.diff(np.log(values))
+    return bool(ratios.std() / ratios.mean() < differences.std() / differences.mean())
+
+
+def edges(values: np.ndarray, log: bool) -> np.ndarray:
+    """Edges (n + 1,) of the cells round n ascending values: half-way between them, or so by ratio."""
+    v = np.log(values) if log else np.asarray(values, float)
+    middle = 0.5 * (v[1:] + v[:-1])
+    found = np.concatenate([[v[0] - (middle[0] - v[0])], middle, [v[-1] + (v[-1] - middle[-1])]])
+    if log:
+        return np.exp(found)
+    return np.maximum(found, 0.0) if v[0] > 0.0 else found
+
+
+# --- metrics
+def chosen_metrics(sweep: Sweep, metrics: str | Iterable[str] | None) -> list[str]:
+    """Metrics by name or pattern, or the telling ones: at most six. Raises ValueError for what the sweep has not got."""
+    known = list(sweep.metrics)
+    if metrics is None:
+        finite = [n for n in known if np.isfinite(sweep.metrics[n][sweep.done]).any()]
+        loose = {n.removesuffix("_gap_min") for n in known if n.endswith("_gap_min")}
+        hits = [_first(finite, pattern, loose) for pattern in TELLING]
+        found = [n for n in hits if n][:TOLD] or finite[:TOLD]
+        if not found:
+            raise ValueError(f"{sweep.folder} has no metric yet: no point of it is done")
+        return found
+    found = []
+    for name in [metrics] if isinstance(metrics, str) else metrics:
+        hits = [n for n in known if fnmatchcase(n, name)]
+        if not hits:
+            raise ValueError(f"no metric {name!r} in {sweep.folder}; it has {', '.join(known) or 'none'}")
+        found += hits
+    found = list(dict.fromkeys(found))
+    if not 0 < len(found) <= MOST_METRICS:
+        raise ValueError(f"metrics: a page has room for 1 to {MOST_METRICS}, these are {len(found)}")
+    return found
+
+
+def _first(names: list[str], pattern: str, loose: set[str]) -> str | None:
+    """The first metric of a pattern; forces are those of the clearance joints, where there are any."""
+    hits = [n for n in names if fnmatchcase(n, pattern)]
+    if pattern == "joint_*_force_max":
+        hits = [n for n in hits if n.removesuffix("_force_max") in loose] or hits
+    return hits[0] if hits else None
+
+
+def _metric(choice: Choice, name: str) -> tuple[np.ndarray, str, str]:
+    """Values of a metric in display units, these, and its text."""
+    units, text = choice.sweep.known.get(name, ("?", name))
+    values = choice.values(name)
+    unit, factor = shown_in(units, values)
+    return values * factor, unit, text
+
+
+# --- maps
+def maps(
+    sweep: Sweep,
+    path: str | Path,
+    *,
+    metrics: str | Iterable[str] | None = None,
+    x: str | None = None,
+    y: str | None = None,
+    log: bool | str = "auto",
+    at: dict | None = None,
+) -> Path:
+    """Colour maps of metrics over two swept parameters, a panel each, saved under `path`.
+
+    metrics: names or patterns (default: up to six telling ones); x, y: parameters along the axes; a third one has a
+    panel for each of its values; at: values (SI) of parameters that are held, numbers the nearest that was swept; log:
+    whether colours are logarithmic ("auto": where a metric is positive and spans decades). Cells of failed runs are
+    hatched, points not run yet are blank. Raises ValueError for unknown metrics and parameters, and for sweeps of
+    samples or of fewer than two parameters.
+    """
+    choice, names = Choice.of(sweep, at), chosen_metrics(sweep, metrics)
+    if log not in ("auto", True, False):
+        raise ValueError(f'log must be "auto", True or False, got {log!r}')
+    axes, panels = _plane(choice, x, y)
+    shared = _Plane(choice, axes, panels)
+    width, figure, grid = _sheet(len(names), len(panels))
+    marks: dict[str, dict] = {}
+    for i, name in enumerate(names):
+        row = grid[i] if len(panels) > 1 else [grid.flat[i]]
+        marks |= shared.draw(figure, row, name, log)
+    for spare in grid.flat[len(names) * len(panels) :]:
+        spare.remove()
+    figures.legend_of_marks(figure, marks)
+    figure.suptitle(choice.title(*choice.counts(), width=width), fontsize="medium")
+    return figures.save(figure, path)
+
+
+def _plane(choice: Choice, x: str | None, y: str | None) -> tuple[list[Axis], list[tuple[str, np.ndarray]]]:
+    """Axes x and y, and the panels: what they are for and which points they hold."""
+    if choice.drawn:
+        raise ValueError(f"the points of {choice.sweep.folder} were drawn, not spread on a grid: ask for curves")
+    if len(choice.free) < 2:
+        what = ", ".join(choice.names) or "nothing"
+        raise ValueError(
+            f"a map needs two parameters that vary; in {choice.sweep.folder} varies {what}: ask for curves"
+        )
+    taken = [choice.along(n) for n in (x, y) if n]
+    if len(set(taken)) < len(taken):
+        raise ValueError(f"x and y: {x} and {y} vary together")
+    if x is None:
+        x = choice.default(taken)
+        taken.append(choice.along(x))
+    y = y or choice.default(taken)
+    rest = [f for i, f in enumerate(choice.free) if i not in (choice.along(x), choice.along(y))]
+    return [choice.axis(x), choice.axis(y)], _third(choice, rest)
+
+
+def _third(choice: Choice, rest: list) -> list[tuple[str, np.ndarray]]:
+    """A panel for each value of the one parameter left over."""
+    if not rest:
+        return [("", np.ones(len(choice.points), bool))]
+    if len(rest) > 1:
+        names = ", ".join(n for names, _ in rest for n in names)
+        raise ValueError(f"a page has room for one more parameter, left are {names}: hold some of them (at)")
+    names, place = rest[0]
+    if len(np.unique(place)) > MOST_PANELS:
+        raise ValueError(
+            f"{', '.join(names)} has {len(np.unique(place))} values, a page has room for {MOST_PANELS} panels: hold it (at)"
+        )
+    found = []
+    for p in np.unique(place):
+        there = place == p
+        first = int(np.argmax(there))
+        said = [a.says(a.place[first]) for a in map(choice.axis, names)]
+        found.append((", ".join(said), there))
+    return found
+
+
+def _sheet(metrics: int, panels: int):
+    """Width [inch], figure and axes: a row for each metric with its panels, or metrics two a row."""
+    columns = panels if panels > 1 else min(metrics, 2)
+    rows = metrics if panels > 1 else -(-metrics // columns)
+    width = max(6.0, (2.5 if panels > 2 else 3.6) * columns + 1.4)
+    figure = figures.sheet(width, 0.9 + 2.7 * rows)
+    return width, figure, figure.subplots(rows, columns, squeeze=False)
+
+
+@dataclass(frozen=True)
+class _Plane:
+    """Two parameters, and the panels of a third one."""
+
+    choice: Choice
+    axes: list[Axis]
+    panels: list[tuple[str, np.ndarray]]
+
+    def draw(self, figure, row, name: str, log: bool | str) -> dict[str, dict]:
+        """Panels of a metric, with one scale; what stands for cells without a colour."""
+        values, units, text = _metric(self.choice, name)
+        finite = values[np.isfinite(values)]
+        if log is True and not (finite > 0.0).all():
+            raise ValueError(f"log: {name} is not positive everywhere, its smallest value is {finite.min():g} {units}")
+        logarithmic = figures.wide(values) if log == "auto" else bool(log) and finite.size > 0
+        norm = figures.scale(values, logarithmic, whole=units == "turns")
+        failed, done = self.choice.failed, self.choice.sweep.done[self.choice.points]
+        states = {"failed": failed, "endless": done & np.isinf(values), "without": done & np.isnan(values)}
+        says = {"failed": "failed", "endless": "no period" if units == "turns" else "infinite", "without": "no value"}
+        borders = tuple(edges(a.at, a.log) for a in self.axes)
+        for axes, (title, there) in zip(row, self.panels, strict=True):
+            mesh = figures.cells(axes, borders, self._table(values, there), norm)
+            for state, where in states.items():
+                marked = self._table(np.where(where, 1.0, 0.0), there) == 1.0
+                if marked.any():
+                    figures.marked(axes, borders, marked, MARKS[state])
+            axes.set_title(title, fontsize="small")
+            _scale(axes, "x", self.axes[0])
+            _scale(axes, "y", self.axes[1])
+        for axes in row[1:]:
+            axes.set_ylabel("")
+            axes.tick_params(labelleft=False)
+        figures.colour_bar(figure, mesh, list(row), axis_label(text, units, 2.4))
+        return {says[s]: MARKS[s] for s, where in states.items() if where.any()}
+
+    def _table(self, values: np.ndarray, there: np.ndarray) -> np.ndarray:
+        """Values of some points as (y, x), NaN where there is none."""
+        x, y = self.axes
+        table = np.full((len(y.values), len(x.values)), np.nan)
+        table[y.place[there], x.place[there]] = values[there]
+        return table
+
+
+def _scale(axes, which: str, axis: Axis) -> None:
+    """Ticks, scale and label of a swept parameter along an axis."""
+    getattr(axes, f"set_{which}label")(axis.label)
+    side = axes.xaxis if which == "x" else axes.yaxis
+    if axis.log:
+        getattr(axes, f"set_{which}scale")("log")
+        figures.plain_decades(side, axis.values[0], axis.values[-1])
+    steps = np.diff(np.log(axis.at) if axis.log else axis.at)
+    even = len(steps) and np.ptp(steps) < 1e-6 * abs(steps.mean())
+    if axis.named or (even and len(axis.values) <= TICKS):
+        side.set_ticks(axis.at, [axis.text(i) for i in range(len(axis.values))])
+        side.set_ticks([], minor=True)
+
+
+# --- curves and samples
+def curves(
+    sweep: Sweep,
+    path: str | Path,
+    *,
+    metrics: str | Iterable[str] | None = None,
+    x: str | None = None,
+    at: dict | None = None,
+) -> Path:
+    """Metrics over a swept parameter, a panel each, saved under `path`; of samples, over each parameter.
+
+    metrics: names or patterns (default: up to six telling ones); x: the parameter (default: the first with numbers);
+    a second one has a curve for each of its values; at: values (SI) of parameters that are held, numbers the nearest
+    that was swept. Crosses at the bottom: failed runs. Raises ValueError for unknown metrics and parameters.
+    """
+    choice, names = Choice.of(sweep, at), chosen_metrics(sweep, metrics)
+    if not choice.free:
+        raise ValueError(f"nothing varies among the points of {sweep.folder} that are left")
+    if choice.drawn:
+        return _samples(choice, names, [x] if x else choice.names, path)
+    x = x or choice.default([])
+    if x is None:
+        raise ValueError(f"none of {', '.join(choice.names)} has a value for each point")
+    groups = _second(choice, choice.along(x))
+    rows, columns = -(-len(names) // 2), min(len(names), 2)
+    width = 4.2 * columns + 0.6 if columns > 1 else 6.5
+    figure = figures.sheet(width, 1.1 + 2.3 * rows + 0.2 * (len(groups) // 3 if len(groups) > 1 else 0))
+    grid = figure.subplots(rows, columns, squeeze=False)
+    for axes, name in zip(grid.flat, names, strict=False):
+        _curves(axes, choice, choice.axis(x), name, groups)
+    for spare in grid.flat[len(names) :]:
+        spare.remove()
+    figure.suptitle(_with_crosses(choice, width), fontsize="medium")
+    if len(groups) > 1:
+        figures.legend_below(figure, grid[0, 0], columns=3 * columns)
+    return figures.save(figure, path)
+
+
+def _with_crosses(choice: Choice, width: float) -> str:
+    crosses = ["crosses: failed"] if choice.failed.any() else []
+    return choice.title(", ".join(choice.counts() + crosses), width=width)
+
+
+def _second(choice: Choice, taken: int) -> list[tuple[str, np.ndarray]]:
+    """A curve for each value of what varies besides."""
+    rest = [f for i, f in enumerate(choice.free) if i != taken]
+    keys = list(zip(*(place for _, place in rest), strict=True)) if rest else [()] * len(choice.points)
+    distinct = list(dict.fromkeys(keys))
+    if len(distinct) > MOST_CURVES:
+        names = ", ".join(n for names, _ in rest for n in names)
+        raise ValueError(f"{names}: {len(distinct)} curves are more than {MOST_CURVES}; hold some of them (at)")
+    axes = [choice.axis(n) for names, _ in rest for n in names]
+    found = []
+    for key in distinct:
+        there = np.array([k == key for k in keys])
+        first = int(np.argmax(there))
+        found.append((", ".join(a.says(a.place[first]) for a in axes), there))
+    return found
+
+
+def _curves(axes, choice: Choice, x: Axis, name: str, groups: list[tuple[str, np.ndarray]]) -> None:
+    values, units, text = _metric(choice, name)
+    shown = np.where(np.isfinite(values), values, np.nan)
+    for i, (label, there) in enumerate(groups):
+        order = np.flatnonzero(there)[np.argsort(x.place[there], kind="stable")]
+        style = figures.stroke(i, len(groups)) | {"marker": figures.marker(i), "ms": 3.5, "lw": 1.0, "label": label}
+        if x.values.dtype.kind not in "iuf":
+            style["ls"] = ""
+        axes.plot(x.at[x.place[order]], shown[order], **style)
+    axes.set_yscale("log" if figures.wide(values) else "linear")
+    figures.finish(axes, axis_label(text, units, 2.1), legend=False)
+    _scale(axes, "x", x)
+    if figures.wide(values):
+        figures.plain_decades(axes.yaxis, np.nanmin(shown), np.nanmax(shown))
+    _absent(axes, x.at[x.place], choice, values, units)
+
+
+def _absent(axes, at: np.ndarray, choice: Choice, values: np.ndarray, units: str) -> None:
+    """Crosses for failed runs, and a word where nothing or not all can be drawn."""
+    if choice.failed.any():
+        style = {"color": "#d55e00", "transform": axes.get_xaxis_transform(), "clip_on": False, "zorder": 5}
+        axes.plot(at[choice.failed], np.zeros(choice.failed.sum()), "x", **style)
+    endless = int(np.isinf(values).sum())
+    if endless:
+        what = "have no period" if units == "turns" else "are infinite"
+        axes.set_title(f"{endless} of {len(values)} {what}", fontsize="small", loc="right", color="0.3")
+    if not np.isfinite(values).any():
+        figures.note(axes, "no value")
+
+
+def _samples(choice: Choice, names: list[str], parameters: list[str], path: str | Path) -> Path:
+    """Metrics of samples, a row each, over parameters, a column each."""
+    axes_of = [choice.axis(n) for n in parameters]
+    width = max(2.1 * len(parameters) + 0.9, 5.0)
+    figure = figures.sheet(width, 1.0 + 1.9 * len(names))
+    grid = figure.subplots(len(names), len(parameters), sharex="col", sharey="row", squeeze=False)
+    for row, name in zip(grid, names, strict=True):
+        values, units, text = _metric(choice, name)
+        shown = np.where(np.isfinite(values), values, np.nan)
+        for axes, x in zip(row, axes_of, strict=True):
+            axes.plot(x.at[x.place], shown, ls="", marker="o", ms=3.0, mfc="none", mew=0.7, color="black")
+            axes.set_yscale("log" if figures.wide(values) else "linear")
+            figures.finish(axes, axis_label(text, units, 1.8) if axes is row[0] else "", legend=False)
+            _scale(axes, "x", x)
+            if x.named:
+                axes.set_xlim(-0.5, len(x.values) - 0.5)
+            axes.set_xlabel(x.label if row is grid[-1] else "")
+            _absent(axes, x.at[x.place], choice, values, units)
+        if figures.wide(values):
+            figures.plain_decades(row[0].yaxis, np.nanmin(shown), np.nanmax(shown))
+    figure.align_ylabels()
+    figure.suptitle(_with_crosses(choice, width), fontsize="medium")
+    return figures.save(figure, path)
+
+
+# --- bifurcation diagrams
+def bifurcation_of(
+    sweep: Sweep,
+    path: str | Path,
+    *,
+    parameter: str | None = None,
+    channels: str | Iterable[str] | None = None,
+    settle: float | None = None,
+    angle: float = 0.0,
+    at: dict | None = None,
+) -> Path:
+    """Bifurcation diagram of a sweep: channels of its runs once a turn of the drive over a parameter, under `path`.
+
+    parameter: default the first one with numbers; channels: default the velocity of the last body and the journal of
+    the first clearance joint; settle: turns left out (default: the first half of the runs); angle: of the drive [rad];
+    at: values (SI) of the other parameters. Points without a complete run file are crosses, and counted in the title.
+    Raises ValueError for a sweep without run files or with other parameters left, and for unknown channels.
+    """
+    choice = Choice.of(sweep, at)
+    if not sweep.definition.files:
+        raise ValueError(f"{sweep.folder} keeps no run files, which a bifurcation diagram is made of")
+    axis = _parameter(choice, parameter)
+    found, labels, said, left_out = [], None, {}, {}
+    for i, place in zip(choice.points, axis.place, strict=True):
+        rows = []
+        if sweep.done[i] and sweep.path(int(i)).exists():
+            with sweep.run(int(i)) as run:
+                channels = _named(run, channels)
+                labels = labels or [_label(run, n) for n in channels]
+                dropped = _settled(run, settle)
+                rows = section(run, channels, angle, dropped)
+                left_out |= {dropped: None}
+                said |= dict.fromkeys(_how(run, channels, angle, dropped))
+        found.append((axis.values[place], rows))
+    if labels is None:
+        raise ValueError(f"none of the {len(found)} points asked for has the file of a complete run in {sweep.folder}")
+    lines = [", ".join([*said, _passages(found, left_out)]), _gone(choice, found)]
+    title = choice.title(*lines, width=7.0)
+    return bifurcation(found, path, parameter=axis.label, channels=labels, title=title, log=axis.log)
+
+
+def _parameter(choice: Choice, name: str | None) -> Axis:
+    """The parameter of a bifurcation diagram. Raises ValueError for texts and where others vary besides."""
+    name = name or choice.default([])
+    if name is None:
+        raise ValueError(f"nothing varies among the points of {choice.sweep.folder} that are left")
+    axis = choice.axis(name)
+    if axis.values.dtype.kind not in "iuf":
+        raise ValueError(f"a bifurcation diagram needs numbers along its axis; {name} has {', '.join(axis.values)}")
+    others = [n for names, _ in choice.free if name not in names for n in names]
+    if others and not choice.drawn:
+        raise ValueError(f"besides {name}, {', '.join(others)} varies: hold it (at)")
+    return axis
+
+
+def _named(run: Record, channels: str | Iterable[str] | None) -> list[str]:
+    """Channels asked for, or the velocity of the last body and the journal of the first clearance joint."""
+    if channels is not None:
+        return [channels] if isinstance(channels, str) else list(channels)
+    joints = [j for j in run.clearances if f"joints/{j}/eccentricity_x" in run]
+    return [principal(run).format("v"), *(f"joints/{j}/epsilon_x" for j in joints[:1])]
+
+
+def _label(run: Record, name: str) -> str:
+    found = channel(run, name)
+    return axis_label(found.label, found.units, 2.6)
+
+
+def _settled(run: Record, settle: float | None) -> float:
+    """Turns left out: those asked for, or the first half of the run."""
+    return float(int(0.5 * run.time[-1] / turn_of(run))) if settle is None else settle
+
+
+def _how(run: Record, channels: list[str], angle: float, settle: float) -> list[str]:
+    """The angle of the section and how its values are found, in words."""
+    times = section_times(run, angle, settle)
+    ways = dict.fromkeys(interpolation(run, n, times) for n in channels) if len(times) else {}
+    return [f"{drive_angle(run)[2]} angle {np.degrees(angle):.4g}°", *ways]
+
+
+def _passages(found: list, left_out: dict[float, None]) -> str:
+    """How many passages are drawn, and how many turns before them are not."""
+    counts = sorted({len(rows) for _, rows in found if len(rows)} or {0})
+    first = sorted(left_out)
+    return f"{_range(counts)} passages each after {_range(first)} turns left out"
+
+
+def _range(numbers: list) -> str:
+    return f"{numbers[0]:g}" if numbers[0] == numbers[-1] else f"{numbers[0]:g} to {numbers[-1]:g}"
+
+
+def _gone(choice: Choice, found: list) -> str:
+    """Which points have no run file to draw, and why."""
+    sweep = choice.sweep
+    status = np.array(
+        [
+            s if s != "done" or sweep.path(int(i)).exists() else "without a file"
+            for i, s in zip(choice.points, sweep.status[choice.points], strict=True)
+        ]
+    )
+    names, counts = np.unique(status[status != "done"], return_counts=True)
+    words = [f"{n} {s}" for s, n in zip(names, counts, strict=True)]
+    return f"of {len(found)} runs {', '.join(words)}" if words else ""

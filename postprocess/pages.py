@@ -1,0 +1,271 @@
+"""Pieces of an HTML page that needs nothing else: numbers with units, tables, pictures in the page, its frame.
+
+Every text is escaped on its way in; only `Markup`, made here, goes in as it is.
+"""
+
+import base64
+import html
+import math
+import os
+import re
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+DASH, NO_BREAK = "\u2013", "\u00a0"
+#: significant digits of a number
+DIGITS = 5
+#: SI units and the ones they are shown in, largest first, with their size
+SHOWN_AS = {
+    "m": (("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9)),
+    "s": (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9)),
+    "kg": (("kg", 1.0), ("g", 1e-3)),
+    "kg m2": (("kg m²", 1.0), ("kg mm²", 1e-6)),
+    "N": (("N", 1.0), ("mN", 1e-3), ("µN", 1e-6)),
+    "N m": (("N m", 1.0), ("mN m", 1e-3), ("µN m", 1e-6)),
+    "J": (("J", 1.0), ("mJ", 1e-3), ("µJ", 1e-6)),
+    "W": (("W", 1.0), ("mW", 1e-3), ("µW", 1e-6)),
+    "Pa": (("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3), ("Pa", 1.0)),
+    "Pa s": (("Pa s", 1.0), ("mPa s", 1e-3)),
+    "m/s": (("m/s", 1.0), ("mm/s", 1e-3), ("µm/s", 1e-6)),
+    "rad": (("°", math.pi / 180.0),),
+}
+ALIKE = {
+    "m/s2": "m/s²", "kg/m3": "kg/m³", "m3/s": "m³/s", "rad/s2": "rad/s²", "J/(m3 K)": "J/(m³ K)", "1": "", "-": "",
+    "?": "",
+}  # fmt: skip
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+#: bytes of an SVG picture that is not worth being drawn as PNG too, and samples from which on no SVG is tried
+SMALL, LONG = 40_000, 20_000
+
+STYLE = """
+body{font:15px/1.45 system-ui,sans-serif;color:#1a1a1a;background:#fff;max-width:64rem;margin:0 auto;padding:1rem}
+h1{font-size:1.7rem;margin:0 0 .3rem}h2{font-size:1.3rem;margin:2rem 0 .6rem;border-bottom:1px solid #bbb}
+h3{font-size:1.05rem;margin:1.3rem 0 .4rem}p{margin:.5rem 0}nav{font-size:.9rem}nav a{margin-right:1em}
+table{border-collapse:collapse;margin:.5rem 0;font-size:.86rem;font-variant-numeric:tabular-nums}
+caption{text-align:left;color:#444;padding:.2rem 0}
+th,td{border:1px solid #ccc;padding:.2rem .5rem;text-align:left;vertical-align:top}
+thead th{background:#eef1f4}td.number{text-align:right;white-space:nowrap}
+th[data-sorted]::after{content:" \\25B2"}th[data-sorted=down]::after{content:" \\25BC"}
+table.sortable thead th{cursor:pointer}.wide{overflow-x:auto}figure{margin:.8rem 0}figcaption{font-size:.86rem;color:#444}
+figure svg,figure img{max-width:100%;height:auto}svg *{stroke-linejoin:round;stroke-linecap:butt}
+.box{border-left:5px solid;padding:.4rem .8rem;margin:.8rem 0}.box ul{margin:.2rem 0;padding-left:1.2rem}
+.bad{border-color:#c0392b;background:#fdeeec}.doubt{border-color:#e0a800;background:#fff8e1}
+.good{border-color:#2e7d4f;background:#edf7f0}.missing{color:#555;font-style:italic}
+pre{background:#f4f4f4;padding:.6rem;overflow-x:auto}code{overflow-wrap:anywhere}
+@media print{body{font-size:10pt;max-width:none;padding:0}nav{display:none}a{color:inherit}
+.wide{overflow:visible}table{font-size:8pt}h2,h3,caption{break-after:avoid}figure,tr,.box,pre{break-inside:avoid}
+section.page{break-before:page}}@page{margin:15mm}
+"""
+#: clicks on a head cell sort its table; without scripts tables stay as they are
+SCRIPT = """
+for(const head of document.querySelectorAll("table.sortable thead th"))head.addEventListener("click",()=>{
+const table=head.closest("table"),body=table.tBodies[0],down=head.dataset.sorted==="up",i=head.cellIndex;
+const key=row=>{const c=row.cells[i];return c.dataset.value===undefined?c.textContent:+c.dataset.value};
+const rows=[...body.rows].sort((a,b)=>{const x=key(a),y=key(b);
+return (typeof x==="number"&&typeof y==="number"?(isNaN(x)?1:isNaN(y)?-1:x-y):String(x).localeCompare(String(y)))*(down?-1:1)});
+for(const other of table.querySelectorAll("th"))delete other.dataset.sorted;
+head.dataset.sorted=down?"down":"up";body.append(...rows)});
+"""
+
+
+class Markup(str):
+    """HTML that goes into a page as it is."""
+
+
+class Cell(Markup):
+    """A whole table cell."""
+
+
+def markup(value: object) -> Markup:
+    """A value as HTML: texts escaped, numbers to 5 digits, None and NaN as a dash."""
+    if isinstance(value, Markup):
+        return value
+    if value is None:
+        return Markup(DASH)
+    if isinstance(value, bool | np.bool_):
+        return Markup("yes" if value else "no")
+    if isinstance(value, int | float | np.integer | np.floating):
+        return Markup(number(value))
+    return Markup(html.escape(str(value)))
+
+
+def element(tag: str, *content: object, **attributes: object) -> Markup:
+    """An element with its content, both escaped; `class_` is the attribute class, `data_value` is data-value."""
+    given = "".join(
+        f' {name.rstrip("_").replace("_", "-")}="{html.escape(str(value))}"' for name, value in attributes.items()
+    )
+    return Markup(f"<{tag}{given}>{''.join(map(markup, content))}</{tag}>")
+
+
+def join(parts: Iterable[object], between: str = "") -> Markup:
+    return Markup(between.join(map(markup, parts)))
+
+
+def number(value: float, digits: int = DIGITS) -> str:
+    """A number in print: "0.00012345", "1.2 × 10⁻⁷"; whole numbers whole, a dash for NaN."""
+    if isinstance(value, int | np.integer):
+        return str(value).replace("-", "\u2212")
+    if math.isnan(value):
+        return DASH
+    if math.isinf(value):
+        return "∞" if value > 0.0 else "\u2212∞"
+    text, _, power = f"{value:.{digits}g}".partition("e")
+    if abs(value) >= 10.0**digits and abs(value) < 1e6:
+        text, power = f"{value:.0f}", ""
+    text = text.replace("-", "\u2212")
+    return f"{text} × 10{str(int(power)).translate(SUPERSCRIPTS)}".replace(" ", NO_BREAK) if power else text
+
+
+def scaled(units: str, *values: float) -> tuple[float, str]:
+    """What to divide values in SI units by to show them, and the units they are in then: that of the largest value."""
+    sizes = [abs(v) for v in values if math.isfinite(v)]
+    largest = max(sizes, default=0.0)
+    known = SHOWN_AS.get(units)
+    if known is None:
+        return 1.0, ALIKE.get(units, units)
+    if largest == 0.0:
+        return next(((size, name) for name, size in known if size == 1.0), (known[0][1], known[0][0]))
+    name, size = next(((n, s) for n, s in known if largest >= s), known[-1])
+    return size, name
+
+
+def measured(value: float, units: str) -> tuple[str, str]:
+    """A number and units of a size that suits it: 1e-4 m is "100" and "µm"."""
+    size, name = scaled(units, value)
+    return number(value if size == 1.0 else value / size), name.replace(" ", NO_BREAK)
+
+
+def quantity(value: float, units: str) -> str:
+    """A number with its units, as `measured`: "100 µm"."""
+    return NO_BREAK.join(filter(None, measured(value, units)))
+
+
+# --- pieces of a page
+
+
+def cell(value: object) -> Cell:
+    """A table cell; numbers on the right."""
+    if isinstance(value, Cell):
+        return value
+    if isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool):
+        return valued(value, number(value))
+    return Cell(element("td", value))
+
+
+def valued(value: float, shown: str) -> Cell:
+    """A table cell with a number as it is shown, and its value to sort by."""
+    return Cell(element("td", shown, class_="number", data_value=f"{value:.9g}"))
+
+
+def table(head: Sequence[object], rows: Iterable[Sequence[object]], *, says: str = "", sortable: bool = False) -> Markup:
+    """A table with a head row; `says` is its caption. A sortable one is sorted by clicks on its head."""
+    caption = element("caption", says) if says else ""
+    top = element("thead", element("tr", *(element("th", h, scope="col") for h in head)))
+    body = element("tbody", *(element("tr", *map(cell, row)) for row in rows))
+    made = element("table", caption, top, body, **({"class_": "sortable"} if sortable else {}))
+    return element("div", made, class_="wide")
+
+
+def facts(rows: Iterable[tuple[object, object]]) -> Markup:
+    """A table of names and values, without a head."""
+    lines = (element("tr", element("th", name, scope="row"), element("td", value)) for name, value in rows)
+    return element("div", element("table", element("tbody", *lines)), class_="wide")
+
+
+def points(items: Iterable[object]) -> Markup:
+    return element("ul", *(element("li", item) for item in items))
+
+
+def box(kind: str, *content: object) -> Markup:
+    """Something that must be seen; kind: bad, doubt or good."""
+    return element("div", *content, class_=f"box {kind}")
+
+
+def missing(text: str) -> Markup:
+    """A sentence in place of what cannot be shown."""
+    return element("p", text, class_="missing")
+
+
+class Page:
+    """A page in the making: its title, sections in order, and pictures that have numbers."""
+
+    def __init__(self, title: str):
+        self.title, self.head, self.sections, self.pictures = title, Markup(""), [], 0
+
+    def section(self, title: str, *content: object, apart: bool = False) -> None:
+        """Add a section; `apart`: it begins on a new sheet of paper."""
+        self.sections.append((title, join(content), apart))
+
+    def picture(self, draw: Callable[[Path], object], said: str, samples: int = 0) -> Markup:
+        """A picture in the page, as SVG or PNG, whichever is smaller; a sentence where it cannot be drawn.
+
+        draw: saves it under the path it is given, or raises ValueError saying why it cannot; said: what it shows;
+        samples: length of the record, for long ones are not tried as SVG.
+        """
+        try:
+            with TemporaryDirectory(prefix="clearance-") as folder:
+                shown = self._smaller(draw, Path(folder), said, samples)
+        except ValueError as error:
+            return missing(f"{said}: not shown, for {error}.")
+        return element("figure", shown, element("figcaption", said))
+
+    def _smaller(self, draw: Callable[[Path], object], folder: Path, said: str, samples: int) -> Markup:
+        self.pictures += 1
+        vector = None
+        if samples < LONG:
+            draw(folder / "picture.svg")
+            text = (folder / "picture.svg").read_text(encoding="utf-8")
+            vector = inline(text, f"p{self.pictures}", said)
+            if len(vector) <= SMALL:
+                return vector
+        draw(folder / "picture.png")
+        data = base64.b64encode((folder / "picture.png").read_bytes()).decode()
+        image = Markup(f'<img alt="{html.escape(said)}" src="data:image/png;base64,{data}">')
+        return vector if vector is not None and len(vector) <= len(image) else image
+
+    def html(self) -> str:
+        """The whole document."""
+        names = [f"s{i}" for i in range(1, len(self.sections) + 1)]
+        links = (element("a", title, href=f"#{n}") for n, (title, *_) in zip(names, self.sections, strict=True))
+        sections = (
+            element("section", element("h2", title), content, id=name, **({"class_": "page"} if apart else {}))
+            for name, (title, content, apart) in zip(names, self.sections, strict=True)
+        )
+        body = element("body", self.head, element("nav", join(links, " ")), *sections, Markup(f"<script>{SCRIPT}</script>"))
+        meta = '<meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">'
+        head = element("head", Markup(meta), element("title", self.title), Markup(f"<style>{STYLE}</style>"))
+        return f"<!DOCTYPE html>\n{element('html', head, body, lang='en')}\n"
+
+    def save(self, path: Path) -> Path:
+        """Write the document, under a temporary name until it is whole."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        partial = path.with_name(f"{path.name}.{os.getpid()}.partial")
+        try:
+            partial.write_text(self.html(), encoding="utf-8")
+            os.replace(partial, path)
+        finally:
+            partial.unlink(missing_ok=True)
+        return path
+
+
+def inline(svg: str, name: str, said: str) -> Markup:
+    """An SVG file as an element of a page: without prolog, styles and comments, its ids made the page's own.
+
+    name: what its ids begin with; said: its alternative text. Ids that nothing refers to are left out.
+    """
+    body = re.sub(r"<!--.*?-->|<metadata>.*?</metadata>|<style.*?</style>", "", svg[svg.index("<svg") :], flags=re.S)
+    opening, body = re.match(r"<svg([^>]*)>(.*)", body, flags=re.S).groups()
+    size = dict(re.findall(r'(width|height|viewBox)="([^"]*)"', opening))
+    body = body.replace("xlink:href", "href")
+    used = dict.fromkeys(re.findall(r'url\(#([^)"]+)\)|href="#([^"]+)"', body))
+    ids = {next(filter(None, pair)): "" for pair in used}
+    ids = {old: f"{name}-{i}" for i, old in enumerate(ids)}
+    body = re.sub(r' id="([^"]*)"', lambda m: f' id="{ids[m[1]]}"' if m[1] in ids else "", body)
+    body = re.sub(r"url\(#([^)]+)\)", lambda m: f"url(#{ids[m[1]]})", body)
+    body = re.sub(r'href="#([^"]+)"', lambda m: f'href="#{ids[m[1]]}"', body)
+    body = re.sub(r"\s*\n\s*", "\n", body)
+    sizes = "".join(f' {n}="{html.escape(v)}"' for n, v in size.items())
+    return Markup(f'<svg role="img" aria-label="{html.escape(said)}"{sizes}>{body.strip()}')

@@ -1,0 +1,327 @@
+"""A report of a run or of a sweep: one HTML file with numbers, tables and pictures, that needs nothing else.
+
+Everything in it comes from the result file or the sweep directory; what cannot be shown, for a channel was not kept or
+the run was too short, is said in a sentence.
+"""
+
+import hashlib
+import json
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from clearance.postprocess import figures, plots, scenes, sections
+from clearance.postprocess.channels import expand
+from clearance.postprocess.contacts import SHOWN, contact_joints, contact_table, contacts
+from clearance.postprocess.drawing import sketch
+from clearance.postprocess.histories import MOST_PANELS, histories
+from clearance.postprocess.pages import (
+    Markup,
+    Page,
+    box,
+    element,
+    facts,
+    join,
+    measured,
+    missing,
+    number,
+    points,
+    quantity,
+    table,
+    valued,
+)
+from clearance.postprocess.spectra import spectra
+from clearance.postprocess.sweep_report import sweep_page
+
+from clearance.results import Result, open_result
+from clearance.sweeping import metrics as summaries
+from clearance.sweeping.index import Sweep, open_sweep
+
+#: turns left out of a Poincare section, and passages that make one worth drawing
+SETTLE, PASSAGES = 2.0, 4
+STATES = ("membership_full_film", "membership_mixed", "membership_dry")
+#: what a run file knows of a joint as a whole: name, words, units
+JOINT_FACTS = (
+    ("peak_force", "largest force, of samples and contacts", "N"),
+    ("smallest_gap", "smallest gap, negative in contact", "m"),
+    ("film_pressure", "largest film pressure, an estimate", "Pa"),
+    ("film_thickness_ratio", "smallest film thickness ratio", "1"),
+    ("piezoviscous_number", "piezoviscous number", "1"),
+    ("flattening_ratio", "elastic flattening over film thickness", "1"),
+    ("share_full_film", "share of the time in full film", "1"),
+    ("share_mixed", "share of the time in mixed lubrication", "1"),
+    ("share_dry", "share of the time in dry contact", "1"),
+    ("mean_asperity_share", "mean share of the load on the solids", "1"),
+    ("film_table_error_closing", "error of the film table, journal closing in", "1"),
+    ("film_table_error_opening", "error of the film table, journal receding", "1"),
+)
+PARTS = (
+    summaries.sliders, summaries.drives, summaries.joints, summaries.contacts, summaries.dissipation,
+    summaries.periodicity,
+)  # fmt: skip
+
+
+def report(source: str | Path | Result | Sweep, path: str | Path) -> Path:
+    """Write the report of a run or of a sweep as one HTML file under `path`.
+
+    source: a run's file or Result, a sweep's directory or Sweep. Raises ValueError for a path that does not end in
+    .html, FileNotFoundError and ValueError as `open_result` and `open_sweep` for what is no run and no sweep.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise ValueError(f"report {path}: its name must end in .html")
+    if isinstance(source, Result):
+        return run_page(source).save(path)
+    if isinstance(source, Sweep) or Path(source).is_dir():
+        sweep = source if isinstance(source, Sweep) else open_sweep(source)
+        return sweep_page(sweep, path).save(path)
+    with open_result(source) as run:
+        return run_page(run).save(path)
+
+
+def run_page(run: Result) -> Page:
+    """The report of a run, not yet written."""
+    page = Page(f"{run.attributes['case']}: report of {run.path.name}")
+    page.head = _head(run)
+    page.section("Mechanism", *_mechanism(page, run))
+    page.section("Integration", _integration(run))
+    page.section("Summary", *_summary(run))
+    page.section("Overview", _overview(page, run), apart=True)
+    for joint in (j for j in run.scene["joints"] if j["type"] == "ClearanceRevolute"):
+        page.section(f"Joint {joint['name']}", *_joint(page, run, joint["name"]), apart=True)
+    page.section("Motion in phase space", *_phase(page, run), apart=True)
+    page.section("Spectrum", _spectrum(page, run))
+    page.section("Provenance", *_provenance(run))
+    return page
+
+
+# --- what was run
+
+
+def _head(run: Result) -> Markup:
+    """Case, status, date and versions; warnings where they cannot be missed."""
+    about, solver = run.attributes, run.solver
+    versions = ", ".join(f"{n.removeprefix('version_')} {v}" for n, v in about.items() if n.startswith("version_"))
+    title = element("h1", f"{about['case']}: {_how_long(run)}")
+    said = element("p", f"{plots.title(run)}. Written {about['created']} by {versions}.")
+    if run.complete:
+        state = box("good", element("b", "complete"), f": {solver['steps']} steps in {quantity(solver['wall_s'], 's')}")
+    else:
+        state = box("bad", element("b", "partial"), f": {run.status.removeprefix('partial: ')}")
+    doubts = box("doubt", element("b", f"Warnings ({len(run.warnings)})"), points(run.warnings)) if run.warnings else ""
+    return join([title, said, state, doubts or element("p", "No warnings.")])
+
+
+def _how_long(run: Result) -> str:
+    time = run.time
+    if not time.size:
+        return "no sample"
+    turns = f"{number(time[-1] / run.turn)} turns, " if run.turn else ""
+    return f"{turns}{quantity(time[-1], 's')}"
+
+
+def _mechanism(page: Page, run: Result) -> list[Markup]:
+    scene, said = run.scene, "The mechanism at the start of the run, to scale, with the paths of its points"
+    drawn = page.picture(partial(sketch, run), said, run.time.size)
+    return [scenes.described(scene), drawn, scenes.tables(scene)]
+
+
+def _integration(run: Result) -> Markup:
+    """Method and why, tolerances, counts, cost, and how well the energy ledger closes."""
+    solver = run.solver
+    atol, steps = np.atleast_1d(solver["atol"]), run.values("solver/step")
+    rows = [
+        ("method", f"{solver['method']} ({solver['method_reason']})"),
+        ("relative tolerance", number(solver["rtol"])),
+        ("absolute tolerances", _range(atol, "") if atol.size else "no state is integrated"),
+        ("simulated", _how_long(run)),
+        ("samples", int(run.time.size)),
+        ("steps", f"{solver['steps']}, {solver['rejected']} rejected"),
+        ("step sizes", f"{_range(steps, 's')}, median {quantity(np.median(steps), 's')}" if steps.size else None),
+        ("evaluations", f"{solver['evaluations']} of the right-hand side, {solver['jacobians']} of its Jacobian"),
+        ("factorisations", int(solver["factorisations"])),
+        ("wall time", f"{quantity(solver['wall_s'], 's')}, of it {quantity(solver['loop_s'], 's')} in the compiled loop"),
+        ("energy residual", _ledger(run)),
+    ]
+    return facts(rows)
+
+
+def _range(values: np.ndarray, units: str) -> str:
+    low, high = (quantity(v, units) for v in (values.min(), values.max()))
+    return low if low == high else f"{low} to {high}"
+
+
+def _ledger(run: Result) -> str:
+    share, turned = run.solver["energy_residual_share"], run.facts("energy").get("turned_over", 0.0)
+    if share == 0.0 and "energy/residual" not in run:
+        return "no energy ledger was kept or integrated"
+    said = f"{number(100.0 * share)} % of the energy turned over at worst"
+    return f"{said}; {quantity(turned, 'J')} were turned over in all"
+
+
+# --- what came out
+
+
+def _summary(run: Result) -> list[Markup]:
+    """The metrics of the run, those a sweep kept in the file or computed from its channels."""
+    found, said = kept_metrics(run), ["As the sweep this run belongs to has kept them."]
+    if not found:
+        found, said = computed_metrics(run)
+    if not found:
+        return [missing("The run ended before there was anything to sum up."), *map(missing, said)]
+    shown = {name: measured(m.value, m.units) for name, m in found.items()}
+    rows = [(m.text, valued(m.value, shown[n][0]), shown[n][1], n) for n, m in found.items()]
+    return [*(element("p", s) for s in said), table(["what", "value", "units", "name"], rows)]
+
+
+def kept_metrics(run: Result) -> dict[str, summaries.Metric]:
+    """The metrics that a sweep has kept in a run's file; none in the file of a run by itself."""
+    values = run.facts("metrics")
+    known = json.loads(values.get("known", "{}"))
+    return {n: summaries.Metric(float(values[n]), *known[n]) for n in known if n in values}
+
+
+def computed_metrics(run: Result) -> tuple[dict[str, summaries.Metric], list[str]]:
+    """The metrics of a run as far as its channels were kept, and in words over what and what is left out."""
+    window = summaries.Window.of(run, None)
+    if window is None:
+        return {}, []
+    turns = f", {number(window.turns)} whole turns" if window.turns else ""
+    said = [f"Taken from t = {quantity(window.begin, 's')} to {quantity(window.end, 's')}{turns}."]
+    try:
+        return summaries.metrics(run), said
+    except KeyError:
+        found: dict[str, summaries.Metric] = {}
+    lost = []
+    for part in PARTS:
+        try:
+            found |= {n: summaries.Metric(*rest) for n, *rest in part(run, window)}
+        except KeyError as error:
+            lost.append(f"{part.__name__} ({error.args[0]})")
+    return found, [*said, f"Left out, for want of channels: {'; '.join(lost)}."]
+
+
+def _overview(page: Page, run: Result) -> Markup:
+    """The overview, or where it needs more channels than were kept, those that were."""
+    if run.time.size < 2:
+        return missing(f"The run ended with {run.time.size} sample(s): there is nothing to draw.")
+    wanted = overview_channels(run)
+    if not (absent := [p for p in wanted if p not in run]):
+        said = "Motion, drive, joint forces, energies, and journal paths of the joints with clearance"
+        return page.picture(partial(plots.overview, run), said, run.time.size)
+    text = f"The overview needs channels that were not kept: {', '.join(absent)}."
+    groups = [g for g in ("bodies", "joints", "springs", "drives") if run.names(g)]
+    kept = [p for p in expand(run, [f"{g}/*/*" for g in groups])][:MOST_PANELS] if groups else []
+    if not kept:
+        return missing(text)
+    draw = partial(histories, run, channels=kept)
+    return join([missing(text), page.picture(draw, "Channels that were kept", run.time.size)])
+
+
+def overview_channels(run: Result) -> list[str]:
+    """Paths of the channels that the overview draws."""
+    scene = run.scene
+    paths = [f"bodies/{scene['bodies'][-1]['name']}/{c}" for c in ("ax", "ay")]
+    drives = run.names("drives")
+    paths += [f"drives/{d}/{'force' if f'drives/{d}/force' in run else 'torque'}" for d in drives]
+    paths += [] if drives else [f"bodies/{b}/theta" for b in run.names("bodies")]
+    paths += [f"joints/{j}/force_{axis}" for j in run.names("joints") for axis in "xy"]
+    return [*paths, "energy/kinetic", "energy/residual"]
+
+
+def _joint(page: Page, run: Result, joint: str) -> list[Markup]:
+    """Extremes, journal path, regimes and contacts of a joint with clearance."""
+    found = run.facts(f"joints/{joint}")
+    known = [(what, quantity(float(found[name]), units)) for name, what, units in JOINT_FACTS if name in found]
+    parts = [facts(known)] if known else []
+    if run.time.size < 2:
+        return [*parts, missing(f"The run ended with {run.time.size} sample(s): there is nothing to draw.")]
+    draw = partial(_single, run, joint, plots.orbit, ("eccentricity_x", "eccentricity_y"), (4.6, 4.6))
+    parts.append(page.picture(draw, f"Path of the journal's centre in joint {joint}, over the clearance", run.time.size))
+    scene = next(j for j in run.scene["joints"] if j["name"] == joint)
+    if scene["transition"]:
+        wanted = (*STATES, "film_thickness_ratio", "asperity_share")
+        draw = partial(_single, run, joint, plots.regimes, wanted, (7.5, 3.4))
+        said = f"Film thickness ratio, states and load on the solids of joint {joint} over the last two turns"
+        parts.append(page.picture(draw, said, run.time.size))
+    return [*parts, *(_contacts(page, run, joint) if joint in contact_joints(run) else [])]
+
+
+def _single(run: Result, joint: str, draw: Callable, needs: tuple, size: tuple[float, float], path: Path) -> Path:
+    """One panel of a joint on a sheet of its own. Raises ValueError naming channels that were not kept."""
+    if absent := [n for n in needs if f"joints/{joint}/{n}" not in run]:
+        raise ValueError(f"these channels of joint {joint} were not kept: {', '.join(absent)}")
+    figure = figures.sheet(*size)
+    draw(run, joint, figure.add_subplot())
+    return figures.save(figure, path)
+
+
+def _contacts(page: Page, run: Result, joint: str) -> list[Markup]:
+    title = element("h3", f"Contacts of joint {joint}")
+    try:
+        numbers = contact_table(run)[joint]
+    except ValueError as error:
+        return [title, missing(f"Not known: {error}.")]
+    if not numbers["contacts"]:
+        return [title, element("p", "No contact in this run.")]
+    rows = [(what, " ".join(filter(None, (number(factor * numbers[n]), u)))) for n, what, u, factor in SHOWN]
+    draw = partial(contacts, run, joints=joint)
+    return [title, facts(rows), page.picture(draw, f"Contact statistics of joint {joint}", len(run.events["time"]))]
+
+
+def _turns(run: Result) -> float:
+    return float(run.time[-1] / run.turn) + 1e-9 if run.turn and run.time.size else 0.0
+
+
+def _phase(page: Page, run: Result) -> list[Markup]:
+    """Phase portraits, and where there are enough turns a Poincare section."""
+    if run.time.size < 2:
+        return [missing(f"The run ended with {run.time.size} sample(s): there is no portrait.")]
+    turns = _turns(run)
+    settle = 1.0 if turns >= 2.0 else 0.0
+    body = run.scene["bodies"][-1]["name"]
+    said = f"Phase portraits of {body}" + (", without the first turn" if settle else "")
+    parts = [page.picture(partial(sections.portrait, run, settle=settle), said, run.time.size)]
+    if not run.turn:
+        return [*parts, missing("No drive turns at constant speed: there is no Poincaré section.")]
+    enough = SETTLE + PASSAGES - 1.0
+    if turns < enough:
+        text = f"A Poincaré section is drawn from {enough:g} turns on; this run has {number(turns, 4)}."
+        return [*parts, missing(text)]
+    said = f"Poincaré section, once a turn of the drive, without the first {SETTLE:g} turns"
+    return [*parts, page.picture(partial(sections.poincare, run, settle=SETTLE), said)]
+
+
+def _spectrum(page: Page, run: Result) -> Markup:
+    """Spectrum of the last body's acceleration along the axis that it moves on more."""
+    body = run.scene["bodies"][-1]["name"]
+    settle = 1.0 if _turns(run) >= 2.0 else 0.0
+    said = f"Amplitude spectrum of the acceleration of {body}" + (", without the first turn" if settle else "")
+
+    def draw(path: Path) -> Path:
+        kept = [f"bodies/{body}/{c}" for c in ("ax", "ay") if f"bodies/{body}/{c}" in run]
+        if not kept:
+            raise ValueError("its channels ax and ay were not kept")
+        largest = max(kept, key=lambda p: float(np.ptp(run.values(p))) if run.time.size else 0.0)
+        return spectra(run, path, channels=largest, settle=settle)
+
+    return page.picture(draw, said, run.time.size)
+
+
+def _provenance(run: Result) -> list[Markup]:
+    """Where the numbers are from, and how to read them."""
+    about, path = run.attributes, run.path
+    digest = hashlib.sha256(str(about["kernel"]).encode()).hexdigest()
+    rows = [
+        ("file", path.name),
+        ("size", f"{number(path.stat().st_size / 1e6, 4)} MB"),
+        ("format", f"{about['format']} {about['format_version']}"),
+        ("created", about["created"]),
+        *((n.replace("_", " of ", 1), v) for n, v in about.items() if n.startswith("version_")),
+        ("kernel", element("code", f"sha256 {digest}")),
+    ]
+    kept = [f"{g}: {', '.join(run.names(g))}" for g in ("bodies", "joints", "springs", "drives", "energy") if run.names(g)]
+    rows.append(("channels kept of", "; ".join(kept) or "nothing"))
+    how = f'import clearance as cl\nrun = cl.open_result("{path.name}")\nrun.time, run.scene, run.names("bodies")'
+    return [facts(rows), element("h3", "In Python"), element("pre", how)]

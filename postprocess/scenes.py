@@ -1,0 +1,173 @@
+"""A scene in words and tables: its bodies, joints with their laws, drives and loads, as a page shows them."""
+
+import math
+
+from clearance.postprocess.pages import Markup, element, join, number, quantity, scaled, table
+
+KINDS = {"Revolute": "hinge", "Prismatic": "slide", "ClearanceRevolute": "hinge with clearance"}
+LOADS = {
+    "Drive": "drive", "SpringDamper": "spring and damper", "TorsionSpring": "torsion spring", "Force": "force",
+    "Torque": "torque",
+}  # fmt: skip
+#: SI units of what scenes and the package's own laws are described by
+UNITS = {
+    "mass": "kg", "inertia": "kg m2", "com": "m", "angle": "rad", "angular_velocity": "rad/s", "velocity": "m/s",
+    "radius": "m", "clearance": "m", "length": "m", "roughness": "m", "layer": "m", "eccentricity": "m",
+    "eccentricity_rate": "m/s", "viscosity": "Pa s", "pressure_viscosity": "1/Pa", "young": "Pa", "poisson": "1",
+    "density": "kg/m3", "capacity": "J/K", "conductance": "W/K", "surroundings": "K", "volumetric": "J/(m3 K)",
+    "vogel": "K", "vogel_zero": "K", "torque": "N m", "force": "N", "free_length": "m", "free_angle": "rad",
+    "x": "N", "y": "N",
+    "damping": "N s/m", "dissipation": "s/m", "grazing_speed": "m/s", "modulus": "Pa", "layer_modulus": "Pa/m",
+    "radius_difference": "m", "depth": "m", "transition_speed": "m/s", "dead_speed": "m/s", "full_speed": "m/s",
+    "stribeck_speed": "m/s", "decay": "s/m", "viscous": "s/m", "ambient": "Pa", "liner": "m/Pa", "pressure": "Pa",
+}  # fmt: skip
+#: where a name means something else
+UNITS_IN = {
+    "lugre": {"stiffness": "1/m", "damping": "s/m"},
+    "SpringDamper": {"stiffness": "N/m"},
+    "TorsionSpring": {"stiffness": "N m/rad", "damping": "N m s/rad"},
+    "Groove": {"length": "1", "width": "rad"},
+}
+#: what a joint with clearance is made of, in the order of its table
+MADE_OF = (
+    "radius", "clearance", "length", "contact", "friction", "film", "transition", "asperity", "lubricant", "roughness",
+    "heat", "material", "layer", "film_torques", "eccentricity", "eccentricity_rate",
+)  # fmt: skip
+HERE = ("clearance.laws.", "clearance.film.")  # modules of laws whose units are known
+
+
+def described(scene: dict) -> Markup:
+    """A paragraph that says what the mechanism is, of a scene's description as plain data."""
+    joints, loads = scene["joints"], scene["loads"]
+    counted = [f"{len(scene['bodies'])} bodies" if len(scene["bodies"]) != 1 else "1 body"]
+    for kind, word in KINDS.items():
+        names = [j["name"] for j in joints if j["type"] == kind]
+        plural = word.replace("hinge", "hinges") if kind != "Prismatic" else "slides"
+        counted += [f"{len(names)} {word if len(names) == 1 else plural} ({', '.join(names)})"] if names else []
+    drives = [load for load in loads if load["type"] == "Drive"]
+    driven = "; ".join(f"{_target(d)} is driven {_drive(d)}" for d in drives) or "nothing drives it"
+    others = [f"{LOADS.get(load['type'], load['type'])} {load['name']}" for load in loads if load["type"] != "Drive"]
+    acting = f" Also acting: {', '.join(others)}." if others else ""
+    x, y = (number(g) for g in scene["gravity"])
+    return element("p", f"{', '.join(counted)}; {driven}.{acting} Gravity is ({x}, {y}) m/s².")
+
+
+def tables(scene: dict) -> Markup:
+    """Bodies, joints, what joints with clearance are made of, and loads."""
+    parts = [bodies(scene), joints(scene)]
+    parts += [clearances(own)] if (own := [j for j in scene["joints"] if j["type"] == "ClearanceRevolute"]) else []
+    parts += [loads(scene)] if scene["loads"] else []
+    return join(parts)
+
+
+def bodies(scene: dict) -> Markup:
+    found = scene["bodies"]
+    mass, kg = scaled("kg", *(b["mass"] for b in found))
+    inertia, kgm2 = scaled("kg m2", *(b["inertia"] for b in found))
+    rows = []
+    for b in found:
+        marks = "; ".join(f"{name} {_place(xy)}" for name, xy in b["points"].items())
+        start = [
+            f"{name.replace('_', ' ')} {words(b[name], UNITS[name])}" for name in ("angular_velocity", "velocity")
+            if any(b[name] if isinstance(b[name], list) else [b[name]])
+        ]  # fmt: skip
+        rows.append([b["name"], b["mass"] / mass, b["inertia"] / inertia, _place(b["com"]), marks, "; ".join(start)])
+    head = ["body", f"mass [{kg}]", f"inertia [{kgm2}]", "centre of mass [mm]", "points in its frame [mm]", "starts with"]
+    used = range(len(head) if any(row[-1] for row in rows) else len(head) - 1)
+    return table([head[i] for i in used], [[row[i] for i in used] for row in rows], says="Bodies")
+
+
+def _place(xy) -> str:
+    return f"({', '.join(number(1e3 * v) for v in xy)})"
+
+
+def joints(scene: dict) -> Markup:
+    rows = []
+    for joint in scene["joints"]:
+        kind = KINDS.get(joint["type"], joint["type"])
+        more = f"axis ({', '.join(map(number, joint['axis']))}) of {joint['a']['body']}" if "axis" in joint else ""
+        more += f", turned {quantity(joint['angle'], 'rad')}" if joint.get("angle") else ""
+        rows.append([joint["name"], kind, _end(joint["a"]), _end(joint["b"]), more])
+    return table(["joint", "kind", "a (bearing)", "b (journal)", ""], rows, says="Joints, places in mm")
+
+
+def _end(end: dict) -> str:
+    place = _place((end["x"], end["y"]))
+    return f"{end['body']} {'' if end['point'].startswith('(') else end['point']} {place}".replace("  ", " ")
+
+
+def clearances(found: list[dict]) -> Markup:
+    """Properties of the joints with clearance, a column each; laws with their parameters."""
+    rows = []
+    for name in MADE_OF:
+        values = [j.get(name) for j in found]
+        unset = all(v is None or isinstance(v, list) and not any(v) for v in values)
+        if not unset:
+            rows.append([element("b", name.replace("_", " ")), *(words(v, UNITS.get(name, "1")) for v in values)])
+    return table(["", *(f"joint {j['name']}" for j in found)], rows, says="Joints with clearance")
+
+
+def loads(scene: dict) -> Markup:
+    rows = []
+    for load in scene["loads"]:
+        kind = LOADS.get(load["type"], load["type"])
+        if load["type"] == "Drive":
+            rows.append([load["name"], kind, _target(load), _drive(load)])
+            continue
+        on = " to ".join(_body(load[e]) for e in ("a", "b", "point", "body") if load.get(e) is not None)
+        given = {n: v for n, v in load.items() if n not in ("type", "name", "a", "b", "point", "body")}
+        rows.append([load["name"], kind, on, _listed(given, load["type"])])
+    return table(["load", "kind", "on", "given"], rows, says="Drives and loads")
+
+
+def _body(part) -> str:
+    return _end(part) if isinstance(part, dict) else str(part)
+
+
+def _target(drive: dict) -> str:
+    target = drive["target"]
+    return target if isinstance(target, str) else f"joint {target['name']}"
+
+
+def _drive(drive: dict) -> str:
+    """How a drive moves its target."""
+    slides = isinstance(drive["target"], dict) and drive["target"]["type"] == "Prismatic"
+    angle, rate, effort = ("m", "m/s", "N") if slides else ("rad", "rad/s", "N m")
+    if (speed := drive["speed"]) is not None:
+        said = f"at constant speed, {words(speed, rate)}" + ("" if slides else f" ({number(speed * 30.0 / math.pi)} rpm)")
+    elif drive["motion"] is not None:
+        said = f"by a prescribed motion, {words(drive['motion'], angle)}"
+    else:
+        what = "torque" if drive["torque"] is not None else "force"
+        said = f"by a {what}, {words(drive[what], effort)}"
+    start = f", from {words(drive['start'], angle)}" if drive["start"] is not None else ""
+    return said + start + (f" with {words(drive['speed_start'], rate)}" if drive["speed_start"] is not None else "")
+
+
+def words(value, units: str = "1") -> str:
+    """A value of a scene's description in words: numbers with units, laws with their parameters."""
+    if value is None:
+        return "none"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int | float):
+        return quantity(value, units)
+    if isinstance(value, list | tuple):
+        return ", ".join(words(v, units) for v in value) or "none"
+    if isinstance(value, dict):
+        name = value["law"].rpartition(":")[2] if "law" in value else value.get("name") or value.get("type", "")
+        own = {n: v for n, v in value.items() if n not in ("law", "type", "name")}
+        owner = (value.get("law") or value.get("type", "")).rpartition(":")[2]
+        listed = _listed(own, owner, "law" not in value or value["law"].startswith(HERE))
+        return f"{name}: {listed}" if listed else name
+    return str(value)
+
+
+def _listed(values: dict, owner: str, known: bool = True) -> str:
+    """Names and values with their units, where these are known; what is not given is left out."""
+    own = UNITS_IN.get(owner, {})
+    if "stiffness" in values and "stiffness" not in own:
+        own = {"stiffness": f"N/m^{values['exponent']:g}" if values.get("exponent", 1.0) != 1.0 else "N/m", **own}
+    units = {n: own.get(n, UNITS.get(n, "1")) if known else "1" for n in values}
+    shown = {n: v for n, v in values.items() if v is not None and v != []}
+    return ", ".join(f"{n.replace('_', ' ')} {words(v, units[n])}" for n, v in shown.items())
