@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PatchCollection
 from matplotlib.colors import BoundaryNorm, LogNorm, Normalize
 from matplotlib.figure import Figure
@@ -148,7 +149,7 @@ def scale(values: np.ndarray, log: bool, whole: bool = False) -> Normalize:
     """What takes the finite values of a map to its colours: evenly, by their logarithm, or a colour a whole number."""
     values = values[np.isfinite(values)]
     low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 1.0)
-    if whole and high - low < MOST_COLOURS:
+    if whole and values.size and high - low < MOST_COLOURS:
         return BoundaryNorm(np.arange(low - 0.5, high + 1.0), 256)
     return (LogNorm if log else Normalize)(low, high)
 
@@ -165,21 +166,38 @@ def marked(axes, edges: tuple[np.ndarray, np.ndarray], where: np.ndarray, style:
     axes.add_collection(PatchCollection(boxes, lw=0.0, **style))
 
 
-def colour_bar(figure: Figure, mesh, axes, label: str) -> None:
-    """The scale of a map beside its axes; whole numbers have a tick each."""
+def colour_bar(figure: Figure, mesh, axes, label: str, **more) -> None:
+    """The scale of a map beside its axes; whole numbers have a tick each, more: see Figure.colorbar."""
     norm = mesh.norm
-    whole = isinstance(norm, BoundaryNorm)
-    bar = figure.colorbar(mesh, ax=axes, label=label, ticks=norm.boundaries[:-1] + 0.5 if whole else None)
+    if isinstance(norm, BoundaryNorm):
+        more = {"ticks": norm.boundaries[:-1] + 0.5} | more
+    bar = figure.colorbar(mesh, ax=axes, label=label, **more)
     if isinstance(norm, LogNorm):
         plain_decades(bar.ax.yaxis, norm.vmin, norm.vmax)
+    elif not isinstance(norm, BoundaryNorm):
+        powers(bar.ax)
     bar.ax.tick_params(labelsize="small")
 
 
-def plain_decades(axis, low: float, high: float) -> None:
-    """Ticks of a logarithmic axis as plain numbers: 0.05, 0.1, 0.2."""
-    axis.set_major_locator(LogLocator(subs=(1.0,) if high > 3e3 * low else (1.0, 2.0, 5.0)))
+def powers(axes) -> None:
+    """Large and small numbers along the y axis as multiples of a power of ten."""
+    axes.ticklabel_format(axis="y", scilimits=(-3, 5), useMathText=True)
+    axes.yaxis.get_offset_text().set_size("small")
+
+
+def bar_of_values(figure: Figure, axes, values: np.ndarray, log: bool, label: str) -> list:
+    """Colours (values,) of curves that belong to numbers, and the bar that tells them apart."""
+    norm = (LogNorm if log else Normalize)(values.min(), values.max())
+    colour_bar(figure, ScalarMappable(norm, COLOURS), axes, label, aspect=40)
+    return list(colormaps[COLOURS](norm(values)))
+
+
+def plain_decades(axis, low: float, high: float, most: int = 10) -> None:
+    """Ticks of a logarithmic axis as plain numbers: 0.05, 0.1, 0.2; not many more than `most`."""
+    steps = next((s for s in ((1.0, 2.0, 5.0), (1.0, 3.0)) if np.log10(high / low) * len(s) <= most), (1.0,))
+    axis.set_major_locator(LogLocator(subs=steps))
     axis.set_minor_locator(NullLocator())
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.12g}" if 1e-4 < value < 1e6 else f"{value:.0e}"))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.6g}"))
 
 
 def legend_of_marks(figure: Figure, marks: dict[str, dict]) -> None:

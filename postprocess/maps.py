@@ -20,11 +20,11 @@ TELLING = (
     "joint_*_film_thickness_ratio_min", "joint_*_contact_fraction", "joint_*_impacts_per_*", "dissipated_per_turn",
     "dissipated_power", "period",
 )  # fmt: skip
-TOLD, MOST_METRICS, MOST_PANELS, MOST_CURVES = 6, 12, 6, 24
+TOLD, MOST_METRICS, MOST_PANELS, MOST_CURVES = 6, 12, 6, 50
 #: numbers swept at fewer values than this have no distances: they stand beside each other like names
 FEWEST = 3
-#: smallest ratio of the ends of a logarithmic axis, most values with a tick each
-RATIO, TICKS = 3.0, 6
+#: smallest ratio of the ends of a logarithmic axis; most values with a tick each, and their least distance over the axis
+RATIO, TICKS, APART = 5.0, 6, 0.08
 #: cells without a colour: why, and how they are drawn
 MARKS = {
     "failed": {"facecolor": "white", "edgecolor": "0.25", "hatch": "////"},
@@ -132,14 +132,17 @@ class Choice:
             raise ValueError(f"{name!r} has the same value at several places of {', '.join(self.free[i][0])}")
         return i
 
-    def default(self, taken: Iterable[int], numbers: bool = True) -> str | None:
-        """A parameter for an axis that is still free, one with numbers on a scale first."""
+    def default(self, taken: Iterable[int] = ()) -> str:
+        """A parameter for an axis that is not taken, one with numbers on a scale first. Raises ValueError for none."""
         found = []
         for i, (names, place) in enumerate(self.free):
             whole = [n for n in names if len(self.axis(n).values) == len(np.unique(place))]
             if i not in taken and whole:
                 found.append(min(whole, key=lambda n: self.axis(n).named))
-        return min(found, key=lambda n: self.axis(n).named, default=None)
+        if not found:
+            what = ", ".join(self.names) or "nothing"
+            raise ValueError(f"no parameter tells the points of {self.sweep.folder} apart; what varies: {what}")
+        return min(found, key=lambda n: self.axis(n).named)
 
     def title(self, *more: str, width: float) -> str:
         """Case, what all its points share, and how long the runs are; then more lines."""
@@ -152,12 +155,12 @@ class Choice:
         first = ": ".join(filter(None, (d.case, ", ".join(shared))))
         return "\n".join(wrapped(text, width) for text in (first, *more) if text)
 
-    def counts(self) -> list[str]:
+    def counts(self) -> str:
         """How many points are not done, in words."""
         status = self.sweep.status[self.points]
-        failed, missing = int(np.isin(status, ("failed", "lost")).sum()), int((status == "missing").sum())
-        said = [f"{failed} failed" if failed else "", f"{missing} not run yet" if missing else ""]
-        return [f"of {len(status)} points {' and '.join(filter(None, said))}"] if failed or missing else []
+        failed, missing = int(self.failed.sum()), int((status == "missing").sum())
+        words = [f"{failed} of {len(status)} points failed"] if failed else []
+        return ", ".join(words + ([f"{missing} of {len(status)} not run yet"] if missing else []))
 
     def values(self, metric: str) -> np.ndarray:
         """Values of a metric at the chosen points, NaN where a run was not done."""
@@ -197,7 +200,7 @@ def edges(values: np.ndarray, log: bool) -> np.ndarray:
 
 # --- metrics
 def chosen_metrics(sweep: Sweep, metrics: str | Iterable[str] | None) -> list[str]:
-    """Metrics by name or pattern, or the telling ones: at most six. Raises ValueError for what the sweep has not got."""
+    """Metrics by name or pattern, or at most six telling ones. Raises ValueError for what the sweep has not got."""
     known = list(sweep.metrics)
     if metrics is None:
         finite = [n for n in known if np.isfinite(sweep.metrics[n][sweep.done]).any()]
@@ -205,17 +208,15 @@ def chosen_metrics(sweep: Sweep, metrics: str | Iterable[str] | None) -> list[st
         hits = [_first(finite, pattern, loose) for pattern in TELLING]
         found = [n for n in hits if n][:TOLD] or finite[:TOLD]
         if not found:
-            raise ValueError(f"{sweep.folder} has no metric yet: no point of it is done")
+            raise ValueError(f"{sweep.folder} has no metric to draw: {int(sweep.done.sum())} of its points are done")
         return found
-    found = []
-    for name in [metrics] if isinstance(metrics, str) else metrics:
-        hits = [n for n in known if fnmatchcase(n, name)]
-        if not hits:
+    names = [metrics] if isinstance(metrics, str) else list(metrics)
+    for name in names:
+        if not any(fnmatchcase(n, name) for n in known):
             raise ValueError(f"no metric {name!r} in {sweep.folder}; it has {', '.join(known) or 'none'}")
-        found += hits
-    found = list(dict.fromkeys(found))
+    found = list(dict.fromkeys(n for name in names for n in known if fnmatchcase(n, name)))
     if not 0 < len(found) <= MOST_METRICS:
-        raise ValueError(f"metrics: a page has room for 1 to {MOST_METRICS}, these are {len(found)}")
+        raise ValueError(f"metrics: {', '.join(names)} are {len(found)}, a page has room for 1 to {MOST_METRICS}")
     return found
 
 
@@ -257,17 +258,18 @@ def maps(
     choice, names = Choice.of(sweep, at), chosen_metrics(sweep, metrics)
     if log not in ("auto", True, False):
         raise ValueError(f'log must be "auto", True or False, got {log!r}')
-    axes, panels = _plane(choice, x, y)
-    shared = _Plane(choice, axes, panels)
+    plane, panels = _plane(choice, x, y)
     width, figure, grid = _sheet(len(names), len(panels))
     marks: dict[str, dict] = {}
     for i, name in enumerate(names):
         row = grid[i] if len(panels) > 1 else [grid.flat[i]]
-        marks |= shared.draw(figure, row, name, log)
+        marks |= _maps(figure, row, choice, name, log, plane, panels)
     for spare in grid.flat[len(names) * len(panels) :]:
         spare.remove()
+    if len(panels) > 1:
+        _share(grid)
     figures.legend_of_marks(figure, marks)
-    figure.suptitle(choice.title(*choice.counts(), width=width), fontsize="medium")
+    figure.suptitle(choice.title(choice.counts(), width=width), fontsize="medium")
     return figures.save(figure, path)
 
 
@@ -277,38 +279,35 @@ def _plane(choice: Choice, x: str | None, y: str | None) -> tuple[list[Axis], li
         raise ValueError(f"the points of {choice.sweep.folder} were drawn, not spread on a grid: ask for curves")
     if len(choice.free) < 2:
         what = ", ".join(choice.names) or "nothing"
-        raise ValueError(
-            f"a map needs two parameters that vary; in {choice.sweep.folder} varies {what}: ask for curves"
-        )
+        raise ValueError(f"a map needs two parameters that vary, here varies {what}: ask for curves")
     taken = [choice.along(n) for n in (x, y) if n]
     if len(set(taken)) < len(taken):
-        raise ValueError(f"x and y: {x} and {y} vary together")
-    if x is None:
-        x = choice.default(taken)
-        taken.append(choice.along(x))
-    y = y or choice.default(taken)
+        raise ValueError(f"x and y must vary apart from each other, got {x} and {y}")
+    x = x or choice.default(taken)
+    y = y or choice.default({choice.along(x)})
     rest = [f for i, f in enumerate(choice.free) if i not in (choice.along(x), choice.along(y))]
     return [choice.axis(x), choice.axis(y)], _third(choice, rest)
 
 
 def _third(choice: Choice, rest: list) -> list[tuple[str, np.ndarray]]:
     """A panel for each value of the one parameter left over."""
-    if not rest:
-        return [("", np.ones(len(choice.points), bool))]
+    names = ", ".join(n for names, _ in rest for n in names)
     if len(rest) > 1:
-        names = ", ".join(n for names, _ in rest for n in names)
         raise ValueError(f"a page has room for one more parameter, left are {names}: hold some of them (at)")
-    names, place = rest[0]
-    if len(np.unique(place)) > MOST_PANELS:
-        raise ValueError(
-            f"{', '.join(names)} has {len(np.unique(place))} values, a page has room for {MOST_PANELS} panels: hold it (at)"
-        )
-    found = []
-    for p in np.unique(place):
-        there = place == p
+    found = _groups(choice, rest)
+    if len(found) > MOST_PANELS:
+        raise ValueError(f"{names} has {len(found)} values, a page has room for {MOST_PANELS} panels: hold it (at)")
+    return found
+
+
+def _groups(choice: Choice, rest: list) -> list[tuple[str, np.ndarray]]:
+    """For each combination of values of what is left over, its words and the points that have it."""
+    keys = list(zip(*(place for _, place in rest), strict=True)) if rest else [()] * len(choice.points)
+    axes, found = [choice.axis(n) for names, _ in rest for n in names], []
+    for key in dict.fromkeys(keys):
+        there = np.array([k == key for k in keys])
         first = int(np.argmax(there))
-        said = [a.says(a.place[first]) for a in map(choice.axis, names)]
-        found.append((", ".join(said), there))
+        found.append((", ".join(a.says(a.place[first]) for a in axes), there))
     return found
 
 
@@ -317,63 +316,64 @@ def _sheet(metrics: int, panels: int):
     columns = panels if panels > 1 else min(metrics, 2)
     rows = metrics if panels > 1 else -(-metrics // columns)
     width = max(6.0, (2.5 if panels > 2 else 3.6) * columns + 1.4)
-    figure = figures.sheet(width, 0.9 + 2.7 * rows)
+    figure = figures.sheet(width, 0.9 + (2.3 if panels > 1 else 2.7) * rows)
     return width, figure, figure.subplots(rows, columns, squeeze=False)
 
 
-@dataclass(frozen=True)
-class _Plane:
-    """Two parameters, and the panels of a third one."""
-
-    choice: Choice
-    axes: list[Axis]
-    panels: list[tuple[str, np.ndarray]]
-
-    def draw(self, figure, row, name: str, log: bool | str) -> dict[str, dict]:
-        """Panels of a metric, with one scale; what stands for cells without a colour."""
-        values, units, text = _metric(self.choice, name)
-        finite = values[np.isfinite(values)]
-        if log is True and not (finite > 0.0).all():
-            raise ValueError(f"log: {name} is not positive everywhere, its smallest value is {finite.min():g} {units}")
-        logarithmic = figures.wide(values) if log == "auto" else bool(log) and finite.size > 0
-        norm = figures.scale(values, logarithmic, whole=units == "turns")
-        failed, done = self.choice.failed, self.choice.sweep.done[self.choice.points]
-        states = {"failed": failed, "endless": done & np.isinf(values), "without": done & np.isnan(values)}
-        says = {"failed": "failed", "endless": "no period" if units == "turns" else "infinite", "without": "no value"}
-        borders = tuple(edges(a.at, a.log) for a in self.axes)
-        for axes, (title, there) in zip(row, self.panels, strict=True):
-            mesh = figures.cells(axes, borders, self._table(values, there), norm)
-            for state, where in states.items():
-                marked = self._table(np.where(where, 1.0, 0.0), there) == 1.0
-                if marked.any():
-                    figures.marked(axes, borders, marked, MARKS[state])
-            axes.set_title(title, fontsize="small")
-            _scale(axes, "x", self.axes[0])
-            _scale(axes, "y", self.axes[1])
-        for axes in row[1:]:
-            axes.set_ylabel("")
-            axes.tick_params(labelleft=False)
-        figures.colour_bar(figure, mesh, list(row), axis_label(text, units, 2.4))
-        return {says[s]: MARKS[s] for s, where in states.items() if where.any()}
-
-    def _table(self, values: np.ndarray, there: np.ndarray) -> np.ndarray:
-        """Values of some points as (y, x), NaN where there is none."""
-        x, y = self.axes
-        table = np.full((len(y.values), len(x.values)), np.nan)
-        table[y.place[there], x.place[there]] = values[there]
-        return table
+def _maps(
+    figure, row, choice: Choice, name: str, log: bool | str, plane: list[Axis], panels: list[tuple[str, np.ndarray]]
+) -> dict[str, dict]:
+    """Draw a metric into a row of panels with one scale; tells what stands for cells without a colour."""
+    values, units, text = _metric(choice, name)
+    finite = values[np.isfinite(values)]
+    if log is True and finite.size and not finite.min() > 0.0:
+        raise ValueError(f"log: {name} is not positive everywhere, its smallest value is {finite.min():g} {units}")
+    norm = figures.scale(values, figures.wide(values) if log == "auto" else log, whole=units == "turns")
+    done = choice.sweep.done[choice.points]
+    states = {"failed": choice.failed, "endless": done & np.isinf(values), "without": done & np.isnan(values)}
+    says = {"failed": "failed", "endless": "no period" if units == "turns" else "infinite", "without": "no value"}
+    borders = tuple(edges(axis.at, axis.log) for axis in plane)
+    for axes, (title, there) in zip(row, panels, strict=True):
+        mesh = figures.cells(axes, borders, _table(plane, values, there), norm)
+        for state, where in states.items():
+            figures.marked(axes, borders, _table(plane, np.where(where, 1.0, 0.0), there) == 1.0, MARKS[state])
+        axes.set_title(title, fontsize="small")
+        _scale(axes, "x", plane[0])
+        _scale(axes, "y", plane[1])
+    blank = {} if finite.size else {"ticks": []}
+    figures.colour_bar(figure, mesh, list(row), axis_label(text, units, 2.0), **blank)
+    return {says[s]: MARKS[s] for s, where in states.items() if where.any()}
 
 
-def _scale(axes, which: str, axis: Axis) -> None:
-    """Ticks, scale and label of a swept parameter along an axis."""
+def _table(plane: list[Axis], values: np.ndarray, there: np.ndarray) -> np.ndarray:
+    """Values of some points as (y, x), NaN where there is none."""
+    x, y = plane
+    table = np.full((len(y.values), len(x.values)), np.nan)
+    table[y.place[there], x.place[there]] = values[there]
+    return table
+
+
+def _share(grid) -> None:
+    """Labels on the outer panels alone, which all the others share."""
+    for axes in grid[:, 1:].flat:
+        axes.set_ylabel("")
+        axes.tick_params(labelleft=False)
+    for axes in grid[:-1].flat:
+        axes.set_xlabel("")
+        axes.tick_params(labelbottom=False)
+    for axes in grid[1:].flat:
+        axes.set_title("")
+
+
+def _scale(axes, which: str, axis: Axis, most: int = 10) -> None:
+    """Ticks (about `most`), scale and label of a swept parameter along an axis."""
     getattr(axes, f"set_{which}label")(axis.label)
     side = axes.xaxis if which == "x" else axes.yaxis
     if axis.log:
         getattr(axes, f"set_{which}scale")("log")
-        figures.plain_decades(side, axis.values[0], axis.values[-1])
+        figures.plain_decades(side, axis.values[0], axis.values[-1], most)
     steps = np.diff(np.log(axis.at) if axis.log else axis.at)
-    even = len(steps) and np.ptp(steps) < 1e-6 * abs(steps.mean())
-    if axis.named or (even and len(axis.values) <= TICKS):
+    if axis.named or (len(axis.values) <= TICKS and steps.min() > APART * steps.sum()):
         side.set_ticks(axis.at, [axis.text(i) for i in range(len(axis.values))])
         side.set_ticks([], minor=True)
 
@@ -398,61 +398,66 @@ def curves(
         raise ValueError(f"nothing varies among the points of {sweep.folder} that are left")
     if choice.drawn:
         return _samples(choice, names, [x] if x else choice.names, path)
-    x = x or choice.default([])
-    if x is None:
-        raise ValueError(f"none of {', '.join(choice.names)} has a value for each point")
-    groups = _second(choice, choice.along(x))
+    x = x or choice.default()
+    rest = [f for i, f in enumerate(choice.free) if i != choice.along(x)]
+    groups = _groups(choice, rest)
+    if len(groups) > MOST_CURVES:
+        raise ValueError(f"{len(groups)} curves are more than {MOST_CURVES}: hold some parameters (at)")
     rows, columns = -(-len(names) // 2), min(len(names), 2)
     width = 4.2 * columns + 0.6 if columns > 1 else 6.5
-    figure = figures.sheet(width, 1.1 + 2.3 * rows + 0.2 * (len(groups) // 3 if len(groups) > 1 else 0))
+    figure = figures.sheet(width, 1.2 + 2.3 * rows)
     grid = figure.subplots(rows, columns, squeeze=False)
-    for axes, name in zip(grid.flat, names, strict=False):
-        _curves(axes, choice, choice.axis(x), name, groups)
     for spare in grid.flat[len(names) :]:
         spare.remove()
+    panels = list(grid.flat[: len(names)])
+    styles = _styles(figure, panels, choice, rest, groups)
+    for axes, name in zip(panels, names, strict=True):
+        _curves(axes, choice, choice.axis(x), name, groups, styles)
     figure.suptitle(_with_crosses(choice, width), fontsize="medium")
-    if len(groups) > 1:
-        figures.legend_below(figure, grid[0, 0], columns=3 * columns)
+    figures.legend_below(figure, panels[0], columns=_columns(groups, width))
     return figures.save(figure, path)
 
 
+def _styles(figure, panels: list, choice: Choice, rest: list, groups: list) -> list[dict]:
+    """How each curve is drawn: with dashes and markers and a name, or of many numbers with a colour."""
+    names = [n for names, _ in rest for n in names]
+    if len(groups) <= len(figures.STROKES) or len(names) > 1 or choice.axis(names[0]).named:
+        strokes = [figures.stroke(i, len(groups)) | {"marker": figures.marker(i)} for i in range(len(groups))]
+        return [s | {"label": label or None} for s, (label, _) in zip(strokes, groups, strict=True)]
+    axis = choice.axis(names[0])
+    own = axis.values[[axis.place[np.argmax(there)] for _, there in groups]]
+    return [{"color": c, "marker": "."} for c in figures.bar_of_values(figure, panels, own, axis.log, axis.label)]
+
+
+def _columns(groups: list, width: float) -> int:
+    """Columns of a legend that a page [inch] has room for."""
+    return max(int(width / (0.7 + 0.1 * max(len(label) for label, _ in groups))), 1)
+
+
 def _with_crosses(choice: Choice, width: float) -> str:
-    crosses = ["crosses: failed"] if choice.failed.any() else []
-    return choice.title(", ".join(choice.counts() + crosses), width=width)
+    return choice.title(("crosses: " if choice.failed.any() else "") + choice.counts(), width=width)
 
 
-def _second(choice: Choice, taken: int) -> list[tuple[str, np.ndarray]]:
-    """A curve for each value of what varies besides."""
-    rest = [f for i, f in enumerate(choice.free) if i != taken]
-    keys = list(zip(*(place for _, place in rest), strict=True)) if rest else [()] * len(choice.points)
-    distinct = list(dict.fromkeys(keys))
-    if len(distinct) > MOST_CURVES:
-        names = ", ".join(n for names, _ in rest for n in names)
-        raise ValueError(f"{names}: {len(distinct)} curves are more than {MOST_CURVES}; hold some of them (at)")
-    axes = [choice.axis(n) for names, _ in rest for n in names]
-    found = []
-    for key in distinct:
-        there = np.array([k == key for k in keys])
-        first = int(np.argmax(there))
-        found.append((", ".join(a.says(a.place[first]) for a in axes), there))
-    return found
-
-
-def _curves(axes, choice: Choice, x: Axis, name: str, groups: list[tuple[str, np.ndarray]]) -> None:
+def _curves(axes, choice: Choice, x: Axis, name: str, groups: list, styles: list[dict]) -> None:
     values, units, text = _metric(choice, name)
     shown = np.where(np.isfinite(values), values, np.nan)
-    for i, (label, there) in enumerate(groups):
+    joined = "-" if x.values.dtype.kind in "iuf" else ""
+    for (_, there), style in zip(groups, styles, strict=True):
         order = np.flatnonzero(there)[np.argsort(x.place[there], kind="stable")]
-        style = figures.stroke(i, len(groups)) | {"marker": figures.marker(i), "ms": 3.5, "lw": 1.0, "label": label}
-        if x.values.dtype.kind not in "iuf":
-            style["ls"] = ""
-        axes.plot(x.at[x.place[order]], shown[order], **style)
-    axes.set_yscale("log" if figures.wide(values) else "linear")
+        axes.plot(x.at[x.place[order]], shown[order], **{"ls": joined, "ms": 3.5, "lw": 1.0} | style)
     figures.finish(axes, axis_label(text, units, 2.1), legend=False)
     _scale(axes, "x", x)
-    if figures.wide(values):
-        figures.plain_decades(axes.yaxis, np.nanmin(shown), np.nanmax(shown))
+    _heights(axes, shown)
     _absent(axes, x.at[x.place], choice, values, units)
+
+
+def _heights(axes, values: np.ndarray) -> None:
+    """A logarithmic axis for values that are far apart."""
+    if figures.wide(values):
+        axes.set_yscale("log")
+        figures.plain_decades(axes.yaxis, np.nanmin(values), np.nanmax(values))
+    else:
+        figures.powers(axes)
 
 
 def _absent(axes, at: np.ndarray, choice: Choice, values: np.ndarray, units: str) -> None:
@@ -479,15 +484,14 @@ def _samples(choice: Choice, names: list[str], parameters: list[str], path: str 
         shown = np.where(np.isfinite(values), values, np.nan)
         for axes, x in zip(row, axes_of, strict=True):
             axes.plot(x.at[x.place], shown, ls="", marker="o", ms=3.0, mfc="none", mew=0.7, color="black")
-            axes.set_yscale("log" if figures.wide(values) else "linear")
-            figures.finish(axes, axis_label(text, units, 1.8) if axes is row[0] else "", legend=False)
-            _scale(axes, "x", x)
-            if x.named:
-                axes.set_xlim(-0.5, len(x.values) - 0.5)
-            axes.set_xlabel(x.label if row is grid[-1] else "")
+            figures.finish(axes, "", "")
             _absent(axes, x.at[x.place], choice, values, units)
-        if figures.wide(values):
-            figures.plain_decades(row[0].yaxis, np.nanmin(shown), np.nanmax(shown))
+        _heights(row[0], shown)
+        row[0].set_ylabel(axis_label(text, units, 1.8))
+    for axes, x in zip(grid[-1], axes_of, strict=True):
+        _scale(axes, "x", x, most=4)
+        if x.named:
+            axes.set_xlim(-0.5, len(x.values) - 0.5)
     figure.align_ylabels()
     figure.suptitle(_with_crosses(choice, width), fontsize="medium")
     return figures.save(figure, path)
@@ -536,9 +540,7 @@ def bifurcation_of(
 
 def _parameter(choice: Choice, name: str | None) -> Axis:
     """The parameter of a bifurcation diagram. Raises ValueError for texts and where others vary besides."""
-    name = name or choice.default([])
-    if name is None:
-        raise ValueError(f"nothing varies among the points of {choice.sweep.folder} that are left")
+    name = name or choice.default()
     axis = choice.axis(name)
     if axis.values.dtype.kind not in "iuf":
         raise ValueError(f"a bifurcation diagram needs numbers along its axis; {name} has {', '.join(axis.values)}")
@@ -577,7 +579,7 @@ def _passages(found: list, left_out: dict[float, None]) -> str:
     """How many passages are drawn, and how many turns before them are not."""
     counts = sorted({len(rows) for _, rows in found if len(rows)} or {0})
     first = sorted(left_out)
-    return f"{_range(counts)} passages each after {_range(first)} turns left out"
+    return f"{_range(first)} turns dropped, {_range(counts)} passages after them"
 
 
 def _range(numbers: list) -> str:

@@ -13,24 +13,20 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from clearance.postprocess.labels import NO_BREAK, SHOWN_IN
 
-DASH, NO_BREAK = "\u2013", "\u00a0"
+DASH, MINUS = "\u2013", "\u2212"
 #: significant digits of a number
 DIGITS = 5
-#: SI units and the ones they are shown in, largest first, with their size
-SHOWN_AS = {
-    "m": (("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9)),
-    "s": (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9)),
-    "kg": (("kg", 1.0), ("g", 1e-3)),
-    "kg m2": (("kg m²", 1.0), ("kg mm²", 1e-6)),
-    "N": (("N", 1.0), ("mN", 1e-3), ("µN", 1e-6)),
-    "N m": (("N m", 1.0), ("mN m", 1e-3), ("µN m", 1e-6)),
-    "J": (("J", 1.0), ("mJ", 1e-3), ("µJ", 1e-6)),
-    "W": (("W", 1.0), ("mW", 1e-3), ("µW", 1e-6)),
-    "Pa": (("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3), ("Pa", 1.0)),
-    "Pa s": (("Pa s", 1.0), ("mPa s", 1e-3)),
-    "m/s": (("m/s", 1.0), ("mm/s", 1e-3), ("µm/s", 1e-6)),
-    "rad": (("°", math.pi / 180.0),),
+#: units in which numbers of tables read well, as in pictures and beyond: (from which largest value on, unit, factor)
+SHOWN = SHOWN_IN | {
+    "m": (*SHOWN_IN["m"][:2], (1e-7, "µm", 1e6), (0.0, "nm", 1e9)),
+    "s": ((1.0, "s", 1.0), (1e-3, "ms", 1e3), (1e-6, "µs", 1e6), (0.0, "ns", 1e9)),
+    "Pa": ((1e9, "GPa", 1e-9), *SHOWN_IN["Pa"]),
+    "kg": ((0.1, "kg", 1.0), (0.0, "g", 1e3)),
+    "kg m2": ((0.01, "kg m²", 1.0), (0.0, "kg mm²", 1e6)),
+    "N m": ((0.1, "N m", 1.0), (0.0, "mN m", 1e3)),
+    "m/s": ((0.1, "m/s", 1.0), (0.0, "mm/s", 1e3)),
 }
 ALIKE = {
     "m/s2": "m/s²", "kg/m3": "kg/m³", "m3/s": "m³/s", "rad/s2": "rad/s²", "J/(m3 K)": "J/(m³ K)", "1": "", "-": "",
@@ -49,8 +45,10 @@ caption{text-align:left;color:#444;padding:.2rem 0}
 th,td{border:1px solid #ccc;padding:.2rem .5rem;text-align:left;vertical-align:top}
 thead th{background:#eef1f4}td.number{text-align:right;white-space:nowrap}
 th[data-sorted]::after{content:" \\25B2"}th[data-sorted=down]::after{content:" \\25BC"}
-table.sortable thead th{cursor:pointer}.wide{overflow-x:auto}figure{margin:.8rem 0}figcaption{font-size:.86rem;color:#444}
+table.sortable thead th{cursor:pointer}.wide{overflow-x:auto}figure{margin:.8rem 0}
+figcaption{font-size:.86rem;color:#444}
 figure svg,figure img{max-width:100%;height:auto}svg *{stroke-linejoin:round;stroke-linecap:butt}
+.pair{display:flex;flex-wrap:wrap;gap:0 1.5rem;align-items:flex-start}
 .box{border-left:5px solid;padding:.4rem .8rem;margin:.8rem 0}.box ul{margin:.2rem 0;padding-left:1.2rem}
 .bad{border-color:#c0392b;background:#fdeeec}.doubt{border-color:#e0a800;background:#fff8e1}
 .good{border-color:#2e7d4f;background:#edf7f0}.missing{color:#555;font-style:italic}
@@ -64,8 +62,9 @@ SCRIPT = """
 for(const head of document.querySelectorAll("table.sortable thead th"))head.addEventListener("click",()=>{
 const table=head.closest("table"),body=table.tBodies[0],down=head.dataset.sorted==="up",i=head.cellIndex;
 const key=row=>{const c=row.cells[i];return c.dataset.value===undefined?c.textContent:+c.dataset.value};
-const rows=[...body.rows].sort((a,b)=>{const x=key(a),y=key(b);
-return (typeof x==="number"&&typeof y==="number"?(isNaN(x)?1:isNaN(y)?-1:x-y):String(x).localeCompare(String(y)))*(down?-1:1)});
+const order=(x,y)=>typeof x==="number"&&typeof y==="number"?(isNaN(x)?1:isNaN(y)?-1:x-y):
+String(x).localeCompare(String(y));
+const rows=[...body.rows].sort((a,b)=>order(key(a),key(b))*(down?-1:1));
 for(const other of table.querySelectorAll("th"))delete other.dataset.sorted;
 head.dataset.sorted=down?"down":"up";body.append(...rows)});
 """
@@ -107,40 +106,37 @@ def join(parts: Iterable[object], between: str = "") -> Markup:
 def number(value: float, digits: int = DIGITS) -> str:
     """A number in print: "0.00012345", "1.2 × 10⁻⁷"; whole numbers whole, a dash for NaN."""
     if isinstance(value, int | np.integer):
-        return str(value).replace("-", "\u2212")
+        return str(value).replace("-", MINUS)
     if math.isnan(value):
         return DASH
     if math.isinf(value):
-        return "∞" if value > 0.0 else "\u2212∞"
+        return "∞" if value > 0.0 else f"{MINUS}∞"
     text, _, power = f"{value:.{digits}g}".partition("e")
     if abs(value) >= 10.0**digits and abs(value) < 1e6:
         text, power = f"{value:.0f}", ""
-    text = text.replace("-", "\u2212")
+    text = text.replace("-", MINUS)
     return f"{text} × 10{str(int(power)).translate(SUPERSCRIPTS)}".replace(" ", NO_BREAK) if power else text
 
 
-def scaled(units: str, *values: float) -> tuple[float, str]:
-    """What to divide values in SI units by to show them, and the units they are in then: that of the largest value."""
-    sizes = [abs(v) for v in values if math.isfinite(v)]
-    largest = max(sizes, default=0.0)
-    known = SHOWN_AS.get(units)
-    if known is None:
-        return 1.0, ALIKE.get(units, units)
+def scaled(units: str, *values: float) -> tuple[str, float]:
+    """Unit in which values in SI units are shown, one that suits the largest of them, and the factor to it."""
+    largest = max((abs(v) for v in values if math.isfinite(v)), default=0.0) * (1.0 + 1e-9)
+    choices = SHOWN.get(units, ((0.0, ALIKE.get(units, units), 1.0),))
     if largest == 0.0:
-        return next(((size, name) for name, size in known if size == 1.0), (known[0][1], known[0][0]))
-    name, size = next(((n, s) for n, s in known if largest >= s), known[-1])
-    return size, name
+        return next(((unit, factor) for _, unit, factor in choices if factor == 1.0), choices[0][1:])
+    return next((unit, factor) for least, unit, factor in choices if largest >= least)
 
 
 def measured(value: float, units: str) -> tuple[str, str]:
-    """A number and units of a size that suits it: 1e-4 m is "100" and "µm"."""
-    size, name = scaled(units, value)
-    return number(value if size == 1.0 else value / size), name.replace(" ", NO_BREAK)
+    """A number and units of a size that suits it: 1e-5 m is "10" and "µm"."""
+    unit, factor = scaled(units, value)
+    return number(value * factor if factor != 1.0 else value), unit.replace(" ", NO_BREAK)
 
 
 def quantity(value: float, units: str) -> str:
-    """A number with its units, as `measured`: "100 µm"."""
-    return NO_BREAK.join(filter(None, measured(value, units)))
+    """A number with its units, as `measured`: "10 µm"."""
+    shown, unit = measured(value, units)
+    return shown + (unit if unit in ("", "°") else NO_BREAK + unit)
 
 
 # --- pieces of a page
@@ -160,7 +156,9 @@ def valued(value: float, shown: str) -> Cell:
     return Cell(element("td", shown, class_="number", data_value=f"{value:.9g}"))
 
 
-def table(head: Sequence[object], rows: Iterable[Sequence[object]], *, says: str = "", sortable: bool = False) -> Markup:
+def table(
+    head: Sequence[object], rows: Iterable[Sequence[object]], *, says: str = "", sortable: bool = False
+) -> Markup:
     """A table with a head row; `says` is its caption. A sortable one is sorted by clicks on its head."""
     caption = element("caption", says) if says else ""
     top = element("thead", element("tr", *(element("th", h, scope="col") for h in head)))
@@ -234,7 +232,9 @@ class Page:
             element("section", element("h2", title), content, id=name, **({"class_": "page"} if apart else {}))
             for name, (title, content, apart) in zip(names, self.sections, strict=True)
         )
-        body = element("body", self.head, element("nav", join(links, " ")), *sections, Markup(f"<script>{SCRIPT}</script>"))
+        body = element(
+            "body", self.head, element("nav", join(links, " ")), *sections, Markup(f"<script>{SCRIPT}</script>")
+        )
         meta = '<meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">'
         head = element("head", Markup(meta), element("title", self.title), Markup(f"<style>{STYLE}</style>"))
         return f"<!DOCTYPE html>\n{element('html', head, body, lang='en')}\n"

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from clearance.postprocess import figures, plots, scenes, sections
-from clearance.postprocess.channels import expand
+from clearance.postprocess.channels import KINDS
 from clearance.postprocess.contacts import SHOWN, contact_joints, contact_table, contacts
 from clearance.postprocess.drawing import sketch
 from clearance.postprocess.histories import MOST_PANELS, histories
@@ -28,6 +28,7 @@ from clearance.postprocess.pages import (
     number,
     points,
     quantity,
+    scaled,
     table,
     valued,
 )
@@ -56,10 +57,6 @@ JOINT_FACTS = (
     ("film_table_error_closing", "error of the film table, journal closing in", "1"),
     ("film_table_error_opening", "error of the film table, journal receding", "1"),
 )
-PARTS = (
-    summaries.sliders, summaries.drives, summaries.joints, summaries.contacts, summaries.dissipation,
-    summaries.periodicity,
-)  # fmt: skip
 
 
 def report(source: str | Path | Result | Sweep, path: str | Path) -> Path:
@@ -90,7 +87,7 @@ def run_page(run: Result) -> Page:
     page.section("Overview", _overview(page, run), apart=True)
     for joint in (j for j in run.scene["joints"] if j["type"] == "ClearanceRevolute"):
         page.section(f"Joint {joint['name']}", *_joint(page, run, joint["name"]), apart=True)
-    page.section("Motion in phase space", *_phase(page, run), apart=True)
+    page.section("Motion in phase space", *_phase(page, run))
     page.section("Spectrum", _spectrum(page, run))
     page.section("Provenance", *_provenance(run))
     return page
@@ -104,13 +101,17 @@ def _head(run: Result) -> Markup:
     about, solver = run.attributes, run.solver
     versions = ", ".join(f"{n.removeprefix('version_')} {v}" for n, v in about.items() if n.startswith("version_"))
     title = element("h1", f"{about['case']}: {_how_long(run)}")
-    said = element("p", f"{plots.title(run)}. Written {about['created']} by {versions}.")
+    said = element("p", f"{plots.title(run)}. Written {_date(about['created'])} by {versions}.")
     if run.complete:
         state = box("good", element("b", "complete"), f": {solver['steps']} steps in {quantity(solver['wall_s'], 's')}")
     else:
         state = box("bad", element("b", "partial"), f": {run.status.removeprefix('partial: ')}")
     doubts = box("doubt", element("b", f"Warnings ({len(run.warnings)})"), points(run.warnings)) if run.warnings else ""
     return join([title, said, state, doubts or element("p", "No warnings.")])
+
+
+def _date(created: str) -> str:
+    return created.replace("T", " ").replace("+00:00", " UTC")
 
 
 def _how_long(run: Result) -> str:
@@ -141,7 +142,10 @@ def _integration(run: Result) -> Markup:
         ("step sizes", f"{_range(steps, 's')}, median {quantity(np.median(steps), 's')}" if steps.size else None),
         ("evaluations", f"{solver['evaluations']} of the right-hand side, {solver['jacobians']} of its Jacobian"),
         ("factorisations", int(solver["factorisations"])),
-        ("wall time", f"{quantity(solver['wall_s'], 's')}, of it {quantity(solver['loop_s'], 's')} in the compiled loop"),
+        (
+            "wall time",
+            f"{quantity(solver['wall_s'], 's')}, of it {quantity(solver['loop_s'], 's')} in the compiled loop",
+        ),
         ("energy residual", _ledger(run)),
     ]
     return facts(rows)
@@ -156,7 +160,7 @@ def _ledger(run: Result) -> str:
     share, turned = run.solver["energy_residual_share"], run.facts("energy").get("turned_over", 0.0)
     if share == 0.0 and "energy/residual" not in run:
         return "no energy ledger was kept or integrated"
-    said = f"{number(100.0 * share)} % of the energy turned over at worst"
+    said = f"at worst {number(share)} of the energy turned over in a stretch of the run"
     return f"{said}; {quantity(turned, 'J')} were turned over in all"
 
 
@@ -164,15 +168,21 @@ def _ledger(run: Result) -> str:
 
 
 def _summary(run: Result) -> list[Markup]:
-    """The metrics of the run, those a sweep kept in the file or computed from its channels."""
-    found, said = kept_metrics(run), ["As the sweep this run belongs to has kept them."]
+    """The metrics of the run, or where they need channels that were not kept, the ranges of those that were."""
+    found, said = kept_metrics(run), "As the sweep that this run belongs to has kept them."
     if not found:
-        found, said = computed_metrics(run)
-    if not found:
-        return [missing("The run ended before there was anything to sum up."), *map(missing, said)]
+        window = summaries.Window.of(run, None)
+        if window is None:
+            return [missing("The run ended before there was anything to sum up.")]
+        turns = f", {number(window.turns)} turns" if window.turns else ""
+        said = f"Taken from t = {quantity(window.begin, 's')} to {quantity(window.end, 's')}{turns}."
+        try:
+            found = summaries.metrics(run)
+        except KeyError as error:
+            return [missing(f"There are no summary metrics: {error.args[0]}."), _ranges(run)]
     shown = {name: measured(m.value, m.units) for name, m in found.items()}
     rows = [(m.text, valued(m.value, shown[n][0]), shown[n][1], n) for n, m in found.items()]
-    return [*(element("p", s) for s in said), table(["what", "value", "units", "name"], rows)]
+    return [element("p", said), table(["what", "value", "units", "name"], rows)]
 
 
 def kept_metrics(run: Result) -> dict[str, summaries.Metric]:
@@ -182,24 +192,20 @@ def kept_metrics(run: Result) -> dict[str, summaries.Metric]:
     return {n: summaries.Metric(float(values[n]), *known[n]) for n in known if n in values}
 
 
-def computed_metrics(run: Result) -> tuple[dict[str, summaries.Metric], list[str]]:
-    """The metrics of a run as far as its channels were kept, and in words over what and what is left out."""
-    window = summaries.Window.of(run, None)
-    if window is None:
-        return {}, []
-    turns = f", {number(window.turns)} whole turns" if window.turns else ""
-    said = [f"Taken from t = {quantity(window.begin, 's')} to {quantity(window.end, 's')}{turns}."]
-    try:
-        return summaries.metrics(run), said
-    except KeyError:
-        found: dict[str, summaries.Metric] = {}
-    lost = []
-    for part in PARTS:
-        try:
-            found |= {n: summaries.Metric(*rest) for n, *rest in part(run, window)}
-        except KeyError as error:
-            lost.append(f"{part.__name__} ({error.args[0]})")
-    return found, [*said, f"Left out, for want of channels: {'; '.join(lost)}."]
+def kept_channels(run: Result) -> list[str]:
+    """Paths of all channels that were kept."""
+    owners = [f"{kind}/{name}" for kind in KINDS for name in run.names(kind)]
+    return [f"{owner}/{name}" for owner in [*owners, "energy"] for name in run.names(owner)]
+
+
+def _ranges(run: Result) -> Markup:
+    """Smallest and largest values of the channels that were kept."""
+    rows = []
+    for path in kept_channels(run):
+        low, high = run.range(path)
+        unit, factor = scaled(run.units(path), low, high)
+        rows.append([path, unit, *(valued(v, number(v * factor)) for v in (low, high))])
+    return table(["channel", "units", "smallest", "largest"], rows)
 
 
 def _overview(page: Page, run: Result) -> Markup:
@@ -211,11 +217,9 @@ def _overview(page: Page, run: Result) -> Markup:
         said = "Motion, drive, joint forces, energies, and journal paths of the joints with clearance"
         return page.picture(partial(plots.overview, run), said, run.time.size)
     text = f"The overview needs channels that were not kept: {', '.join(absent)}."
-    groups = [g for g in ("bodies", "joints", "springs", "drives") if run.names(g)]
-    kept = [p for p in expand(run, [f"{g}/*/*" for g in groups])][:MOST_PANELS] if groups else []
-    if not kept:
+    if not (kept := kept_channels(run)):
         return missing(text)
-    draw = partial(histories, run, channels=kept)
+    draw = partial(histories, run, channels=kept[:MOST_PANELS])
     return join([missing(text), page.picture(draw, "Channels that were kept", run.time.size)])
 
 
@@ -238,7 +242,8 @@ def _joint(page: Page, run: Result, joint: str) -> list[Markup]:
     if run.time.size < 2:
         return [*parts, missing(f"The run ended with {run.time.size} sample(s): there is nothing to draw.")]
     draw = partial(_single, run, joint, plots.orbit, ("eccentricity_x", "eccentricity_y"), (4.6, 4.6))
-    parts.append(page.picture(draw, f"Path of the journal's centre in joint {joint}, over the clearance", run.time.size))
+    said = f"Path of the journal's centre in joint {joint}, over the clearance"
+    parts = [element("div", *parts, page.picture(draw, said, run.time.size), class_="pair")]
     scene = next(j for j in run.scene["joints"] if j["name"] == joint)
     if scene["transition"]:
         wanted = (*STATES, "film_thickness_ratio", "asperity_share")
@@ -253,7 +258,9 @@ def _single(run: Result, joint: str, draw: Callable, needs: tuple, size: tuple[f
     if absent := [n for n in needs if f"joints/{joint}/{n}" not in run]:
         raise ValueError(f"these channels of joint {joint} were not kept: {', '.join(absent)}")
     figure = figures.sheet(*size)
-    draw(run, joint, figure.add_subplot())
+    axes = figure.add_subplot()
+    draw(run, joint, axes)
+    axes.locator_params(axis="x", nbins=6)
     return figures.save(figure, path)
 
 
@@ -317,11 +324,10 @@ def _provenance(run: Result) -> list[Markup]:
         ("file", path.name),
         ("size", f"{number(path.stat().st_size / 1e6, 4)} MB"),
         ("format", f"{about['format']} {about['format_version']}"),
-        ("created", about["created"]),
+        ("created", _date(about["created"])),
         *((n.replace("_", " of ", 1), v) for n, v in about.items() if n.startswith("version_")),
         ("kernel", element("code", f"sha256 {digest}")),
     ]
-    kept = [f"{g}: {', '.join(run.names(g))}" for g in ("bodies", "joints", "springs", "drives", "energy") if run.names(g)]
-    rows.append(("channels kept of", "; ".join(kept) or "nothing"))
+    rows.append(("channels kept", len(kept_channels(run))))
     how = f'import clearance as cl\nrun = cl.open_result("{path.name}")\nrun.time, run.scene, run.names("bodies")'
     return [facts(rows), element("h3", "In Python"), element("pre", how)]

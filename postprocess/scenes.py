@@ -1,7 +1,5 @@
 """A scene in words and tables: its bodies, joints with their laws, drives and loads, as a page shows them."""
 
-import math
-
 from clearance.postprocess.pages import Markup, element, join, number, quantity, scaled, table
 
 KINDS = {"Revolute": "hinge", "Prismatic": "slide", "ClearanceRevolute": "hinge with clearance"}
@@ -62,8 +60,7 @@ def tables(scene: dict) -> Markup:
 
 def bodies(scene: dict) -> Markup:
     found = scene["bodies"]
-    mass, kg = scaled("kg", *(b["mass"] for b in found))
-    inertia, kgm2 = scaled("kg m2", *(b["inertia"] for b in found))
+    (mass, kg), (inertia, kgm2) = (scaled(u, *(b[n] for b in found)) for n, u in (("mass", "kg"), ("inertia", "kg m2")))
     rows = []
     for b in found:
         marks = "; ".join(f"{name} {_place(xy)}" for name, xy in b["points"].items())
@@ -71,8 +68,15 @@ def bodies(scene: dict) -> Markup:
             f"{name.replace('_', ' ')} {words(b[name], UNITS[name])}" for name in ("angular_velocity", "velocity")
             if any(b[name] if isinstance(b[name], list) else [b[name]])
         ]  # fmt: skip
-        rows.append([b["name"], b["mass"] / mass, b["inertia"] / inertia, _place(b["com"]), marks, "; ".join(start)])
-    head = ["body", f"mass [{kg}]", f"inertia [{kgm2}]", "centre of mass [mm]", "points in its frame [mm]", "starts with"]
+        rows.append([b["name"], kg * b["mass"], kgm2 * b["inertia"], _place(b["com"]), marks, "; ".join(start)])
+    head = [
+        "body",
+        f"mass [{mass}]",
+        f"inertia [{inertia}]",
+        "centre of mass [mm]",
+        "points in its frame [mm]",
+        "starts with",
+    ]
     used = range(len(head) if any(row[-1] for row in rows) else len(head) - 1)
     return table([head[i] for i in used], [[row[i] for i in used] for row in rows], says="Bodies")
 
@@ -134,7 +138,7 @@ def _drive(drive: dict) -> str:
     slides = isinstance(drive["target"], dict) and drive["target"]["type"] == "Prismatic"
     angle, rate, effort = ("m", "m/s", "N") if slides else ("rad", "rad/s", "N m")
     if (speed := drive["speed"]) is not None:
-        said = f"at constant speed, {words(speed, rate)}" + ("" if slides else f" ({number(speed * 30.0 / math.pi)} rpm)")
+        said = f"at constant speed, {words(speed, rate)}" + ("" if slides else f" ({number(speed)} rad/s)")
     elif drive["motion"] is not None:
         said = f"by a prescribed motion, {words(drive['motion'], angle)}"
     else:
@@ -155,11 +159,11 @@ def words(value, units: str = "1") -> str:
     if isinstance(value, list | tuple):
         return ", ".join(words(v, units) for v in value) or "none"
     if isinstance(value, dict):
-        name = value["law"].rpartition(":")[2] if "law" in value else value.get("name") or value.get("type", "")
+        name = value["law"].rpartition(":")[2] if "law" in value else value.get("name", "")
         own = {n: v for n, v in value.items() if n not in ("law", "type", "name")}
         owner = (value.get("law") or value.get("type", "")).rpartition(":")[2]
         listed = _listed(own, owner, "law" not in value or value["law"].startswith(HERE))
-        return f"{name}: {listed}" if listed else name
+        return ": ".join(filter(None, (name, listed)))
     return str(value)
 
 

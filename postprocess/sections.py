@@ -156,6 +156,7 @@ def bifurcation(
     if log:
         panels[-1].set_xscale("log")
         figures.plain_decades(panels[-1].xaxis, min(p for p, _ in points), max(p for p, _ in points))
+    figure.align_ylabels()
     figure.suptitle("\n".join(filter(None, (title, "crosses: no section there" if empty else ""))), fontsize="medium")
     return figures.save(figure, path)
 

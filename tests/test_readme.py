@@ -18,6 +18,13 @@ def test_python_example(tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().out
 
 
+def test_sweep_example(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(next(b for b in BLOCKS if "cl.sweep(" in b), "README", "exec"), {})
+    assert cl.open_sweep(tmp_path / "map").done.all()
+    assert "slider_acceleration_max" in capsys.readouterr().out
+
+
 def test_own_mechanism(tmp_path, capsys):
     path = tmp_path / "my_mechanism.py"
     path.write_text(next(b for b in BLOCKS if "def scene(" in b))

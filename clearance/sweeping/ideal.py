@@ -30,7 +30,7 @@ def ideal_motion(scene: Scene, span: Span, described: dict) -> dict | None:
     steady = len(drives) == 1 and bool(drives[0].speed)
     rate = abs(drives[0].speed) if steady else 1.0
     # of the same turns at another speed only rounding differs: no run may depend on which was first
-    angle = float(f"{span.until * rate:.12g}")
+    angle = float(f"{span.until * rate:.14g}")
     key = (_kinematics(described, steady), angle, span.samples)
     if key not in _made:
         if len(_made) == MOST_KEPT:

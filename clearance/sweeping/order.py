@@ -19,7 +19,7 @@ class Queue:
 
     def __init__(self, points: Points, pending: list[int]):
         self.place = _places(points)
-        self.waiting = deque(_spread(pending))
+        self.waiting = deque(_shuffled(pending))
         self.wall: dict[int, float] = {}
         self.next_guess = FIRST
 
@@ -61,9 +61,6 @@ def _places(points: Points) -> np.ndarray:
     return np.stack(columns, axis=1)
 
 
-def _spread(pending: list[int]) -> list[int]:
-    """Order of van der Corput: the first, the middle, the quarters, ...: early points lie far apart."""
-    count = len(pending)
-    bits = max((count - 1).bit_length(), 1)
-    order = (int(f"{i:0{bits}b}"[::-1], 2) for i in range(1 << bits))
-    return [pending[i] for i in order if i < count]
+def _shuffled(pending: list[int]) -> list[int]:
+    """Early points lie far apart along every axis; always in the same order."""
+    return np.random.default_rng(0).permutation(pending).tolist()

@@ -153,7 +153,7 @@ def from_words(parameter, text: str) -> list:
     """
     if ":" in text and parameter.kind in (float, int):
         return _spread(parameter, text)
-    parts = [p.strip() for p in text.split(";" if ";" in text else ",")]
+    parts = [p.strip() for p in (text.removesuffix(";").split(";") if ";" in text else text.split(","))]
     if not all(parts):
         raise ValueError(f"{parameter.name}: {text!r} has an empty value")
     return [parameter.value(p) for p in parts]

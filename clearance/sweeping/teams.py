@@ -5,11 +5,13 @@ A team takes points one by one (`give`), tells of those that ended (`wait`), and
 """
 
 import logging
+import math
 import multiprocessing
 import os
 import signal
 import sys
 import threading
+import time
 import types
 from collections import deque
 from contextlib import contextmanager, suppress
@@ -24,6 +26,7 @@ LOG = logging.getLogger("clearance.sweep")
 METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 PRELOADED = ["clearance.sweeping.worker", "clearance.stepping.radau5", "clearance.stepping.dop853"]
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+EVERY = 1.0  # seconds between two looks at the size of a cluster
 QUEUED = 2  # points a worker holds: one it runs and one to go on with at once
 
 
@@ -175,11 +178,14 @@ class Dask:
         self.hand: dict = {}
         self.arrived: deque = deque()
         self.news = threading.Event()
+        self.asked, self.size = -math.inf, 1
 
     @property
     def places(self) -> int:
         """Points to have in hand: as the cluster grows and shrinks."""
-        return max(QUEUED * sum(self.client.nthreads().values()), 1)
+        if time.monotonic() - self.asked > EVERY:
+            self.asked, self.size = time.monotonic(), sum(self.client.nthreads().values())
+        return max(QUEUED * self.size, 1)
 
     def give(self, index: int) -> None:
         # impure: asked twice it is run twice, so that a restart never gets an old answer

@@ -1,7 +1,7 @@
 """What sweeps cost: `python tests/benchmarks/sweeps.py [--update README.md]`.
 
 Throughput of one and two worker processes measured in turn, overhead of a run; 10,000 points: time, memory of the
-driver, reopening. Whole calls of `cl.sweep` in fresh processes, start included. Ratios compare what is measured in turn.
+driver, reopening. Whole calls of `cl.sweep` in fresh processes; ratios compare what is measured in turn.
 """
 
 import argparse

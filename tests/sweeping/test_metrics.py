@@ -1,0 +1,767 @@
+"""Summary metrics against independent computations: arrays of the run, energy balances, closed forms, made-up records."""
+
+import dataclasses
+import json
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import assume, example, given
+from hypothesis import strategies as st
+
+import clearance as cl
+from clearance.recording import MemorySink
+from clearance.simulation import Span, prepare
+from clearance.sweeping import ideal as ideals
+from clearance.sweeping import metrics as defined
+from clearance.sweeping.ideal import ideal_motion
+from clearance.sweeping.metrics import Window, guides, metrics, own
+from tests.mechanisms import body, scotch_yoke
+from tests.postprocess.records import Formula, joint
+
+CRANK, ROD = 0.05, 0.12  # of the case slider_crank [m]
+FEEDER = {"speed": 30.0, "model": "lubricated", "film": "harmonic"}
+
+
+def recorded(scene, **options):
+    """A run in memory and what ideal joints would have it do."""
+    run = prepare(scene, **options)
+    sink = MemorySink(run.mechanism.structure.channels, run.attributes())
+    run.record(sink)
+    return sink.record, ideal_motion(run.mechanism.scene, run.span, sink.record.scene)
+
+
+def values(record, settle=None, ideal=None):
+    return {name: metric.value for name, metric in metrics(record, settle, ideal).items()}
+
+
+@pytest.fixture(scope="module")
+def feeder():
+    return recorded(cl.load_case("six_bar_feeder", **FEEDER), turns=6.0, samples_per_turn=200)
+
+
+@pytest.fixture(scope="module")
+def dry():
+    """Two dry joints with friction, and an end that is no whole number of turns."""
+    scene = cl.load_case("six_bar_feeder", speed=30.0, model="dry", joints="B,C", clearance=2e-4)
+    return recorded(scene, turns=3.3, samples_per_turn=200)
+
+
+@pytest.fixture(scope="module")
+def mixed():
+    return recorded(cl.load_case("four_bar", model="mixed", film="harmonic", viscosity=0.002), turns=3.0)
+
+
+# --- the window
+def clocked(turns, per_turn=40, speed=7.3, **more):
+    """A record that lasts so many turns, its times as a run makes them."""
+    length, count = turns * (2.0 * math.pi / abs(speed)), max(round(per_turn * turns), 1)
+    time = np.append(np.arange(count) * (length / count), length)
+    return Formula(time, {}, speed=speed, **more)
+
+
+decimals = st.integers(0, 12000).map(lambda n: f"{n / 1000:.3f}")
+
+
+@given(decimals, decimals, st.integers(1, 60), st.sampled_from([7.3, -31.4159, 1e-3, 523.6]))
+@example("3", "1", 40, 7.3)
+@example("1.1", "0.1", 40, 7.3)
+@example("3.3", "0.3", 10, 523.6)
+@example("12", "11.999", 1, 7.3)
+def test_a_window_has_whole_turns_after_settling_and_no_more(turns, settle, per_turn, speed):
+    """Whole turns by exact arithmetic; 1e-9 of the run is what rounding may take off (0.001 turns is the least asked)."""
+    assume(float(turns) > 0.0)
+    record = clocked(float(turns), per_turn, speed)
+    window, length = Window.of(record, float(settle)), float(record.time[-1])
+    left = Fraction(turns) - Fraction(settle)
+    if left <= 0:
+        assert window is None
+        return
+    if window is None:  # too few samples
+        assert math.floor(left) <= 1
+        assert (record.time >= float(settle) * record.turn * (1.0 - 1e-9)).sum() <= per_turn + 1
+        return
+    assert window.begin == float(settle) * record.turn
+    assert window.begin < window.end <= length
+    if left >= 1:
+        assert window.turns == math.floor(left)
+        assert window.end - window.begin == pytest.approx(window.turns * record.turn, rel=1e-9 * float(turns))
+    else:
+        assert window.end == length
+        assert window.turns == pytest.approx(float(left), rel=1e-9)
+    inside = record.time[window.samples]
+    assert inside[0] >= window.begin * (1.0 - 1e-9)
+    assert inside[-1] <= window.end * (1.0 + 1e-9)
+    before, after = record.time[: window.samples.start], record.time[window.samples.stop :]
+    assert (before < window.begin).all()
+    assert (after > window.end).all()
+    assert window.weights.shape == inside.shape
+    assert window.weights.min() >= 0.0
+    assert window.weights.sum() == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("turns", "begin", "whole"), [(0.7, 0.0, 0.7), (1.0, 0.0, 1), (1.9, 0.0, 1), (2.0, 1.0, 1), (6.5, 1.0, 5)]
+)
+def test_the_first_turn_is_left_out_where_there_is_a_second(turns, begin, whole):
+    window = Window.of(clocked(turns), None)
+    assert window.begin == begin * clocked(turns).turn
+    assert window.turns == pytest.approx(whole, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("turns", "settle", "whole"),
+    [(0.9, None, None), (1.9, None, None), (2.0, None, 1), (2.6, 0.5, 2), (2.6, 2.0, None)],
+)
+def test_a_run_that_ended_early_has_whole_turns_or_none(turns, settle, whole):
+    """Such a run is not seen with its start, nor by a part of a turn, as if that were what the point is like."""
+    window = Window.of(clocked(turns, status="partial: something broke"), settle)
+    assert window is None if whole is None else window.turns == whole
+
+
+def test_without_a_turn_the_window_is_in_seconds():
+    record = Formula(np.linspace(0.0, 3.5, 71), {}, speed=None)
+    assert Window.of(record, None).begin == 0.0
+    window = Window.of(record, 1.25)
+    assert (window.begin, window.end, window.turns) == (1.25, 3.5, None)
+    assert window.per() == (2.25, "per_second", "in a second")
+    early = Formula(np.linspace(0.0, 3.5, 71), {}, speed=None, status="partial: something broke")
+    assert Window.of(early, 1.25) is not None
+    assert metrics(record, 3.5) == {}
+    assert metrics(record, 100.0) == {}
+
+
+@pytest.mark.parametrize("time", [[], [0.0], [0.0, 6.0]])
+def test_too_few_samples_give_no_metrics(time):
+    assert metrics(Formula(time, {"bodies/slider/ax": np.zeros(len(time))}), 1.0) == {}
+
+
+@pytest.mark.parametrize("settle", [-1.0, math.nan, math.inf])
+def test_a_settle_that_is_none_is_refused(settle):
+    with pytest.raises(ValueError, match="settle must"):
+        metrics(clocked(3.0), settle)
+
+
+@given(st.floats(0.5, 9.5), st.floats(0.0, 4.0), st.integers(5, 80))
+def test_means_are_over_time(turns, settle, per_turn):
+    """Each sample stands for the time half-way to its neighbours: right to half a step of the slope at the ends."""
+    assume(turns - settle > 0.5)
+    record = clocked(turns, per_turn)
+    window = Window.of(record, settle)
+    mean, step = window.mean(record.time[window.samples]), record.time[1]
+    half = 0.5 * (window.begin + window.end)
+    assert abs(mean - half) <= step**2 / (window.end - window.begin) + 1e-12
+    assert window.mean(np.ones(record.time.size)[window.samples]) == pytest.approx(1.0, abs=1e-12)
+
+
+# --- made-up motions
+def shaker(turns=4.0, per_turn=50, speed=2.0 * math.pi, joints=(), events=None, **channels):
+    """A record of one turn a second with a drive and joint C (force 3 N, 4 N, gap 1e-4 m) unless said otherwise."""
+    count = round(turns * per_turn)
+    flat = {"force_x": 3.0, "force_y": 4.0, "gap": 1e-4, "eccentricity_x": 9e-4, "eccentricity_y": 0.0}
+    given = {n: (lambda t, v=v: np.full(t.shape, v)) for n, v in flat.items()} | channels
+    paths = {f"joints/C/{n}": v for n, v in given.items()}
+    columns = {"peak_penetration": np.zeros(0)} | (events or {})
+    joints = joints or (joint("C"),)
+    return Formula(np.linspace(0.0, turns, count + 1), paths, speed=speed, joints=joints, events=columns)
+
+
+def contacts(begin, duration, joints=None, speed=0.5, force=10.0, depth=1e-6):
+    """Columns of the events of contacts that begin at these times [s]."""
+    begin = np.asarray(begin, float)
+    every = {n: np.broadcast_to(v, begin.shape).astype(float) for n, v in
+             (("duration", duration), ("impact_speed", speed), ("peak_force", force), ("peak_penetration", depth))}  # fmt: skip
+    names = np.array(joints or ["C"] * begin.size, dtype=str)
+    return {"time": begin, "joint": names, "kind": np.full(begin.size, "contact"), **every}
+
+
+def test_root_mean_square_of_a_sine_is_exact_over_whole_turns():
+    """The trapezium rule integrates a sine over whole turns exactly; counting both ends whole would be off by 1 %."""
+    record = shaker(force_x=lambda t: 5.0 * np.cos(2.0 * np.pi * t), force_y=np.zeros_like)
+    found = values(record)
+    assert found["joint_C_force_rms"] == pytest.approx(5.0 / math.sqrt(2.0), rel=1e-14)
+    assert found["joint_C_force_max"] == pytest.approx(5.0, rel=1e-14)
+
+
+@pytest.mark.parametrize("turns", [2.37, 5.91])
+def test_root_mean_square_where_samples_are_not_those_of_the_turn(turns):
+    """Off by the two ends only: half a step each of a window of whole turns."""
+    record = shaker(turns, 53, force_x=lambda t: 5.0 * np.cos(2.0 * np.pi * t), force_y=np.zeros_like)
+    assert values(record, 0.29)["joint_C_force_rms"] == pytest.approx(5.0 / math.sqrt(2.0), rel=0.5 / 53)
+
+
+def test_peaks_between_samples_are_those_of_the_contacts_that_begin_in_the_window():
+    events = contacts([0.4, 1.5, 3.2], 1e-3, force=[900.0, 70.0, 20.0], depth=[9e-6, 2e-6, 1e-6])
+    found = values(shaker(3.5, events=events))  # window: turns 1 and 2
+    assert found["joint_C_force_max"] == 70.0
+    assert found["joint_C_gap_min"] == -2e-6
+    assert found["joint_C_eccentricity_ratio_max"] == pytest.approx(1.002, rel=1e-12)
+    quiet = values(shaker(3.5, events=contacts([0.4], 1e-3)))
+    assert (quiet["joint_C_force_max"], quiet["joint_C_gap_min"]) == (5.0, 1e-4)
+    assert (quiet["joint_C_impacts_per_turn"], quiet["joint_C_impact_speed_max"]) == (0.0, 0.0)
+
+
+def test_film_thickness_ratio_is_that_of_the_smallest_gap():
+    rough = joint("C") | {"roughness": 2e-6}
+    found = values(shaker(3.0, joints=(rough,), events=contacts([1.5], 1e-3, depth=3e-6)))
+    assert found["joint_C_film_thickness_ratio_min"] == pytest.approx(-1.5, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("begin", "duration", "share", "impacts"),
+    [
+        ([0.0], [4.0], 1.0, 0.0),  # permanent, since before the window
+        ([1.0], [3.0], 1.0, 1.0 / 3.0),  # permanent, open at the end, begun with the window
+        ([0.5, 2.0, 3.75], [1.0, 0.25, 0.25], 1.0 / 3.0, 2.0 / 3.0),  # one into the window, one inside, one open
+        ([0.2, 4.0], [0.8, 0.0], 0.0, 0.0),  # over when the window begins, begun when it ends
+        ([], [], 0.0, 0.0),
+    ],
+)
+def test_contact_fraction_and_impacts_of_contacts_at_the_windows_ends(begin, duration, share, impacts):
+    found = values(shaker(4.0, events=contacts(begin, duration)))
+    assert found["joint_C_contact_fraction"] == pytest.approx(share, abs=1e-15)
+    assert found["joint_C_impacts_per_turn"] == pytest.approx(impacts, abs=1e-15)
+
+
+@given(st.lists(st.tuples(st.floats(0.0, 0.9), st.floats(0.1, 1.0)), max_size=8), st.integers(1, 3), st.data())
+def test_windows_side_by_side_share_out_contacts(parts, cut, data):
+    """What is counted in two windows that meet is counted once: a contact, and its time on either side."""
+    begin = np.array([(i + b) * 0.5 for i, (b, _) in enumerate(parts)])
+    duration = np.array([0.5 * (1.0 - b) * d for b, d in parts])
+    names = data.draw(st.lists(st.sampled_from("BC"), min_size=len(parts), max_size=len(parts)))
+    record = shaker(4.0, events=contacts(begin, duration, names))
+    first = dataclasses.replace(Window.of(record, 0.0), end=float(cut), turns=float(cut))
+    second = Window.of(record, float(cut))
+    found = [{n: v for n, v, _, _ in defined.joints(record, w)} for w in (first, second)]
+    length = [cut, 4 - cut]
+    for name, total in (("impacts_per_turn", names.count("C")), ("contact_fraction", duration[np.array(names) == "C"].sum())):  # fmt: skip
+        summed = sum(f[f"joint_C_{name}"] * n for f, n in zip(found, length, strict=True))
+        assert summed == pytest.approx(total, abs=1e-12)
+
+
+def test_contact_of_one_joint_is_none_of_another():
+    record = shaker(
+        3.0, joints=(joint("B"), joint("C")), events=contacts([1.2, 1.6], 0.1, ["B", "C"], [1.0, 2.0], [50.0, 60.0])
+    )
+    record.data |= {p.replace("/C/", "/B/"): v for p, v in record.data.items() if p.startswith("joints/")}
+    found = values(record)
+    assert (found["joint_B_impact_speed_max"], found["joint_C_impact_speed_max"]) == (1.0, 2.0)
+    assert (found["joint_B_force_max"], found["joint_C_force_max"]) == (50.0, 60.0)
+    assert found["joint_B_contact_fraction"] == found["joint_C_contact_fraction"] == pytest.approx(0.05, rel=1e-12)
+
+
+def wet(law):
+    """A joint with film and contact as scenes describe it."""
+    return joint("C") | {
+        "film": {"law": "clearance.laws.film:harmonic"},
+        "transition": {"law": f"clearance.laws.transition:{law}"},
+    }
+
+
+def test_contact_that_sets_in_gradually_is_read_off_the_samples():
+    touching = lambda t: np.where(np.mod(t, 1.0) < 0.195, 8.0, 0.0)  # noqa: E731 - 10 of 50 samples a turn
+    found = values(shaker(3.0, joints=(wet("load_sharing"),), contact_force=touching))
+    assert found["joint_C_contact_fraction"] == pytest.approx(0.2, rel=1e-12)
+    assert "joint_C_impacts_per_turn" not in found
+    always = values(shaker(3.3, 37, joints=(wet("load_sharing"),), contact_force=lambda t: np.full(t.shape, 8.0)))
+    assert always["joint_C_contact_fraction"] == pytest.approx(1.0, rel=1e-14)
+
+
+@pytest.mark.parametrize("begin", [[], [1.3, 2.3]])
+def test_a_film_whose_contact_begins_with_a_touch_has_impacts(begin):
+    force = lambda t: np.zeros_like(t)  # noqa: E731 - no sample falls into the contacts
+    found = values(shaker(3.0, joints=(wet("flores_hybrid"),), events=contacts(begin, 0.01), contact_force=force))
+    assert found["joint_C_impacts_per_turn"] == len(begin) / 2.0
+    assert found["joint_C_contact_fraction"] == pytest.approx(0.01 * len(begin) / 2.0, rel=1e-12)
+
+
+def test_without_a_turn_rates_are_per_second():
+    record = shaker(4.0, speed=None, events=contacts([0.5, 1.5, 2.5], 0.1), dissipated=lambda t: 3.0 * t)
+    record.data["energy/dissipated"] = 5.0 * record.time
+    found = metrics(record, 1.0)
+    assert found["joint_C_impacts_per_second"].value == pytest.approx(2.0 / 3.0, rel=1e-14)
+    assert found["joint_C_impacts_per_second"].units == "1/s"
+    assert found["joint_C_dissipated_power"].value == pytest.approx(3.0, rel=1e-14)
+    assert (found["dissipated_power"].value, found["dissipated_power"].units) == (pytest.approx(5.0, rel=1e-14), "W")
+    assert not [n for n in found if "turn" in n or "period" in n]
+
+
+# --- periods
+def orbit(x, y=np.zeros_like, turns=10.0, per_turn=50, **more):
+    """A journal whose eccentricity over the clearance (1e-3 m) is a function of time in turns."""
+    return shaker(turns, per_turn, eccentricity_x=lambda t: 1e-3 * x(t), eccentricity_y=lambda t: 1e-3 * y(t), **more)
+
+
+def wave(*parts):
+    """Sum of (amplitude, periods a turn)."""
+    return lambda t: sum(a * np.cos(2.0 * np.pi * k * t + k) for a, k in parts)
+
+
+@pytest.mark.parametrize(
+    ("x", "period"),
+    [
+        (wave((0.8, 1), (0.2, 3)), 1.0),
+        (wave((0.8, 1), (0.1, 0.5)), 2.0),
+        (wave((0.8, 1), (0.1, 1 / 3)), 3.0),
+        (wave((0.8, 1), (0.004, 0.5)), 1.0),  # a subharmonic of less than 1 %: 0.8 % from turn to turn
+        (wave((0.8, 1), (0.006, 0.5)), 2.0),
+        (wave((0.8, 1), (0.1, (math.sqrt(5.0) - 1.0) / 2.0)), math.inf),
+        (wave((0.004, 0.618)), 1.0),  # a journal that hardly moves
+    ],
+)
+@pytest.mark.parametrize(("turns", "per_turn"), [(10.0, 50), (9.73, 61)])
+def test_period_of_a_known_motion(x, period, turns, per_turn):
+    """Also where turns are no whole number of samples: the cubic is right to 0.03 (6 pi / 61)^4 < 1e-3 here."""
+    assert values(orbit(x, turns=turns, per_turn=per_turn))["period"] == period
+
+
+def test_period_error_is_the_distance_that_is_left():
+    """Both components: after a turn the subharmonic of 0.1 in x and 0.05 in y is on its other side."""
+    found = values(orbit(wave((0.8, 1), (0.1, 0.5)), wave((0.8, 1), (0.05, 0.5)), turns=4.0))
+    assert found["period"] == math.inf  # three turns are seen: only a period of one is looked for
+    assert found["period_error"] == pytest.approx(2.0 * math.hypot(0.1, 0.05), rel=1e-3)
+    assert values(orbit(wave((0.8, 1), (0.1, 0.5))))["period_error"] < 1e-12
+
+
+def test_a_journal_that_comes_by_the_same_place_on_other_ways_has_no_period():
+    """Pressed against the bearing once a turn, chaotic in between: one section a turn would take it for periodic."""
+    way = lambda t: np.sin(np.pi * t) ** 2 * np.cos(7.3 * np.floor(t) ** 2)  # noqa: E731
+    assert values(orbit(way))["period"] == math.inf
+    assert values(orbit(way))["period_error"] > 0.1
+
+
+@pytest.mark.parametrize(("turns", "known"), [(3.9, False), (4.0, True)])
+def test_a_period_needs_three_turns(turns, known):
+    assert ("period" in values(orbit(wave((0.8, 1)), turns=turns))) == known
+
+
+@pytest.mark.parametrize(("turns", "per_turn", "known"), [(6.0, 1, True), (6.0, 7, True), (6.1, 11.3, False)])
+def test_few_samples_tell_a_period_only_where_they_are_those_of_the_turn(turns, per_turn, known):
+    found = values(orbit(wave((0.8, 1)), turns=turns, per_turn=per_turn))
+    assert found.get("period") == (1.0 if known else None)
+
+
+def test_all_journals_must_be_back():
+    record = orbit(wave((0.8, 1)), joints=(joint("B"), joint("C")))
+    record.data |= {p.replace("/C/", "/B/"): v for p, v in record.data.items() if p.startswith("joints/")}
+    assert values(record)["period"] == 1.0
+    record.data["joints/B/eccentricity_y"] = 1e-3 * wave((0.1, 0.5))(record.time)
+    assert values(record)["period"] == 2.0
+
+
+# --- runs
+def test_every_metric_is_described(feeder, dry, mixed):
+    """Each stands in the list at the top of metrics.py, with SI units and a text that names what it is about."""
+    text = defined.__doc__
+    for record, ideal in (feeder, dry, mixed):
+        names = [*record.names("joints"), *record.names("drives"), *record.names("bodies")]
+        for name, metric in metrics(record, None, ideal).items():
+            assert isinstance(metric.value, float)
+            assert not math.isnan(metric.value)
+            assert metric.units in ("1", "m", "m/s", "m/s2", "N", "N m", "J", "turns")
+            about = next((n for n in names if f"{n}_" in name), "")
+            assert name.partition(f"{about}_")[2].rpartition("_")[2] in text if about else name in text
+            assert about in metric.text
+
+
+def test_forces_gaps_and_torques_are_those_of_the_samples(feeder):
+    record, ideal = feeder
+    found = values(record, None, ideal)
+    late = record.time >= record.turn * (1.0 - 1e-9)  # 5 turns of 200 samples and the one that begins them
+    assert late.sum() == 1001
+
+    def rms(v):
+        return math.sqrt(np.trapezoid(v[late] ** 2, record.time[late]) / np.ptp(record.time[late]))
+
+    force = np.hypot(*record.joint("B").force.T)
+    assert found["joint_B_force_max"] == pytest.approx(force[late].max(), rel=1e-14)
+    assert found["joint_B_force_rms"] == pytest.approx(rms(force), rel=1e-12)
+    assert found["joint_guide_force_max"] == pytest.approx(
+        np.hypot(*record.joint("guide").force.T)[late].max(), rel=1e-14
+    )
+    assert found["drive_crank_torque_rms"] == pytest.approx(rms(record.drive("crank").torque), rel=1e-12)
+    assert found["drive_crank_torque_max"] == record.drive("crank").torque[late].max()
+    assert found["drive_crank_torque_min"] == record.drive("crank").torque[late].min()
+    assert found["joint_B_gap_min"] == record.joint("B").gap[late].min()
+    ratio = record.joint("B").film_thickness_ratio[late].min()
+    assert found["joint_B_film_thickness_ratio_min"] == pytest.approx(ratio, rel=1e-14)
+    eccentric = np.hypot(*record.joint("B").eccentricity.T)[late].max()
+    assert found["joint_B_eccentricity_ratio_max"] == pytest.approx(eccentric / 1e-4, rel=1e-12)
+    assert found["slider_acceleration_min"] == record["slider"].ax[late].min()
+    assert found["slider_acceleration_max"] == record["slider"].ax[late].max()
+
+
+def balanced(record, found, tolerance):
+    """First law over the window: what the drive puts in is taken out or stored, by the run's tolerance."""
+    window = Window.of(record, None)
+    at = [
+        np.interp((window.begin, window.end), record.time, record.values(f"energy/{n}"))
+        for n in ("input", "kinetic", "potential")
+    ]
+    put, kinetic, potential = (end - begin for begin, end in at)
+    assert found["dissipated_per_turn"] * window.turns == pytest.approx(put - kinetic - potential, abs=tolerance * put)
+    joints = [v for n, v in found.items() if n.startswith("joint_") and n.endswith("dissipated_per_turn")]
+    assert sum(joints) == pytest.approx(found["dissipated_per_turn"], rel=1e-12)
+    return put / window.turns, (kinetic + potential) / window.turns
+
+
+def test_over_a_periodic_turn_the_drive_puts_in_what_the_film_takes_out(feeder):
+    """The motion is periodic to 1e-4, so hardly anything is stored; rtol 1e-6 leaves a ledger that closes to 1e-4."""
+    record, _ = feeder
+    found = values(record, 3.0)
+    assert found["period"] == 1.0
+    assert found["period_error"] < 1e-4
+    put, stored = balanced(record, values(record), 1e-4)
+    assert found["dissipated_per_turn"] == pytest.approx(put, rel=1e-3)
+    assert abs(stored) < 1e-3 * put
+    late = record.time >= 3.0 * record.turn * (1.0 - 1e-9)
+    # two other ways to the same number: the power of the joint, and that of the drive, by the trapezium rule
+    for power in (record.joint("B").power_loss, record.drive("crank").torque * 30.0):
+        mean = np.trapezoid(power[late], record.time[late]) / 3.0
+        assert found["joint_B_dissipated_per_turn"] == pytest.approx(mean, rel=1e-3)
+
+
+def test_turning_the_other_way(feeder):
+    """Metrics of a drive at negative speed have the same names and signs: turns and rates are positive."""
+    record, ideal = recorded(
+        cl.load_case("six_bar_feeder", **FEEDER | {"speed": -30.0}), turns=3.0, samples_per_turn=200
+    )
+    found = values(record, None, ideal)
+    assert set(found) == set(values(feeder[0], None, feeder[1])) - {"period", "period_error"}
+    assert found["dissipated_per_turn"] > 0.0
+    balanced(record, found, 1e-4)
+    assert 0.0 < found["slider_position_deviation_max"] < 1e-3
+
+
+def test_impacts_are_those_counted_in_the_events(dry):
+    record, _ = dry
+    found, events = values(record), record.events
+    begin, end = record.turn, 3.0 * record.turn
+    assert "open_contact" in events["kind"] or len(events["time"])
+    for name in "BC":
+        rows = [
+            (t, d, v, f, p)
+            for j, t, d, v, f, p in zip(
+                *(events[n] for n in ("joint", "time", "duration", "impact_speed", "peak_force", "peak_penetration"))
+            )
+            if j == name
+        ]
+        begun = [r for r in rows if begin <= r[0] < end]
+        assert len(begun) > 3
+        assert found[f"joint_{name}_impacts_per_turn"] == len(begun) / 2.0
+        assert found[f"joint_{name}_impact_speed_max"] == max(r[2] for r in begun)
+        assert found[f"joint_{name}_force_max"] >= max(r[3] for r in begun)
+        assert found[f"joint_{name}_gap_min"] <= -max(r[4] for r in begun)
+        touching = sum(max(min(r[0] + r[1], end) - max(r[0], begin), 0.0) for r in rows)
+        share = found[f"joint_{name}_contact_fraction"]
+        assert share == pytest.approx(touching / (end - begin), rel=1e-12)
+        # samples see contact for the same share of the time, to the sampling error of some dozens of contacts
+        late = (record.time >= begin) & (record.time < end)
+        assert share == pytest.approx((record.joint(name).gap[late] < 0.0).mean(), abs=0.05)
+    balanced(record, found, 1e-3)
+
+
+def test_mixed_joint_in_contact(mixed):
+    record, _ = mixed
+    found = values(record)
+    force, time = record.joint("C").contact_force, record.time
+    late = time >= record.turn * (1.0 - 1e-9)
+    share = np.trapezoid(force[late] > 0.0, time[late]) / np.ptp(time[late])
+    assert 0.0 <= found["joint_C_contact_fraction"] <= 1.0
+    assert found["joint_C_contact_fraction"] == pytest.approx(share, abs=1e-12)
+    assert "joint_C_impacts_per_turn" not in found
+    balanced(record, found, 1e-3)
+
+
+def test_a_journal_at_rest_in_its_bearing_is_in_contact_all_the_time():
+    """Set down where the contact carries the weight: in contact from the start to the end, which cuts it off."""
+    stiffness, clearance = 1e9, 1e-3
+    load = body("load", {"pin": (0.0, 0.0)}, mass=2.0)
+    law = cl.lankarani_nikravesh(stiffness=stiffness, restitution=0.5)
+    depth = (2.0 * 9.81 / stiffness) ** (2.0 / 3.0)  # F = K d^1.5
+    resting = cl.ClearanceRevolute(
+        cl.ground, load["pin"], name="J", radius=0.01, clearance=clearance, contact=law,
+        eccentricity=(0.0, -clearance - depth),
+    )  # fmt: skip
+    record, ideal = recorded(cl.Scene(resting), until=0.1)
+    assert ideal is None
+    for settle in (None, 0.03):
+        found = values(record, settle)
+        assert found["joint_J_contact_fraction"] == pytest.approx(1.0, abs=1e-12)
+        assert found["joint_J_force_rms"] == pytest.approx(2.0 * 9.81, rel=1e-6)
+        assert found["joint_J_eccentricity_ratio_max"] == pytest.approx(1.0 + depth / clearance, rel=1e-9)
+    assert values(record)["joint_J_impacts_per_second"] <= 1.0 / 0.1
+    assert values(record, 0.03)["joint_J_impacts_per_second"] == 0.0
+
+
+def test_dampers_of_a_double_pendulum_take_out_what_it_loses():
+    record, ideal = recorded(cl.load_case("double_pendulum", damping=0.02), until=2.0)
+    assert ideal is None
+    found = values(record, 0.5)
+    total = record.values("energy/kinetic") + record.values("energy/potential")
+    before = np.interp(0.5, record.time, total)
+    assert found["dissipated_power"] == pytest.approx((before - total[-1]) / 1.5, rel=1e-5)  # rtol 1e-6
+    assert not [n for n in found if "turn" in n or "period" in n or "deviation" in n]
+
+
+# --- the mechanism with ideal joints
+def closed_form(angle, speed):
+    """Slider of a slider-crank at the crank angle: position [m] and acceleration [m/s2] along the guide."""
+    s, c = np.sin(angle), np.cos(angle)
+    root = np.sqrt(ROD**2 - (CRANK * s) ** 2)
+    place = CRANK * c + root
+    bend = CRANK**2 * (c * c - s * s) / root + CRANK**4 * (s * c) ** 2 / root**3
+    return place, -(speed**2) * (CRANK * c + bend)
+
+
+@pytest.mark.parametrize("speed", [523.6, -31.0, 1.0])
+def test_ideal_slider_crank_against_its_closed_form(speed):
+    scene = cl.load_case("slider_crank", speed=speed, clearance=1e-3)
+    span = Span(2.7 * scene.turn, 401)
+    place, acceleration = ideal_motion(scene, span, json.loads(scene.to_json()))["slider"]
+    expected = closed_form(speed * np.linspace(0.0, span.until, 401), speed)
+    np.testing.assert_allclose(place, expected[0], atol=1e-14)
+    np.testing.assert_allclose(acceleration, expected[1], atol=1e-11 * speed**2)
+
+
+@pytest.fixture(scope="module")
+def cranks():
+    """Lubricated slider-cranks of smaller and smaller clearance, their Sommerfeld number (by viscosity / c^2) the same."""
+    sizes = (4e-4, 2e-4, 1e-4)
+    scenes = [
+        cl.load_case(
+            "slider_crank",
+            speed=50.0,
+            clearance=c,
+            model="lubricated",
+            film="harmonic",
+            viscosity=0.4 * (c / 4e-4) ** 2,
+        )
+        for c in sizes
+    ]
+    return sizes, [recorded(scene, turns=2.0, samples_per_turn=200) for scene in scenes]
+
+
+def test_deviation_is_of_first_order_in_the_clearance(cranks):
+    """The orbit over the clearance is the same to first order: halving c halves the deviation, to 5 % at c = r / 125."""
+    sizes, runs = cranks
+    found = [values(record, None, ideal) for record, ideal in runs]
+    for name in ("slider_position_deviation_max", "slider_acceleration_deviation_rms"):
+        far = [f[name] for f in found]
+        orders = np.log(np.divide(far[:-1], far[1:])) / math.log(2.0)
+        np.testing.assert_allclose(orders, 1.0, atol=0.07)
+    for c, f in zip(sizes, found, strict=True):
+        assert 0.1 * c < f["slider_position_deviation_max"] < 1.5 * c
+
+
+def test_deviation_is_that_from_the_closed_form(cranks):
+    for record, ideal in cranks[1]:
+        found = values(record, None, ideal)
+        late = record.time >= record.turn * (1.0 - 1e-9)
+        place, acceleration = closed_form(50.0 * record.time[late], 50.0)
+        far = np.abs(record["slider"].x[late] - place).max()
+        assert found["slider_position_deviation_max"] == pytest.approx(far, rel=1e-9)
+        beyond = np.trapezoid((record["slider"].ax[late] - acceleration) ** 2, record.time[late])
+        rms = math.sqrt(beyond / np.ptp(record.time[late]))
+        assert found["slider_acceleration_deviation_rms"] == pytest.approx(rms, rel=1e-9)
+
+
+def test_a_part_of_a_run_is_compared_with_the_same_part():
+    """A run given up half way has fewer samples than the ideal motion."""
+    scene = cl.load_case("slider_crank", speed=50.0, clearance=4e-4, model="lubricated", film="harmonic")
+    options = {"turns": 4.0, "samples_per_turn": 100}
+    whole, ideal = recorded(scene, **options)
+    steps = int(0.8 * whole.solver["steps"])
+    part, same = recorded(scene, max_steps=steps, **options)
+    assert not part.complete
+    assert 2.0 * part.turn < part.time[-1] < 4.0 * part.turn
+    count = math.floor(part.time[-1] / part.turn * (1.0 + 1e-9)) - 1
+    late = (part.time >= part.turn * (1.0 - 1e-9)) & (part.time <= (1 + count) * part.turn * (1.0 + 1e-9))
+    far = np.abs(part["slider"].x[late] - closed_form(50.0 * part.time[late], 50.0)[0]).max()
+    assert values(part, None, same)["slider_position_deviation_max"] == pytest.approx(far, rel=1e-9)
+
+
+def turned(angle, by_ground=True, axis=(1.0, 0.0), speed=20.0):
+    """A slider-crank of ideal joints whose guide stands at an angle; its axis may point either way or stand in the slider."""
+    crank = body("crank", {"O": (0, 0), "P": (CRANK, 0)}, angle=angle)
+    rod = body("rod", {"P": (0, 0), "Q": (ROD, 0)}, angle=angle)
+    slider = body("slider", {"Q": (0, 0)}, angle=angle)
+    c, s = math.cos(angle), math.sin(angle)
+    x, y = c * axis[0] - s * axis[1], s * axis[0] + c * axis[1]
+    if by_ground:
+        guide = cl.Prismatic(cl.ground, slider["Q"], axis=(x, y), angle=angle, name="guide")
+    else:
+        guide = cl.Prismatic(slider["Q"], cl.ground, axis=axis, angle=-angle, name="guide")
+    return cl.Scene(
+        cl.Revolute(cl.ground, crank["O"], name="O"), cl.Revolute(crank["P"], rod["P"], name="P"),
+        cl.Revolute(rod["Q"], slider["Q"], name="Q"), guide, cl.Drive(crank, speed=speed, start=angle),
+        name="turned",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("angle", "by_ground", "axis"),
+    [(0.0, True, (1.0, 0.0)), (0.0, True, (-1.0, 0.0)), (0.5 * math.pi, True, (1.0, 0.0)), (0.7, True, (1.0, 0.0)),
+     (0.7, False, (1.0, 0.0)), (-2.1, False, (-1.0, 0.0))],
+)  # fmt: skip
+def test_guides_at_any_angle(angle, by_ground, axis):
+    """Positions and accelerations count along the axis, whichever body it stands in and wherever it points."""
+    scene = turned(angle, by_ground, axis)
+    direction = np.array([math.cos(angle), math.sin(angle)]) * axis[0]
+    np.testing.assert_allclose(guides(json.loads(scene.to_json()))["slider"], direction, atol=1e-15)
+    record, ideal = recorded(scene, turns=2.0, samples_per_turn=100)
+    found = values(record, None, ideal)
+    acceleration = axis[0] * closed_form(20.0 * record.time[100:], 20.0)[1]
+    assert found["slider_acceleration_max"] == pytest.approx(acceleration.max(), rel=1e-10)
+    assert found["slider_acceleration_min"] == pytest.approx(acceleration.min(), rel=1e-10)
+    np.testing.assert_allclose(ideal["slider"][0], axis[0] * closed_form(20.0 * record.time, 20.0)[0], atol=1e-13)
+    assert found["slider_position_deviation_max"] < 1e-13
+    assert found["slider_acceleration_deviation_rms"] < 1e-9
+    assert "period" not in found
+
+
+def test_only_what_slides_on_the_ground_has_a_guide():
+    """A scotch yoke: its block slides in the yoke, which moves."""
+    record, ideal = recorded(scotch_yoke(), turns=1.0, samples_per_turn=50)
+    assert set(guides(record.scene)) == set(ideal) == {"yoke"}
+    found = values(record, None, ideal)
+    assert not [n for n in found if n.startswith("block")]
+    assert found["yoke_position_deviation_max"] < 1e-12
+
+
+def pushed(speed=0.2):
+    """A block that a slide of constant speed pushes up a slope, with another on top that a motion shakes."""
+    block = body("block", {"P": (0, 0)}, mass=2.0)
+    rider = body("rider", {"P": (0, 0)}, mass=1.0)
+    slope = cl.Prismatic(cl.ground, block["P"], axis=(3.0, 4.0), name="slope")
+    top = cl.Prismatic(block["P"], rider["P"], axis=(0.0, 1.0), name="top")
+    return cl.Scene(
+        slope, top, cl.Drive(slope, speed=speed, name="push"), cl.Drive(top, speed=0.1, name="lift"), name="pushed"
+    )
+
+
+def test_prismatic_drives_have_forces_and_no_turns():
+    record, ideal = recorded(pushed(), until=0.5)
+    found = values(record, None, ideal)
+    # 3 kg up a slope of 3 : 4 at constant speed: m g 4 / 5
+    for name in ("min", "max", "rms"):
+        assert found[f"drive_push_force_{name}"] == pytest.approx(3.0 * 9.81 * 0.8, rel=1e-12)
+    assert found["drive_lift_force_max"] == pytest.approx(9.81, rel=1e-12)
+    assert found["block_position_deviation_max"] < 1e-14
+    assert not [n for n in found if "turn" in n or "period" in n or n.startswith("rider")]
+
+
+def test_ideal_motion_does_not_depend_on_which_run_came_first(monkeypatch):
+    """Bit for bit, at speeds whose angles over the same turns differ by rounding only."""
+    speeds = [31.4159, 523.6, -523.6, 1.0 / 3.0, 20.0, 7.7]
+    scenes = {
+        s: cl.load_case("slider_crank", speed=s, clearance=1e-4 * abs(s))
+        if abs(s) < 50
+        else cl.load_case("slider_crank", speed=s)
+        for s in speeds
+    }
+
+    def alone(speed):
+        monkeypatch.setattr(ideals, "_made", {})
+        return asked(speed)
+
+    def asked(speed):
+        scene = scenes[speed]
+        return ideal_motion(scene, Span(6.0 * scene.turn, 2401), json.loads(scene.to_json()))["slider"]
+
+    expected = {s: alone(s) for s in speeds}
+    for order in (speeds, speeds[::-1], sorted(speeds)):
+        monkeypatch.setattr(ideals, "_made", {})
+        for s in (*order, *order):
+            for mine, first in zip(asked(s), expected[s], strict=True):
+                np.testing.assert_array_equal(mine, first)
+        assert len(ideals._made) == 2  # one motion each way
+
+
+def test_ideal_motion_does_not_depend_on_masses_loads_and_clearances(monkeypatch):
+    """Nothing but the kinematics counts; scenes that differ there do not share a motion."""
+
+    def asked(scene, turns=1.0, samples=101):
+        return ideal_motion(scene, Span(turns * scene.turn, samples), json.loads(scene.to_json()))["slider"][0]
+
+    monkeypatch.setattr(ideals, "_made", {})
+    plain = turned(0.7)
+    first = asked(plain)
+    loaded = cl.Scene(
+        *plain.joints,
+        *plain.loads,
+        cl.SpringDamper(cl.ground.at(3.0, 9.0), plain.joints[2].b, stiffness=5.0),
+        gravity=(1.0, 2.0),
+    )
+    np.testing.assert_array_equal(asked(loaded), first)
+    assert len(ideals._made) == 1
+    assert not np.array_equal(asked(turned(0.8)), first)
+    assert not np.array_equal(asked(turned(0.7, axis=(-1.0, 0.0))), first)
+    assert asked(plain, samples=51).shape == (51,)
+    assert not np.array_equal(asked(plain, turns=2.0), first)
+    assert len(ideals._made) == 5
+
+
+def test_no_more_ideal_motions_are_kept_than_allowed(monkeypatch):
+    monkeypatch.setattr(ideals, "_made", {})
+    monkeypatch.setattr(ideals, "MOST_KEPT", 3)
+    scene = turned(0.7)
+    described = json.loads(scene.to_json())
+    firsts = [ideal_motion(scene, Span(scene.turn, n), described)["slider"][0] for n in range(11, 19)]
+    assert len(ideals._made) <= 3
+    for n, first in zip(range(11, 19), firsts, strict=True):
+        np.testing.assert_array_equal(ideal_motion(scene, Span(scene.turn, n), described)["slider"][0], first)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        cl.load_case("double_pendulum"),
+        cl.load_case("four_bar"),
+        pytest.param("torque", id="torque"),
+        pytest.param("short", id="short"),
+    ],
+)
+def test_no_ideal_motion_where_nothing_slides_or_there_is_not_one(scene):
+    """Driven by a torque a freedom is left; a rod shorter than the crank cannot go round."""
+    if scene == "torque":
+        plain = turned(0.7)
+        scene = cl.Scene(*plain.joints, cl.Drive(plain.loads[0].target, torque=1.0))
+    elif scene == "short":
+        crank, rod = body("crank", {"O": (0, 0), "P": (0.12, 0)}), body("rod", {"P": (0, 0), "Q": (0.05, 0)})
+        slider = body("slider", {"Q": (0, 0)})
+        scene = cl.Scene(
+            cl.Revolute(cl.ground, crank["O"], name="O"), cl.Revolute(crank["P"], rod["P"], name="P"),
+            cl.Revolute(rod["Q"], slider["Q"], name="Q"), cl.Prismatic(cl.ground, slider["Q"], name="guide"),
+            cl.Drive(crank, speed=5.0, start=0.0),
+        )  # fmt: skip
+    assert ideal_motion(scene, Span(scene.turn or 1.0, 51), json.loads(scene.to_json())) is None
+
+
+# --- a user's own
+def test_own_metrics_are_numbers_by_name():
+    found = own(lambda run: {"mean": np.float32(2.0), "rate": (3, "1/s", "a rate"), "none": math.inf}, clocked(1.0))
+    assert (found["mean"].value, found["mean"].units, found["mean"].text) == (2.0, "?", "mean")
+    assert (found["rate"].value, found["rate"].units, found["rate"].text) == (3.0, "1/s", "a rate")
+    assert found["none"].value == math.inf
+
+
+@pytest.mark.parametrize(
+    ("given", "reason"),
+    [
+        (3.0, "expected a dictionary of numbers, got 3.0"),
+        ({"bad": "text"}, "bad is no number: 'text'"),
+        ({"bad": None}, "bad is no number: None"),
+        ({"bad": [1.0, 2.0]}, r"bad is no number: \[1.0, 2.0\]"),
+        ({"bad": (1j, "m", "complex")}, "bad is no number: 1j"),
+        ({"a/b": 1.0}, "its name must be"),
+        ({3: 1.0}, "its name must be"),
+    ],
+)
+def test_own_metrics_that_are_none(given, reason):
+    def mine(run):
+        return given
+
+    with pytest.raises(ValueError, match=f"metric mine: {reason}"):
+        own(mine, clocked(1.0))

@@ -1,0 +1,113 @@
+"""`clearance sweep` as a user types it: words, progress, exit status, JSON."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+import clearance as cl
+from clearance import cli
+
+QUICK = ["--turns", "1", "--samples-per-turn", "40", "--rtol", "1e-5", "--workers", "2"]
+FILM = ["-p", "model=lubricated", "-p", "film=harmonic"]
+
+
+def sweep(folder, *words, capsys=None):
+    status = cli.main(["sweep", "slider_crank", *words, *QUICK, "-o", str(folder)])
+    return status, capsys.readouterr() if capsys else None
+
+
+def test_a_grid_again_and_its_summary(tmp_path, capsys):
+    words = [*FILM, "-p", "speed=20,30", "-p", "clearance=0.1mm:0.3mm:3"]
+    status, said = sweep(tmp_path / "out", *words, capsys=capsys)
+    assert status == 0
+    assert "slider_crank: 6 of 6 points done, 0 failed" in said.out
+    assert "joint_C_force_max" in said.out
+    status, said = sweep(tmp_path / "out", *words, "--json", capsys=capsys)
+    document = json.loads(said.out)
+    assert (status, document["done"], document["done_before"]) == (0, 6, 6)
+    assert document["metrics"]["joint_C_force_max"]["units"] == "N"
+    assert not said.err
+    found = cl.open_sweep(tmp_path / "out")
+    assert found.definition.fixed == {"model": "lubricated", "film": "harmonic"}
+    log = (tmp_path / "out" / "sweep.log").read_text()
+    assert "6 points, 6 to run" in log
+    assert "finished: 6 done, 0 failed" in log
+
+
+def test_lists_of_texts_and_of_numbers_that_go_together(tmp_path, capsys):
+    assert cli.main([
+        "sweep", "six_bar_feeder", "-p", "joints=B;B,C", "-p", "model=dry,ideal", "-p", "speed=20,30", "-p",
+        "clearance=0.1mm,0.2mm", "--zip", "speed,clearance", *QUICK, "--quiet", "-o", str(tmp_path / "out"),
+    ]) == 0  # fmt: skip
+    assert capsys.readouterr().out == ""
+    points = cl.open_sweep(tmp_path / "out").definition.points
+    assert points.axes == ((("joints",), 2), (("model",), 2), (("speed", "clearance"), 2))
+    assert points[1] == {"joints": "B", "model": "dry", "speed": 30.0, "clearance": 2e-4}
+
+
+def test_a_text_that_the_case_takes_whole_is_one_value(tmp_path, capsys):
+    words = ["-p", "joints=B,C", "-p", "speed=20,30", "-p", "film=harmonic"]
+    assert cli.main(["sweep", "six_bar_feeder", *words, *QUICK, "--json", "-o", str(tmp_path / "out")]) == 0
+    assert cl.open_sweep(tmp_path / "out").definition.fixed["joints"] == "B,C"
+
+
+def test_samples(tmp_path, capsys):
+    words = [*FILM, "--sample", "5", "--seed", "2", "-p", "speed=20:30", "-p", "clearance=50um:200um:log"]
+    status, _ = sweep(tmp_path / "out", *words, "--channels", "none", capsys=capsys)
+    assert status == 0
+    expected = cl.sampled(5, seed=2, speed=(20.0, 30.0), clearance=(5e-5, 2e-4, "log"))
+    found = cl.open_sweep(tmp_path / "out").definition.points
+    assert found.columns["speed"] == expected.columns["speed"]
+    assert found.columns["clearance"] == pytest.approx(expected.columns["clearance"], rel=1e-12)
+
+
+def test_failed_points_give_status_1(tmp_path, capsys):
+    status, said = sweep(
+        tmp_path / "out", *FILM, "-p", "speed=20,30", "--max-steps", "3", "--channels", "none", capsys=capsys
+    )
+    assert status == 1
+    assert "0 of 2 points done, 2 failed" in said.out
+    assert "step limit" in said.out or "steps" in said.out
+    assert "--retry-failed" in said.out
+    assert "failed speed=20" in said.err
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (["-p", "spead=1,2"], "no parameter 'spead'; it has speed"),
+        (["-p", "speed=1:2:0"], "is empty"),
+        (["-p", "speed=1,2", "-p", "speed=3"], "given twice"),
+        (["-p", "speed=20:30"], "LO:HI:N"),
+        (["-p", "speed=20,30", "--zip", "speed,clearance"], "no -p gives values of 'clearance'"),
+        (["--sample", "3", "--zip", "speed,clearance"], "--zip belongs to grids"),
+        (["--sample", "3", "-p", "speed=20:30", "--kind", "sobol"], "latin, random"),
+        (["-p", "speed=20,30", "--workers", "0"], "workers"),
+        (["-p", "speed=20,30", "--metric", "none.py:f"], "no file"),
+        (["-p", "speed=20,30", "--scheduler", "tcp://127.0.0.1:1"], "not both"),
+        (["-p", "model=soft,wet"], "model must be one of"),
+    ],
+)
+def test_wrong_input_is_one_line(words, reason, tmp_path, capsys):
+    assert cli.main(["sweep", "slider_crank", "--turns", "1", "--workers", "2", *words, "-o", str(tmp_path / "x")]) == 2
+    said = capsys.readouterr()
+    assert reason in said.err
+    assert len(said.err.splitlines()) == 1
+    assert not (tmp_path / "x").exists()
+
+
+def test_another_sweep_in_the_directory(tmp_path, capsys):
+    sweep(tmp_path / "out", *FILM, "-p", "speed=20,30", capsys=capsys)
+    status, said = sweep(tmp_path / "out", *FILM, "-p", "speed=20,31", capsys=capsys)
+    assert status == 2
+    assert "holds another sweep: speed 20.0,30.0 instead of 20.0,31.0" in said.err
+
+
+def test_progress_on_a_pipe_is_lines(tmp_path):
+    """With nothing done for long there is nothing to say; failures are told at once."""
+    words = ["sweep", "slider_crank", *FILM, "-p", "speed=20,30", "--max-steps", "3", *QUICK, "-o", str(tmp_path / "o")]
+    done = subprocess.run([sys.executable, "-m", "clearance.cli", *words], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 1
+    assert all(line.startswith("clearance: failed speed=") for line in done.stderr.splitlines())
