@@ -12,7 +12,7 @@ import sys
 import time
 from pathlib import Path
 
-from clearance.commands import sweep
+from clearance.commands import lyapunov, plot, report, sweep
 from clearance.commands.common import (
     DONE,
     FAILED,
@@ -20,11 +20,11 @@ from clearance.commands.common import (
     Line,
     channel_patterns,
     complain,
-    given,
     make_folder,
     number,
+    publish,
     quantity_of,
-    quiet,
+    scene_of,
 )  # fmt: skip
 
 
@@ -81,7 +81,8 @@ def parser() -> Parser:
     run.add_argument("-o", dest="output", metavar="FILE.h5", help="result file (default CASE.h5)")
     run.add_argument("--plot", action="store_true", help="draw a picture beside the result file")
     explain.add_argument("--cost", action="store_true", help="also measure what each part of such a scene costs")
-    for command in (cases, run, explain, study, stress, sweep.add(commands), *_film_commands(commands)):
+    own = (module.add(commands) for module in (sweep, plot, report, lyapunov))
+    for command in (cases, run, explain, study, stress, *own, *_film_commands(commands)):
         command.add_argument("--json", action="store_true", help="one JSON document on stdout, nothing else")
     return top
 
@@ -145,7 +146,8 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser().parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
     action = {
         "cases": list_cases, "run": run_case, "explain": explain_case, "work-precision": measure_case,
-        "stress": stress_cases, "film": study_film, "sweep": sweep.run,
+        "stress": stress_cases, "film": study_film, "sweep": sweep.run, "plot": plot.run,
+        "lyapunov": lyapunov.run, "report": report.run,
     }[options.command]  # fmt: skip
     try:
         return action(options)
@@ -167,17 +169,6 @@ def _joined(arguments: list[str]) -> list[str]:
         else:
             found.append(argument)
     return found
-
-
-def _scene(options):
-    from clearance.catalogue import find_case
-
-    with quiet(options):
-        case = find_case(options.case)
-    known = case.parameters
-    values = {name: known[name].value(text) for name, text in given(options, known)}
-    with quiet(options):
-        return case, values, case.scene(**values)
 
 
 def list_cases(options) -> int:
@@ -209,7 +200,7 @@ def run_case(options) -> int:
     from clearance.evidence.statistics import over_turns
     from clearance.simulation import SimulationError, simulate
 
-    case, values, scene = _scene(options)
+    case, values, scene = scene_of(options)
     output = Path(options.output or f"{case.name}.h5")
     if options.plot and output.suffix == ".png":
         raise ValueError(f"-o {output}: the result would be overwritten by the picture; name the result file .h5")
@@ -380,7 +371,7 @@ def explain_case(options) -> int:
     from clearance.evidence import ablation
     from clearance.evidence.explain import explain
 
-    case, values, scene = _scene(options)
+    case, values, scene = scene_of(options)
     parts = ablation.ablation(scene, options.cost, Line(options))
     found = {"parameters_given": values, **explain(scene), "cost": ablation.plain(parts)}
     if options.json:
@@ -416,7 +407,7 @@ def measure_case(options) -> int:
 
     if options.physics and options.peers:
         raise ValueError("--physics compares choices of physics, not solvers: leave out --peers")
-    case, values, scene = _scene(options)
+    case, values, scene = scene_of(options)
     make_folder(options)
     title = " ".join([case.name, *(f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in values.items())])
     module = physics if options.physics else work_precision
@@ -429,7 +420,7 @@ def measure_case(options) -> int:
         )
         draw, stem = pictures.work_precision, "work_precision"
     lines = [*module.table(study), "", *module.describe(study)]
-    return _publish(options, lines, module.plain(study), lambda folder: module.save(study, folder), draw, study, stem)
+    return publish(options, lines, module.plain(study), lambda folder: module.save(study, folder), draw, study, stem)
 
 
 def stress_cases(options) -> int:
@@ -448,9 +439,7 @@ def stress_cases(options) -> int:
     )  # fmt: skip
     document = {"cells": [dataclasses.asdict(v) for v in verdicts]}
     lines = stress.table(verdicts)
-    _publish(
-        options, lines, document, lambda folder: stress.save(verdicts, folder), pictures.stress, verdicts, "stress"
-    )
+    publish(options, lines, document, lambda folder: stress.save(verdicts, folder), pictures.stress, verdicts, "stress")
     return FAILED if any(v.kind == "fault" for v in verdicts) else DONE
 
 
@@ -497,7 +486,7 @@ def _film_pressure(options) -> int:
     title = f"L/D {bearing.slenderness:.3g}, eps {state[0]:g}, d(eps)/dt {state[1]:g} 1/s, w {state[2]:.4g} rad/s"
     title += f", {options.cavitation}" + (f", ambient {options.ambient / 1e3:g} kPa" if options.ambient else "")
     title += f", {len(options.groove)} groove(s)" if options.groove else ""
-    return _publish(
+    return publish(
         options, films.report(found), films.plain(found), lambda folder: films.save(found, folder),
         lambda solution, path: film_pictures.pressure(solution, title, path), found, "film_pressure",
     )  # fmt: skip
@@ -509,7 +498,7 @@ def _film_map(options) -> int:
     bearing = _bearing(options, roughness=options.roughness)
     found, table = films.force_map(bearing, options.nodes)
     title = f"film table of L/D {bearing.slenderness:.3g}, {options.cavitation}, {options.nodes} nodes each way"
-    return _publish(
+    return publish(
         options, films.map_report(table, title), table.facts(), lambda folder: films.save_map(found, table, folder),
         lambda shown, path: film_pictures.force_map(shown, title, path), found, "film_map",
     )  # fmt: skip
@@ -522,7 +511,7 @@ def _film_snapshots(options) -> int:
     result = open_result(options.file)
     shots = films.snapshots(result, options.joint, options.count, options.mesh)
     case, joint = result.attributes["case"], films.joint_with_film(result, options.joint)
-    return _publish(
+    return publish(
         options, films.shots_report(shots), {"snapshots": [films.shot_plain(s) for s in shots]},
         lambda folder: films.save_shots(shots, folder),
         lambda shown, path: film_pictures.snapshots(shown, joint, case, path), shots, "film_snapshots",
@@ -535,7 +524,7 @@ def _film_convergence(options) -> int:
     from clearance.evidence import film_ladder, film_pictures
 
     meshes = film_ladder.convergence(_bearing(options), progress=Line(options))
-    return _publish(
+    return publish(
         options, film_ladder.convergence_table(meshes), {"meshes": [dataclasses.asdict(m) for m in meshes]},
         lambda folder: film_ladder.save_convergence(meshes, folder), film_pictures.convergence, meshes,
         "film_convergence",
@@ -546,21 +535,10 @@ def _film_ladder(options) -> int:
     from clearance.evidence import film_ladder, film_pictures
 
     study = film_ladder.ladder(options.turns, options.quick, Line(options))
-    return _publish(
+    return publish(
         options, [*film_ladder.table(study), "", *film_ladder.describe(study)], film_ladder.plain(study),
         lambda folder: film_ladder.save(study, folder), film_pictures.ladder, study, "film_ladder",
     )  # fmt: skip
-
-
-def _publish(options, lines: list[str], document: dict, save, draw, study, stem: str) -> int:
-    """Print a study, and with -o keep its table, picture and data."""
-    if options.output:
-        folder = Path(options.output)
-        document["files"] = [str(save(folder)), str(draw(study, folder / f"{stem}.png")), str(folder / f"{stem}.md")]
-        (folder / f"{stem}.md").write_text("\n".join(lines) + "\n")
-        lines = [*lines, "", *(f"wrote {f}" for f in document["files"])]
-    print(json.dumps(document) if options.json else "\n".join(lines))
-    return DONE
 
 
 def entry() -> None:

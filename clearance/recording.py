@@ -317,7 +317,7 @@ class MemorySink:
         self.pieces.append((times.copy(), rows))
 
     def impacts(self, joints: list[str], rows: np.ndarray, kind: str) -> None:
-        self.contacts.append((joints, rows, kind))
+        self.contacts.append((joints, np.array(rows), kind))  # the run's own rows are used again
 
     def steps(self, log: np.ndarray) -> None:
         """The log of steps is for files."""

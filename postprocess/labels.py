@@ -16,7 +16,7 @@ DENSITY = 13
 
 #: SI units -> units in which numbers read well: (from which largest value on, unit, factor)
 SHOWN_IN = {
-    "m": ((1.0, "m", 1.0), (1e-4, "mm", 1e3), (0.0, "µm", 1e6)),
+    "m": ((1.0, "m", 1.0), (5e-5, "mm", 1e3), (0.0, "µm", 1e6)),
     "rad/s": ((0.0, "rpm", 30.0 / math.pi),),
     "rad": ((0.0, "°", 180.0 / math.pi),),
     "s": ((1.0, "s", 1.0), (0.0, "ms", 1e3)),

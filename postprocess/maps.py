@@ -23,8 +23,12 @@ TELLING = (
 TOLD, MOST_METRICS, MOST_PANELS, MOST_CURVES = 6, 12, 6, 50
 #: numbers swept at fewer values than this have no distances: they stand beside each other like names
 FEWEST = 3
-#: smallest ratio of the ends of a logarithmic axis; most values with a tick each, and their least distance over the axis
-RATIO, TICKS, APART = 5.0, 6, 0.08
+#: smallest ratio of the ends of a logarithmic axis
+RATIO = 5.0
+#: most values with a tick each, their least distance over the axis, and letters of tick labels per inch of an axis
+TICKS, APART, LETTERS = 6, 0.08, 10.0
+#: breadth of a map [inch], of up to two beside each other and of more
+PANEL = (2.9, 1.8)
 #: cells without a colour: why, and how they are drawn
 MARKS = {
     "failed": {"facecolor": "white", "edgecolor": "0.25", "hatch": "////"},
@@ -97,7 +101,9 @@ class Choice:
                 raise ValueError(f"at {name}={value!r}: {name} was drawn, no two points share a value of it")
         chosen = sweep.select(**(at or {}))
         if not chosen.size:
-            raise ValueError(f"no point of {sweep.folder} has {', '.join(f'{n}={v}' for n, v in at.items())}")
+            wanted = ", ".join(f"{n}={v}" for n, v in at.items())
+            known = "; ".join(f"{n} {_range(np.unique(sweep.columns[n]).tolist())}" for n in at)
+            raise ValueError(f"no point of {sweep.folder} has {wanted}; swept are {known}")
         places = np.unravel_index(chosen, sweep.shape) if sweep.shape else ()
         free = [
             (drawn if names == ("run",) else names, place)
@@ -315,7 +321,7 @@ def _sheet(metrics: int, panels: int):
     """Width [inch], figure and axes: a row for each metric with its panels, or metrics two a row."""
     columns = panels if panels > 1 else min(metrics, 2)
     rows = metrics if panels > 1 else -(-metrics // columns)
-    width = max(6.0, (2.5 if panels > 2 else 3.6) * columns + 1.4)
+    width = max(6.0, (PANEL[panels > 2] + 0.7) * columns + 1.4)
     figure = figures.sheet(width, 0.9 + (2.3 if panels > 1 else 2.7) * rows)
     return width, figure, figure.subplots(rows, columns, squeeze=False)
 
@@ -338,8 +344,8 @@ def _maps(
         for state, where in states.items():
             figures.marked(axes, borders, _table(plane, np.where(where, 1.0, 0.0), there) == 1.0, MARKS[state])
         axes.set_title(title, fontsize="small")
-        _scale(axes, "x", plane[0])
-        _scale(axes, "y", plane[1])
+        _scale(axes, "x", plane[0], PANEL[len(panels) > 2])
+        _scale(axes, "y", plane[1], 2.0)
     blank = {} if finite.size else {"ticks": []}
     figures.colour_bar(figure, mesh, list(row), axis_label(text, units, 2.0), **blank)
     return {says[s]: MARKS[s] for s, where in states.items() if where.any()}
@@ -365,17 +371,23 @@ def _share(grid) -> None:
         axes.set_title("")
 
 
-def _scale(axes, which: str, axis: Axis, most: int = 10) -> None:
-    """Ticks (about `most`), scale and label of a swept parameter along an axis."""
+def _scale(axes, which: str, axis: Axis, length: float) -> None:
+    """Ticks, scale and label of a swept parameter along an axis of a length [inch]."""
     getattr(axes, f"set_{which}label")(axis.label)
     side = axes.xaxis if which == "x" else axes.yaxis
     if axis.log:
         getattr(axes, f"set_{which}scale")("log")
-        figures.plain_decades(side, axis.values[0], axis.values[-1], most)
+        figures.plain_decades(side, axis.values[0], axis.values[-1], int(3.0 * length))
+    texts = [axis.text(i) for i in range(len(axis.values))]
+    fits = which == "y" or sum(len(t) + 1.5 for t in texts) <= LETTERS * length
     steps = np.diff(np.log(axis.at) if axis.log else axis.at)
-    if axis.named or (len(axis.values) <= TICKS and steps.min() > APART * steps.sum()):
-        side.set_ticks(axis.at, [axis.text(i) for i in range(len(axis.values))])
+    if axis.named or (fits and len(texts) <= TICKS and steps.min() > APART * steps.sum()):
+        side.set_ticks(axis.at, texts)
         side.set_ticks([], minor=True)
+        if not fits:
+            axes.tick_params(axis="x", labelrotation=30.0)
+    elif not axis.log and which == "x":
+        axes.locator_params(axis="x", nbins=max(int(2.0 * length), 2))
 
 
 # --- curves and samples
@@ -441,12 +453,14 @@ def _with_crosses(choice: Choice, width: float) -> str:
 def _curves(axes, choice: Choice, x: Axis, name: str, groups: list, styles: list[dict]) -> None:
     values, units, text = _metric(choice, name)
     shown = np.where(np.isfinite(values), values, np.nan)
-    joined = "-" if x.values.dtype.kind in "iuf" else ""
+    apart = {} if x.values.dtype.kind in "iuf" else {"ls": ""}
     for (_, there), style in zip(groups, styles, strict=True):
         order = np.flatnonzero(there)[np.argsort(x.place[there], kind="stable")]
-        axes.plot(x.at[x.place[order]], shown[order], **{"ls": joined, "ms": 3.5, "lw": 1.0} | style)
+        axes.plot(x.at[x.place[order]], shown[order], **{"ms": 3.5, "lw": 1.0} | style | apart)
     figures.finish(axes, axis_label(text, units, 2.1), legend=False)
-    _scale(axes, "x", x)
+    _scale(axes, "x", x, 3.0)
+    if np.isnan(shown).all():
+        axes.set_xlim(x.at[0], x.at[-1])
     _heights(axes, shown)
     _absent(axes, x.at[x.place], choice, values, units)
 
@@ -470,7 +484,8 @@ def _absent(axes, at: np.ndarray, choice: Choice, values: np.ndarray, units: str
         what = "have no period" if units == "turns" else "are infinite"
         axes.set_title(f"{endless} of {len(values)} {what}", fontsize="small", loc="right", color="0.3")
     if not np.isfinite(values).any():
-        figures.note(axes, "no value")
+        axes.text(0.5, 0.5, "no value", ha="center", va="center", transform=axes.transAxes, color="0.3")
+        axes.set_yticks([])
 
 
 def _samples(choice: Choice, names: list[str], parameters: list[str], path: str | Path) -> Path:
@@ -489,7 +504,7 @@ def _samples(choice: Choice, names: list[str], parameters: list[str], path: str 
         _heights(row[0], shown)
         row[0].set_ylabel(axis_label(text, units, 1.8))
     for axes, x in zip(grid[-1], axes_of, strict=True):
-        _scale(axes, "x", x, most=4)
+        _scale(axes, "x", x, 1.5)
         if x.named:
             axes.set_xlim(-0.5, len(x.values) - 0.5)
     figure.align_ylabels()
@@ -533,9 +548,13 @@ def bifurcation_of(
         found.append((axis.values[place], rows))
     if labels is None:
         raise ValueError(f"none of the {len(found)} points asked for has the file of a complete run in {sweep.folder}")
-    lines = [", ".join([*said, _passages(found, left_out)]), _gone(choice, found)]
-    title = choice.title(*lines, width=7.0)
-    return bifurcation(found, path, parameter=axis.label, channels=labels, title=title, log=axis.log)
+    if not any(len(rows) for _, rows in found):
+        raise ValueError(f"settle: no run of {sweep.folder} has a passage after {_range(sorted(left_out))} turns")
+    where, *ways = said
+    title = choice.title(", ".join([where, _passages(found, left_out), *ways]), width=7.0)
+    return bifurcation(
+        found, path, parameter=axis.label, channels=labels, title=title, log=axis.log, absent=_gone(choice, found)
+    )
 
 
 def _parameter(choice: Choice, name: str | None) -> Axis:
@@ -577,24 +596,24 @@ def _how(run: Record, channels: list[str], angle: float, settle: float) -> list[
 
 def _passages(found: list, left_out: dict[float, None]) -> str:
     """How many passages are drawn, and how many turns before them are not."""
-    counts = sorted({len(rows) for _, rows in found if len(rows)} or {0})
-    first = sorted(left_out)
-    return f"{_range(first)} turns dropped, {_range(counts)} passages after them"
+    counts = sorted({len(rows) for _, rows in found if len(rows)})
+    first = _range(sorted(left_out))
+    return f"{first} turn{'s' * (first != '1')} dropped, {_range(counts)} passages after"
 
 
 def _range(numbers: list) -> str:
+    if isinstance(numbers[0], str):
+        return ", ".join(numbers)
     return f"{numbers[0]:g}" if numbers[0] == numbers[-1] else f"{numbers[0]:g} to {numbers[-1]:g}"
 
 
 def _gone(choice: Choice, found: list) -> str:
-    """Which points have no run file to draw, and why."""
-    sweep = choice.sweep
-    status = np.array(
-        [
-            s if s != "done" or sweep.path(int(i)).exists() else "without a file"
-            for i, s in zip(choice.points, sweep.status[choice.points], strict=True)
-        ]
-    )
-    names, counts = np.unique(status[status != "done"], return_counts=True)
-    words = [f"{n} {s}" for s, n in zip(names, counts, strict=True)]
-    return f"of {len(found)} runs {', '.join(words)}" if words else ""
+    """How many runs have no section to draw, and why, in words."""
+    why = []
+    for i, (_, rows) in zip(choice.points, found, strict=True):
+        status = str(choice.sweep.status[i])
+        if not len(rows):
+            exists = choice.sweep.path(int(i)).exists()
+            why.append(status if status != "done" else "too short" if exists else "without a file")
+    words = ", ".join(f"{why.count(w)} {w}" for w in dict.fromkeys(why))
+    return f"of {len(found)} runs {words}"

@@ -48,13 +48,16 @@ th[data-sorted]::after{content:" \\25B2"}th[data-sorted=down]::after{content:" \
 table.sortable thead th{cursor:pointer}.wide{overflow-x:auto}figure{margin:.8rem 0}
 figcaption{font-size:.86rem;color:#444}
 figure svg,figure img{max-width:100%;height:auto}svg *{stroke-linejoin:round;stroke-linecap:butt}
-.pair{display:flex;flex-wrap:wrap;gap:0 1.5rem;align-items:flex-start}
+.pair{display:flex;flex-wrap:wrap;gap:0 1.5rem;align-items:flex-start}.pair figure{flex:0 1 26rem;min-width:17rem}
 .box{border-left:5px solid;padding:.4rem .8rem;margin:.8rem 0}.box ul{margin:.2rem 0;padding-left:1.2rem}
 .bad{border-color:#c0392b;background:#fdeeec}.doubt{border-color:#e0a800;background:#fff8e1}
 .good{border-color:#2e7d4f;background:#edf7f0}.missing{color:#555;font-style:italic}
 pre{background:#f4f4f4;padding:.6rem;overflow-x:auto}code{overflow-wrap:anywhere}
 @media print{body{font-size:10pt;max-width:none;padding:0}nav{display:none}a{color:inherit}
-.wide{overflow:visible}table{font-size:8pt}h2,h3,caption{break-after:avoid}figure,tr,.box,pre{break-inside:avoid}
+.wide{overflow:visible}table{font-size:8pt}table.sortable{font-size:6.5pt}
+table.sortable th,table.sortable td{padding:1pt 2pt}
+h2,h3,caption{break-after:avoid}figure,tr,.box,pre{break-inside:avoid}
+figure svg,figure img{max-height:225mm}
 section.page{break-before:page}}@page{margin:15mm}
 """
 #: clicks on a head cell sort its table; without scripts tables stay as they are
@@ -109,6 +112,8 @@ def number(value: float, digits: int = DIGITS) -> str:
         return str(value).replace("-", MINUS)
     if math.isnan(value):
         return DASH
+    if value == 0.0:
+        return "0"
     if math.isinf(value):
         return "∞" if value > 0.0 else f"{MINUS}∞"
     text, _, power = f"{value:.{digits}g}".partition("e")
@@ -171,6 +176,16 @@ def facts(rows: Iterable[tuple[object, object]]) -> Markup:
     """A table of names and values, without a head."""
     lines = (element("tr", element("th", name, scope="row"), element("td", value)) for name, value in rows)
     return element("div", element("table", element("tbody", *lines)), class_="wide")
+
+
+def breakable(name: str) -> Markup:
+    """A name that lines may break in after its underscores and slashes."""
+    return Markup(re.sub("([_/])", r"\1<wbr>", html.escape(name)))
+
+
+def date(created: str) -> str:
+    """A time of provenance in print."""
+    return created.replace("T", " ").replace("+00:00", " UTC")
 
 
 def points(items: Iterable[object]) -> Markup:

@@ -1,6 +1,7 @@
 """First pictures of a run."""
 
 import json
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,8 @@ from clearance.results import Result
 
 #: states of a mixed joint and their colours
 STATES = {"full film": "tab:blue", "mixed": "tab:orange", "dry": "tab:red"}
+#: channels of a mixed joint that its states are drawn from
+OF_STATES = {"film_thickness_ratio", "asperity_share", *(f"membership_{s.replace(' ', '_')}" for s in STATES)}
 
 
 def overview(result: Result, path: str | Path) -> Path:
@@ -30,6 +33,34 @@ def overview(result: Result, path: str | Path) -> Path:
     for i, name in enumerate(shown if not mixed else ()):
         orbit(result, name, figure.add_subplot(grid[2, i * width : (i + 1) * width]))
     figure.suptitle(": ".join(filter(None, (result.attributes["case"], title(result)))))
+    return save(figure, path, dpi=130)
+
+
+def orbits(result: Result, path: str | Path, *, joints: str | Iterable[str] | None = None) -> Path:
+    """Journal paths of clearance joints, and the states of mixed ones over the last turns, saved under `path`.
+
+    joints: default all whose eccentricity was kept. Raises ValueError for others, and where there is none.
+    """
+    known = [j for j in result.clearances if {"eccentricity_x", "eccentricity_y"} <= set(result.names(f"joints/{j}"))]
+    names = known if joints is None else [joints] if isinstance(joints, str) else list(joints)
+    if unknown := [j for j in names if j not in known]:
+        raise ValueError(
+            f"no journal path of joint {unknown[0]!r} in {result.path.name}; of {', '.join(known) or 'none'}"
+        )
+    if not names:
+        raise ValueError(f"{result.path.name} has kept the eccentricity of no clearance joint")
+    mixed = [j for j in names if set(result.names(f"joints/{j}")) >= OF_STATES]
+    plain = [j for j in names if j not in mixed]
+    columns = 3 if mixed else min(len(plain), 3)
+    rows = len(mixed) + -(-len(plain) // columns)
+    figure = sheet(3.7 * columns, 3.4 * rows + 0.6)
+    grid = figure.add_gridspec(rows, columns)
+    for i, name in enumerate(mixed):
+        orbit(result, name, figure.add_subplot(grid[i, 0]))
+        regimes(result, name, figure.add_subplot(grid[i, 1:]))
+    for i, name in enumerate(plain):
+        orbit(result, name, figure.add_subplot(grid[len(mixed) + i // columns, i % columns]))
+    figure.suptitle(": ".join(filter(None, (result.attributes["case"], title(result)))), fontsize="medium", wrap=True)
     return save(figure, path, dpi=130)
 
 

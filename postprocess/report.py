@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from clearance.postprocess import figures, plots, scenes, sections
+from clearance.postprocess import plots, scenes, sections
 from clearance.postprocess.channels import KINDS
 from clearance.postprocess.contacts import SHOWN, contact_joints, contact_table, contacts
 from clearance.postprocess.drawing import sketch
@@ -20,6 +20,8 @@ from clearance.postprocess.pages import (
     Markup,
     Page,
     box,
+    breakable,
+    date,
     element,
     facts,
     join,
@@ -41,7 +43,9 @@ from clearance.sweeping.index import Sweep, open_sweep
 
 #: turns left out of a Poincare section, and passages that make one worth drawing
 SETTLE, PASSAGES = 2.0, 4
-STATES = ("membership_full_film", "membership_mixed", "membership_dry")
+ROUNDING = 1e-9  # of a turn
+#: channels that a sentence names at most
+NAMED = 6
 #: what a run file knows of a joint as a whole: name, words, units
 JOINT_FACTS = (
     ("peak_force", "largest force, of samples and contacts", "N"),
@@ -63,7 +67,8 @@ def report(source: str | Path | Result | Sweep, path: str | Path) -> Path:
     """Write the report of a run or of a sweep as one HTML file under `path`.
 
     source: a run's file or Result, a sweep's directory or Sweep. Raises ValueError for a path that does not end in
-    .html, FileNotFoundError and ValueError as `open_result` and `open_sweep` for what is no run and no sweep.
+    .html and for a run that has not ended, FileNotFoundError and ValueError as `open_result` and `open_sweep` for what
+    is no run and no sweep.
     """
     path = Path(path)
     if path.suffix.lower() not in (".html", ".htm"):
@@ -78,7 +83,9 @@ def report(source: str | Path | Result | Sweep, path: str | Path) -> Path:
 
 
 def run_page(run: Result) -> Page:
-    """The report of a run, not yet written."""
+    """The report of a run, not yet written. Raises ValueError for a file whose run has not ended."""
+    if "method" not in run.solver:
+        raise ValueError(f"{run.path} has no summary, for its run has not ended ({run.status})")
     page = Page(f"{run.attributes['case']}: report of {run.path.name}")
     page.head = _head(run)
     page.section("Mechanism", *_mechanism(page, run))
@@ -101,17 +108,15 @@ def _head(run: Result) -> Markup:
     about, solver = run.attributes, run.solver
     versions = ", ".join(f"{n.removeprefix('version_')} {v}" for n, v in about.items() if n.startswith("version_"))
     title = element("h1", f"{about['case']}: {_how_long(run)}")
-    said = element("p", f"{plots.title(run)}. Written {_date(about['created'])} by {versions}.")
+    about_it = plots.title(run).removesuffix(run.status).removesuffix(", ")
+    written = f"Written {date(about['created'])} by {versions}."
+    said = element("p", ". ".join(filter(None, (about_it, written))))
     if run.complete:
         state = box("good", element("b", "complete"), f": {solver['steps']} steps in {quantity(solver['wall_s'], 's')}")
     else:
         state = box("bad", element("b", "partial"), f": {run.status.removeprefix('partial: ')}")
     doubts = box("doubt", element("b", f"Warnings ({len(run.warnings)})"), points(run.warnings)) if run.warnings else ""
     return join([title, said, state, doubts or element("p", "No warnings.")])
-
-
-def _date(created: str) -> str:
-    return created.replace("T", " ").replace("+00:00", " UTC")
 
 
 def _how_long(run: Result) -> str:
@@ -124,8 +129,24 @@ def _how_long(run: Result) -> str:
 
 def _mechanism(page: Page, run: Result) -> list[Markup]:
     scene, said = run.scene, "The mechanism at the start of the run, to scale, with the paths of its points"
-    drawn = page.picture(partial(sketch, run), said, run.time.size)
+    poses = [f"bodies/{b['name']}/{c}" for b in scene["bodies"] for c in ("x", "y", "theta")]
+    drawn = page.picture(_needing(run, poses, partial(sketch, run)), said, run.time.size)
     return [scenes.described(scene), drawn, scenes.tables(scene)]
+
+
+def _needing(run: Result, paths: list[str], draw: Callable[[Path], object]) -> Callable[[Path], object]:
+    """A way to draw a picture of channels that says which of them were not kept."""
+    absent = [p for p in paths if p not in run]
+
+    def checked(path: Path) -> object:
+        if run.time.size < 2:
+            raise ValueError("the run has fewer than two samples")
+        if absent:
+            more = f" and {len(absent) - NAMED} more" if len(absent) > NAMED else ""
+            raise ValueError(f"these channels were not kept: {', '.join(absent[:NAMED])}{more}")
+        return draw(path)
+
+    return checked
 
 
 def _integration(run: Result) -> Markup:
@@ -180,8 +201,10 @@ def _summary(run: Result) -> list[Markup]:
             found = summaries.metrics(run)
         except KeyError as error:
             return [missing(f"There are no summary metrics: {error.args[0]}."), _ranges(run)]
+    if not found:
+        return [missing("There is nothing to sum up.")]
     shown = {name: measured(m.value, m.units) for name, m in found.items()}
-    rows = [(m.text, valued(m.value, shown[n][0]), shown[n][1], n) for n, m in found.items()]
+    rows = [(m.text, valued(m.value, shown[n][0]), shown[n][1], breakable(n)) for n, m in found.items()]
     return [element("p", said), table(["what", "value", "units", "name"], rows)]
 
 
@@ -204,23 +227,19 @@ def _ranges(run: Result) -> Markup:
     for path in kept_channels(run):
         low, high = run.range(path)
         unit, factor = scaled(run.units(path), low, high)
-        rows.append([path, unit, *(valued(v, number(v * factor)) for v in (low, high))])
+        rows.append([breakable(path), unit, *(valued(v, number(v * factor)) for v in (low, high))])
     return table(["channel", "units", "smallest", "largest"], rows)
 
 
 def _overview(page: Page, run: Result) -> Markup:
     """The overview, or where it needs more channels than were kept, those that were."""
-    if run.time.size < 2:
-        return missing(f"The run ended with {run.time.size} sample(s): there is nothing to draw.")
-    wanted = overview_channels(run)
-    if not (absent := [p for p in wanted if p not in run]):
-        said = "Motion, drive, joint forces, energies, and journal paths of the joints with clearance"
-        return page.picture(partial(plots.overview, run), said, run.time.size)
-    text = f"The overview needs channels that were not kept: {', '.join(absent)}."
-    if not (kept := kept_channels(run)):
-        return missing(text)
-    draw = partial(histories, run, channels=kept[:MOST_PANELS])
-    return join([missing(text), page.picture(draw, "Channels that were kept", run.time.size)])
+    wanted, kept = overview_channels(run), kept_channels(run)
+    said = "Motion, drive, joint forces, energies, and journal paths of the joints with clearance"
+    drawn = page.picture(_needing(run, wanted, partial(plots.overview, run)), said, run.time.size)
+    if all(p in run for p in wanted) or not kept or run.time.size < 2:
+        return drawn
+    instead = partial(histories, run, channels=kept[:MOST_PANELS])
+    return join([drawn, page.picture(instead, "Channels that were kept", run.time.size)])
 
 
 def overview_channels(run: Result) -> list[str]:
@@ -236,32 +255,17 @@ def overview_channels(run: Result) -> list[str]:
 
 def _joint(page: Page, run: Result, joint: str) -> list[Markup]:
     """Extremes, journal path, regimes and contacts of a joint with clearance."""
-    found = run.facts(f"joints/{joint}")
+    found, group = run.facts(f"joints/{joint}"), f"joints/{joint}"
     known = [(what, quantity(float(found[name]), units)) for name, what, units in JOINT_FACTS if name in found]
-    parts = [facts(known)] if known else []
-    if run.time.size < 2:
-        return [*parts, missing(f"The run ended with {run.time.size} sample(s): there is nothing to draw.")]
-    draw = partial(_single, run, joint, plots.orbit, ("eccentricity_x", "eccentricity_y"), (4.6, 4.6))
+    parts = [element("div", element("p", "Over the whole run:"), facts(known))] if known else []
+    mixed = next(j for j in run.scene["joints"] if j["name"] == joint)["transition"]
+    channels = ["eccentricity_x", "eccentricity_y", *(sorted(plots.OF_STATES) if mixed else [])]
+    draw = _needing(run, [f"{group}/{c}" for c in channels], partial(plots.orbits, run, joints=joint))
     said = f"Path of the journal's centre in joint {joint}, over the clearance"
-    parts = [element("div", *parts, page.picture(draw, said, run.time.size), class_="pair")]
-    scene = next(j for j in run.scene["joints"] if j["name"] == joint)
-    if scene["transition"]:
-        wanted = (*STATES, "film_thickness_ratio", "asperity_share")
-        draw = partial(_single, run, joint, plots.regimes, wanted, (7.5, 3.4))
-        said = f"Film thickness ratio, states and load on the solids of joint {joint} over the last two turns"
-        parts.append(page.picture(draw, said, run.time.size))
+    said += "; film thickness ratio, states and load on the solids over the last turns" if mixed else ""
+    drawn = page.picture(draw, said, run.time.size)
+    parts = [*parts, drawn] if mixed else [element("div", *parts, drawn, class_="pair")]
     return [*parts, *(_contacts(page, run, joint) if joint in contact_joints(run) else [])]
-
-
-def _single(run: Result, joint: str, draw: Callable, needs: tuple, size: tuple[float, float], path: Path) -> Path:
-    """One panel of a joint on a sheet of its own. Raises ValueError naming channels that were not kept."""
-    if absent := [n for n in needs if f"joints/{joint}/{n}" not in run]:
-        raise ValueError(f"these channels of joint {joint} were not kept: {', '.join(absent)}")
-    figure = figures.sheet(*size)
-    axes = figure.add_subplot()
-    draw(run, joint, axes)
-    axes.locator_params(axis="x", nbins=6)
-    return figures.save(figure, path)
 
 
 def _contacts(page: Page, run: Result, joint: str) -> list[Markup]:
@@ -271,40 +275,46 @@ def _contacts(page: Page, run: Result, joint: str) -> list[Markup]:
     except ValueError as error:
         return [title, missing(f"Not known: {error}.")]
     if not numbers["contacts"]:
-        return [title, element("p", "No contact in this run.")]
+        return [title, element("p", "No contact in this run, that of asperities alone left out.")]
     rows = [(what, " ".join(filter(None, (number(factor * numbers[n]), u)))) for n, what, u, factor in SHOWN]
     draw = partial(contacts, run, joints=joint)
-    return [title, facts(rows), page.picture(draw, f"Contact statistics of joint {joint}", len(run.events["time"]))]
+    return [
+        title,
+        element("p", "Over the whole run:"),
+        facts(rows),
+        page.picture(draw, f"Contact statistics of joint {joint}", len(run.events["time"])),
+    ]
 
 
 def _turns(run: Result) -> float:
-    return float(run.time[-1] / run.turn) + 1e-9 if run.turn and run.time.size else 0.0
+    """Turns of the drive that a run has; 0 where nothing turns at constant speed."""
+    return float(run.time[-1] / run.turn) if run.turn and run.time.size else 0.0
+
+
+def _settle(run: Result) -> tuple[float, str]:
+    """Turns left out of a picture, the first where there is a second, and what its caption says of them."""
+    return (1.0, ", without the first turn") if _turns(run) > 2.0 - ROUNDING else (0.0, "")
 
 
 def _phase(page: Page, run: Result) -> list[Markup]:
     """Phase portraits, and where there are enough turns a Poincare section."""
-    if run.time.size < 2:
-        return [missing(f"The run ended with {run.time.size} sample(s): there is no portrait.")]
-    turns = _turns(run)
-    settle = 1.0 if turns >= 2.0 else 0.0
-    body = run.scene["bodies"][-1]["name"]
-    said = f"Phase portraits of {body}" + (", without the first turn" if settle else "")
-    parts = [page.picture(partial(sections.portrait, run, settle=settle), said, run.time.size)]
+    body, (settle, without) = run.scene["bodies"][-1]["name"], _settle(run)
+    moves = [f"bodies/{body}/{rate}{axis}" for rate in ("", "v", "a") for axis in "xy"]
+    draw = _needing(run, moves, partial(sections.portrait, run, settle=settle))
+    parts = [page.picture(draw, f"Phase portraits of {body}{without}", run.time.size)]
     if not run.turn:
         return [*parts, missing("No drive turns at constant speed: there is no Poincaré section.")]
-    enough = SETTLE + PASSAGES - 1.0
-    if turns < enough:
-        text = f"A Poincaré section is drawn from {enough:g} turns on; this run has {number(turns, 4)}."
+    if _turns(run) < (enough := SETTLE + PASSAGES - 1.0) - ROUNDING:
+        text = f"A Poincaré section is drawn from {enough:g} turns on; this run has {number(_turns(run))}."
         return [*parts, missing(text)]
     said = f"Poincaré section, once a turn of the drive, without the first {SETTLE:g} turns"
-    return [*parts, page.picture(partial(sections.poincare, run, settle=SETTLE), said)]
+    journal = [f"joints/{j}/eccentricity_{axis}" for j in list(run.clearances)[:1] for axis in "xy"]
+    return [*parts, page.picture(_needing(run, moves + journal, partial(sections.poincare, run, settle=SETTLE)), said)]
 
 
 def _spectrum(page: Page, run: Result) -> Markup:
     """Spectrum of the last body's acceleration along the axis that it moves on more."""
-    body = run.scene["bodies"][-1]["name"]
-    settle = 1.0 if _turns(run) >= 2.0 else 0.0
-    said = f"Amplitude spectrum of the acceleration of {body}" + (", without the first turn" if settle else "")
+    body, (settle, without) = run.scene["bodies"][-1]["name"], _settle(run)
 
     def draw(path: Path) -> Path:
         kept = [f"bodies/{body}/{c}" for c in ("ax", "ay") if f"bodies/{body}/{c}" in run]
@@ -313,7 +323,7 @@ def _spectrum(page: Page, run: Result) -> Markup:
         largest = max(kept, key=lambda p: float(np.ptp(run.values(p))) if run.time.size else 0.0)
         return spectra(run, path, channels=largest, settle=settle)
 
-    return page.picture(draw, said, run.time.size)
+    return page.picture(draw, f"Amplitude spectrum of the acceleration of {body}{without}", run.time.size)
 
 
 def _provenance(run: Result) -> list[Markup]:
@@ -324,10 +334,10 @@ def _provenance(run: Result) -> list[Markup]:
         ("file", path.name),
         ("size", f"{number(path.stat().st_size / 1e6, 4)} MB"),
         ("format", f"{about['format']} {about['format_version']}"),
-        ("created", _date(about["created"])),
+        ("created", date(about["created"])),
         *((n.replace("_", " of ", 1), v) for n, v in about.items() if n.startswith("version_")),
         ("kernel", element("code", f"sha256 {digest}")),
     ]
     rows.append(("channels kept", len(kept_channels(run))))
-    how = f'import clearance as cl\nrun = cl.open_result("{path.name}")\nrun.time, run.scene, run.names("bodies")'
+    how = f'import clearance as cl\nrun = cl.open_result({path.name!r})\nrun.time, run.scene, run.names("bodies")'
     return [facts(rows), element("h3", "In Python"), element("pre", how)]

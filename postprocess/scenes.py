@@ -106,7 +106,7 @@ def clearances(found: list[dict]) -> Markup:
     for name in MADE_OF:
         values = [j.get(name) for j in found]
         unset = all(v is None or isinstance(v, list) and not any(v) for v in values)
-        if not unset:
+        if not unset and (name != "film_torques" or any(j["film"] for j in found)):
             rows.append([element("b", name.replace("_", " ")), *(words(v, UNITS.get(name, "1")) for v in values)])
     return table(["", *(f"joint {j['name']}" for j in found)], rows, says="Joints with clearance")
 

@@ -128,13 +128,14 @@ def bifurcation(
     title: str = "",
     dots: float | None = None,
     log: bool = False,
+    absent: str = "no section there",
 ) -> Path:
     """Bifurcation diagram: section values over a parameter, a panel for each channel; saved under `path`.
 
     points: (parameter value, values (turns,) or (turns, channels)), such as
     `(run.clearances["C"], section(run, ["slider.vx"]))` of many runs; a parameter without turns is crossed at the
     bottom. parameter and channels: axis labels with units; dots: size of a point; log: whether the parameter's axis is
-    logarithmic. Raises ValueError for values of another shape.
+    logarithmic; absent: what crosses mean. Raises ValueError for values of another shape.
     """
     channels = [channels] if isinstance(channels, str) else list(channels)
     points = [(float(p), _table(p, v, len(channels))) for p, v in points]
@@ -157,7 +158,7 @@ def bifurcation(
         panels[-1].set_xscale("log")
         figures.plain_decades(panels[-1].xaxis, min(p for p, _ in points), max(p for p, _ in points))
     figure.align_ylabels()
-    figure.suptitle("\n".join(filter(None, (title, "crosses: no section there" if empty else ""))), fontsize="medium")
+    figure.suptitle("\n".join(filter(None, (title, f"crosses: {absent}" if empty else ""))), fontsize="medium")
     return figures.save(figure, path)
 
 

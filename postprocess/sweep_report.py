@@ -7,6 +7,7 @@ from urllib.parse import quote
 
 import numpy as np
 from clearance.postprocess import figures
+from clearance.postprocess.labels import NO_BREAK
 from clearance.postprocess.maps import by_ratio, chosen_metrics, curves, maps
 from clearance.postprocess.pages import (
     ALIKE,
@@ -14,7 +15,9 @@ from clearance.postprocess.pages import (
     Markup,
     Page,
     box,
+    breakable,
     cell,
+    date,
     element,
     facts,
     join,
@@ -46,7 +49,7 @@ def sweep_page(sweep: Sweep, path: Path) -> Page:
         page.section("Points that are not done", *_bad(sweep))
     page.section("Extremes", *_extremes(sweep))
     page.section("Over the parameters", *_pictures(page, sweep), apart=True)
-    page.section("Cost", *_cost(page, sweep), apart=True)
+    page.section("Cost", *_cost(page, sweep))
     page.section("Points", *_points(sweep, path), apart=True)
     page.section("Provenance", *_provenance(sweep))
     return page
@@ -93,7 +96,7 @@ def _swept(sweep: Sweep) -> list[Markup]:
             units = d.units.get(name, "?")
             plain = f"{_values(values, '1')} {ALIKE.get(units, units)}".strip()
             rows.append([name, len(values), _values(values, units), plain, how])
-    head = ["parameter", "values", "of", "in SI units", "how"]
+    head = ["parameter", "number", "values", "in SI units", "how"]
     axes = table(head, rows) if rows else element("p", "One point.")
     fixed = [(n, v) for n, v in d.fixed.items()]
     options = [(n.replace("_", " "), v) for n, v in d.options.items() if v is not None]
@@ -129,7 +132,7 @@ def _at(sweep: Sweep, i: int) -> str:
     """The parameters of a point in words."""
     units = sweep.definition.units
     found = (f"{n} {_values([v], units.get(n, '?'))}" for n, v in sweep.definition.points[int(i)].items())
-    return ", ".join(found) or "the only point"
+    return ", ".join(part.replace(" ", NO_BREAK) for part in found) or "the only point"
 
 
 def _bad(sweep: Sweep) -> list[Markup]:
@@ -140,22 +143,25 @@ def _bad(sweep: Sweep) -> list[Markup]:
 
 
 def _extremes(sweep: Sweep) -> list[Markup]:
-    """Smallest and largest value of every metric and where it is; infinite ones are counted."""
+    """Smallest and largest finite value of every metric, and where they are."""
     rows = []
     for name, values in sweep.metrics.items():
         units, text = sweep.known.get(name, ("?", name))
         finite = np.where(np.isfinite(values) & sweep.done, values, np.nan)
+        what = join([text, " ", element("code", breakable(name))])
         if np.isnan(finite).all():
-            rows.append([text, "", None, "", None, "", name])
+            rows.append([what, "", None, "", None, ""])
             continue
         low, high = int(np.nanargmin(finite)), int(np.nanargmax(finite))
         shown, factor = scaled(units, finite[low], finite[high])
         least, most = (valued(finite[i], number(finite[i] * factor)) for i in (low, high))
-        same = finite[low] == finite[high]
-        rows.append([text, shown, least, "" if same else _at(sweep, low), most, "" if same else _at(sweep, high), name])
+        places = ["everywhere"] * 2 if finite[low] == finite[high] else [_at(sweep, low), _at(sweep, high)]
+        rows.append([what, shown, least, places[0], most, places[1]])
     if not rows:
         return [missing("No point has a metric yet.")]
-    return [table(["what", "units", "smallest", "at", "largest", "at", "name"], rows, sortable=True)]
+    endless = [n for n, v in sweep.metrics.items() if np.isinf(v[sweep.done]).any()]
+    said = element("p", f"Infinite values, left out here, are in {', '.join(endless)}.") if endless else ""
+    return [said, table(["what", "units", "smallest", "at", "largest", "at"], rows, sortable=True)]
 
 
 def _pictures(page: Page, sweep: Sweep) -> list[Markup]:
@@ -207,6 +213,7 @@ def costs(sweep: Sweep, path: str | Path) -> Path:
     for name, values in times.items():
         axes.hist(values, edges, label=labels[name], **styles[name])
     axes.set_xscale("log")
+    figures.plain_decades(axes.xaxis, low, high)
     axes.locator_params(axis="y", integer=True)
     figures.finish(axes, "runs [-]", "wall time [s]")
     return figures.save(figure, path)
@@ -215,36 +222,32 @@ def costs(sweep: Sweep, path: str | Path) -> Path:
 def _points(sweep: Sweep, path: Path) -> list[Markup]:
     """A row a point: parameters, status, telling metrics, cost, and a link to its run file."""
     shown = len(sweep) if len(sweep) <= MOST else FIRST
-    names = chosen_metrics(sweep, None) if sweep.done.any() and sweep.metrics else []
-    columns, heads = [], ["point"]
-    for name, values in sweep.columns.items():
-        columns.append(_column(values, name, sweep.definition.units.get(name, "?"), heads))
-    heads.append("status")
-    for name in names:
-        values = np.where(sweep.done, sweep.metrics[name], np.nan)
-        columns.append(_column(values, name, sweep.known.get(name, ("?",))[0], heads))
-    columns.append(_column(sweep.costs["wall"], "wall time", "s", heads))
-    columns.append([cell(int(w)) for w in sweep.costs["warnings"]])
-    place = len(sweep.columns)
-    rows = []
-    for i in range(shown):
-        row = [column[i] for column in columns]
-        rows.append([i, *row[:place], _status(sweep, i, path), *row[place:]])
-    more = f"The first {shown} of {len(sweep)} points; all of them are in {sweep.folder.name}/sweep.h5."
-    parts = [element("p", more)] if shown < len(sweep) else []
+    units, known = sweep.definition.units, {n: k[0] for n, k in sweep.known.items()}
+    told = any(np.isfinite(v[sweep.done]).any() for v in sweep.metrics.values())
+    names = chosen_metrics(sweep, None) if told else []
+    values = {n: np.where(sweep.done, sweep.metrics[n], np.nan) for n in names}
+    columns = [("point", [cell(i) for i in range(shown)])]
+    columns += [_column(v, n, units.get(n, "?"), shown) for n, v in sweep.columns.items()]
+    columns += [("status", [cell(_status(sweep, i, path)) for i in range(shown)])]
+    columns += [_column(v, n, known.get(n, "?"), shown) for n, v in values.items()]
+    columns += [_column(sweep.costs["wall"], "wall time", "s", shown)]
+    columns += [("warnings", [cell(int(w)) for w in sweep.costs["warnings"][:shown]])]
+    listed = table([head for head, _ in columns], zip(*(cells for _, cells in columns), strict=True), sortable=True)
+    index = f"{sweep.folder.absolute().name}/sweep.h5"
+    said = f"All metrics of all points are in {index}."
+    if shown < len(sweep):
+        said = f"The first {shown} of {len(sweep)} points; all of them, with all metrics, are in {index}."
     links = " A status that is a link leads to the file of its run." if sweep.definition.files else ""
-    said = element("p", f"All metrics of all points are in {sweep.folder.name}/sweep.h5.{links}")
-    return [*parts, said, table([*heads, "warnings"], rows, sortable=True)]
+    return [element("p", said + links), listed]
 
 
-def _column(values: np.ndarray, name: str, units: str, heads: list[str]) -> list[Cell]:
-    """The cells of a column, in units that suit its largest value; its head is appended to `heads`."""
+def _column(values: np.ndarray, name: str, units: str, shown: int) -> tuple[Markup, list[Cell]]:
+    """Head and first cells of a column, in units that suit its largest value."""
     if values.dtype.kind not in "iuf":
-        heads.append(name)
-        return [cell(str(v)) for v in values]
-    shown, factor = scaled(units, *map(float, values))
-    heads.append(f"{name} [{shown}]" if shown else name)
-    return [valued(float(v), number(v if factor == 1.0 else v * factor)) for v in values]
+        return breakable(name), [cell(str(v)) for v in values[:shown]]
+    unit, factor = scaled(units, *map(float, values))
+    head = breakable(f"{name} [{unit.replace(' ', NO_BREAK)}]" if unit else name)
+    return head, [valued(float(v), number(v if factor == 1.0 else v * factor)) for v in values[:shown]]
 
 
 def _status(sweep: Sweep, i: int, path: Path) -> object:
@@ -258,17 +261,25 @@ def _status(sweep: Sweep, i: int, path: Path) -> object:
 
 def _provenance(sweep: Sweep) -> list[Markup]:
     """Where the numbers are from, and how to read them."""
-    d, index = sweep.definition, sweep.folder / "sweep.h5"
+    d, index, folder = sweep.definition, sweep.folder / "sweep.h5", sweep.folder.absolute().name
     rows = [
-        ("directory", sweep.folder.absolute().name),
+        ("directory", folder),
         ("case", d.path),
         ("digest of its source", element("code", d.source)),
     ]
-    if index.exists():
-        with open_checked(index, "sweep index", FORMAT, FORMAT_VERSION) as file:
-            about = dict(file.attrs)
-        rows += [("format", f"{about['format']} {about['format_version']}"), ("index written", about["created"])]
+    if about := _about(index):
+        rows += [("format", f"{about['format']} {about['format_version']}"), ("index written", date(about["created"]))]
         rows += [(n.replace("_", " of ", 1), v) for n, v in about.items() if n.startswith("version_")]
     first = next(iter(sweep.metrics), "")
-    how = f'import clearance as cl\nsweep = cl.open_sweep("{sweep.folder.name}")\nsweep.dataset["{first}"], sweep.table'
+    lines = "import clearance as cl", f"sweep = cl.open_sweep({folder!r})", f"sweep.metrics[{first!r}], sweep.dataset"
+    how = "\n".join(lines)
     return [facts(rows), element("h3", "In Python"), element("pre", how)]
+
+
+def _about(index: Path) -> dict:
+    """Attributes of an index; none of one that is not there or cannot be read, which a sweep does without."""
+    try:
+        with open_checked(index, "sweep index", FORMAT, FORMAT_VERSION) as file:
+            return dict(file.attrs)
+    except (OSError, ValueError):
+        return {}

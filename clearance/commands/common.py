@@ -58,6 +58,18 @@ def quiet(options):
     return contextlib.redirect_stdout(sys.stderr) if options.json else contextlib.nullcontext()
 
 
+def scene_of(options):
+    """The case asked for, its parameters as given, and its scene."""
+    from clearance.catalogue import find_case
+
+    with quiet(options):
+        case = find_case(options.case)
+    known = case.parameters
+    values = {name: known[name].value(text) for name, text in given(options, known)}
+    with quiet(options):
+        return case, values, case.scene(**values)
+
+
 def channel_patterns(text: str | None) -> list[str] | None:
     """--channels: a comma list of paths and patterns; "all", "none"."""
     if text is None or text == "all":
@@ -68,6 +80,17 @@ def channel_patterns(text: str | None) -> list[str] | None:
 def make_folder(options) -> None:
     if options.output:
         Path(options.output).mkdir(parents=True, exist_ok=True)
+
+
+def publish(options, lines: list[str], document: dict, save, draw, study, stem: str) -> int:
+    """Print a study, and with -o keep its table, picture and data."""
+    if options.output:
+        folder = Path(options.output)
+        document["files"] = [str(save(folder)), str(draw(study, folder / f"{stem}.png")), str(folder / f"{stem}.md")]
+        (folder / f"{stem}.md").write_text("\n".join(lines) + "\n")
+        lines = [*lines, "", *(f"wrote {f}" for f in document["files"])]
+    print(json.dumps(document) if options.json else "\n".join(lines))
+    return DONE
 
 
 class Line:

@@ -57,7 +57,7 @@ def _kinematics(scene: dict, steady: bool) -> tuple:
 def _moving(scene: Scene, rate: float) -> Scene:
     """What makes the scene move, its joints and drives, these so many times slower."""
     drives = [dataclasses.replace(d, speed=d.speed / rate) if d.speed else d for d in _drives(scene)]
-    return Scene(*scene.joints, *drives, gravity=(0.0, 0.0), name=scene.name)
+    return Scene(*scene.joints, *drives, name=scene.name)
 
 
 def _drives(scene: Scene) -> list[Drive]:

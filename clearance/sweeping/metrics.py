@@ -1,8 +1,8 @@
 """Summary metrics of a run: what a map over speed and clearance shows.
 
 Each is computed over the window of a run: whole turns after the first `settle` ones; what there is, where that is less
-than a turn or no drive turns (`settle` is in seconds then). Means are over time, contacts count where they begin, and
-names are made of body, drive and joint names:
+than a turn or no drive turns (`settle` is in seconds then). Extremes are those of the samples, means are over time,
+contacts count where they begin; names are made of body, drive and joint names:
 
   <body>_acceleration_min, _max   of bodies that slide on the ground, along their guide [m/s2]
   drive_<drive>_torque_min, _max, _rms (or force)                                       [N m] ([N])
@@ -248,13 +248,17 @@ def dissipation(record: Record, window: Window) -> Found:
 
 
 def periodicity(record: Record, window: Window) -> Found:
-    """After how many turns the journals come back."""
+    """After how many turns the journals come back.
+
+    Impacts recur only where samples do: a turn should be a whole number of them. Else values between samples are those
+    of a cubic, and too few of them tell nothing.
+    """
     joints, time = record.clearances, record.time
     if not joints or window.turns is None or window.turns < FEWEST:
         return
     per_turn = record.turn * (time.size - 1) / float(time[-1])
     if per_turn < COARSE and abs(per_turn - round(per_turn)) > ON_SAMPLE:
-        return  # nothing to go by between the samples
+        return
     x, y = (
         np.stack([record.values(f"joints/{j}/eccentricity_{axis}")[window.samples] / c for j, c in joints.items()])
         for axis in "xy"

@@ -1,9 +1,10 @@
-"""Summary metrics against independent computations: arrays of the run, energy balances, closed forms, made-up records."""
+"""Summary metrics against other ways to them: arrays of the run, energy balances, closed forms, made-up records."""
 
 import dataclasses
 import json
 import math
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -61,20 +62,22 @@ def clocked(turns, per_turn=40, speed=7.3, **more):
     return Formula(time, {}, speed=speed, **more)
 
 
-decimals = st.integers(0, 12000).map(lambda n: f"{n / 1000:.3f}")
+thousandths = st.integers(0, 12000)
+#: turns after settling, many of them whole or a thousandth beside
+lefts = thousandths | st.builds(lambda whole, beside: 1000 * whole + beside, st.integers(0, 12), st.integers(-1, 1))
 
 
-@given(decimals, decimals, st.integers(1, 60), st.sampled_from([7.3, -31.4159, 1e-3, 523.6]))
-@example("3", "1", 40, 7.3)
-@example("1.1", "0.1", 40, 7.3)
-@example("3.3", "0.3", 10, 523.6)
-@example("12", "11.999", 1, 7.3)
-def test_a_window_has_whole_turns_after_settling_and_no_more(turns, settle, per_turn, speed):
-    """Whole turns by exact arithmetic; 1e-9 of the run is what rounding may take off (0.001 turns is the least asked)."""
+@given(thousandths, lefts, st.integers(1, 60), st.sampled_from([7.3, -31.4159, 1e-3, 523.6]))
+@example(1000, 2000, 40, 7.3)
+@example(100, 1000, 40, 7.3)
+@example(300, 3000, 10, 523.6)
+@example(11999, 1, 1, 7.3)
+def test_a_window_has_whole_turns_after_settling_and_no_more(settle, left, per_turn, speed):
+    """Whole turns by exact arithmetic; all numbers are multiples of 0.001, so 1e-9 of a run never is a whole turn."""
+    turns, settle, left = f"{(settle + left) / 1000:.3f}", f"{settle / 1000:.3f}", Fraction(left, 1000)
     assume(float(turns) > 0.0)
     record = clocked(float(turns), per_turn, speed)
     window, length = Window.of(record, float(settle)), float(record.time[-1])
-    left = Fraction(turns) - Fraction(settle)
     if left <= 0:
         assert window is None
         return
@@ -170,10 +173,10 @@ def shaker(turns=4.0, per_turn=50, speed=2.0 * math.pi, joints=(), events=None, 
 def contacts(begin, duration, joints=None, speed=0.5, force=10.0, depth=1e-6):
     """Columns of the events of contacts that begin at these times [s]."""
     begin = np.asarray(begin, float)
-    every = {n: np.broadcast_to(v, begin.shape).astype(float) for n, v in
-             (("duration", duration), ("impact_speed", speed), ("peak_force", force), ("peak_penetration", depth))}  # fmt: skip
+    given = {"duration": duration, "impact_speed": speed, "peak_force": force, "peak_penetration": depth}
+    columns = {name: np.broadcast_to(v, begin.shape).astype(float) for name, v in given.items()}
     names = np.array(joints or ["C"] * begin.size, dtype=str)
-    return {"time": begin, "joint": names, "kind": np.full(begin.size, "contact"), **every}
+    return columns | {"time": begin, "joint": names, "kind": np.full(begin.size, "contact")}
 
 
 def test_root_mean_square_of_a_sine_is_exact_over_whole_turns():
@@ -234,9 +237,9 @@ def test_windows_side_by_side_share_out_contacts(parts, cut, data):
     first = dataclasses.replace(Window.of(record, 0.0), end=float(cut), turns=float(cut))
     second = Window.of(record, float(cut))
     found = [{n: v for n, v, _, _ in defined.joints(record, w)} for w in (first, second)]
-    length = [cut, 4 - cut]
-    for name, total in (("impacts_per_turn", names.count("C")), ("contact_fraction", duration[np.array(names) == "C"].sum())):  # fmt: skip
-        summed = sum(f[f"joint_C_{name}"] * n for f, n in zip(found, length, strict=True))
+    totals = {"impacts_per_turn": names.count("C"), "contact_fraction": duration[np.array(names) == "C"].sum()}
+    for name, total in totals.items():
+        summed = sum(f[f"joint_C_{name}"] * turns for f, turns in zip(found, (cut, 4 - cut), strict=True))
         assert summed == pytest.approx(total, abs=1e-12)
 
 
@@ -438,15 +441,10 @@ def test_impacts_are_those_counted_in_the_events(dry):
     record, _ = dry
     found, events = values(record), record.events
     begin, end = record.turn, 3.0 * record.turn
-    assert "open_contact" in events["kind"] or len(events["time"])
+    columns = ("time", "duration", "impact_speed", "peak_force", "peak_penetration")
     for name in "BC":
-        rows = [
-            (t, d, v, f, p)
-            for j, t, d, v, f, p in zip(
-                *(events[n] for n in ("joint", "time", "duration", "impact_speed", "peak_force", "peak_penetration"))
-            )
-            if j == name
-        ]
+        rows = sorted(zip(*(events[n][events["joint"] == name].tolist() for n in columns), strict=True))
+        assert all(one[0] + one[1] <= other[0] for one, other in pairwise(rows))
         begun = [r for r in rows if begin <= r[0] < end]
         assert len(begun) > 3
         assert found[f"joint_{name}_impacts_per_turn"] == len(begun) / 2.0
@@ -456,9 +454,9 @@ def test_impacts_are_those_counted_in_the_events(dry):
         touching = sum(max(min(r[0] + r[1], end) - max(r[0], begin), 0.0) for r in rows)
         share = found[f"joint_{name}_contact_fraction"]
         assert share == pytest.approx(touching / (end - begin), rel=1e-12)
-        # samples see contact for the same share of the time, to the sampling error of some dozens of contacts
+        # of 400 samples one is wrong for about each second start or end of a contact
         late = (record.time >= begin) & (record.time < end)
-        assert share == pytest.approx((record.joint(name).gap[late] < 0.0).mean(), abs=0.05)
+        assert share == pytest.approx((record.joint(name).gap[late] < 0.0).mean(), abs=0.03)
     balanced(record, found, 1e-3)
 
 
@@ -489,8 +487,9 @@ def test_a_journal_at_rest_in_its_bearing_is_in_contact_all_the_time():
     for settle in (None, 0.03):
         found = values(record, settle)
         assert found["joint_J_contact_fraction"] == pytest.approx(1.0, abs=1e-12)
-        assert found["joint_J_force_rms"] == pytest.approx(2.0 * 9.81, rel=1e-6)
-        assert found["joint_J_eccentricity_ratio_max"] == pytest.approx(1.0 + depth / clearance, rel=1e-9)
+        # an error of rtol times the clearance, 1e-9 m of a depth of 7e-6 m
+        assert found["joint_J_force_rms"] == pytest.approx(2.0 * 9.81, rel=2e-4)
+        assert found["joint_J_eccentricity_ratio_max"] == pytest.approx(1.0 + depth / clearance, rel=1e-5)
     assert values(record)["joint_J_impacts_per_second"] <= 1.0 / 0.1
     assert values(record, 0.03)["joint_J_impacts_per_second"] == 0.0
 
@@ -527,7 +526,7 @@ def test_ideal_slider_crank_against_its_closed_form(speed):
 
 @pytest.fixture(scope="module")
 def cranks():
-    """Lubricated slider-cranks of smaller and smaller clearance, their Sommerfeld number (by viscosity / c^2) the same."""
+    """Lubricated slider-cranks of smaller and smaller clearance, with the same Sommerfeld number: viscosity as c^2."""
     sizes = (4e-4, 2e-4, 1e-4)
     scenes = [
         cl.load_case(
@@ -544,13 +543,14 @@ def cranks():
 
 
 def test_deviation_is_of_first_order_in_the_clearance(cranks):
-    """The orbit over the clearance is the same to first order: halving c halves the deviation, to 5 % at c = r / 125."""
+    """The orbit over the clearance is the same to first order: halving c halves the deviation, ever more closely."""
     sizes, runs = cranks
     found = [values(record, None, ideal) for record, ideal in runs]
     for name in ("slider_position_deviation_max", "slider_acceleration_deviation_rms"):
         far = [f[name] for f in found]
         orders = np.log(np.divide(far[:-1], far[1:])) / math.log(2.0)
-        np.testing.assert_allclose(orders, 1.0, atol=0.07)
+        np.testing.assert_allclose(orders, 1.0, atol=0.1)
+        assert abs(orders[1] - 1.0) < 0.6 * abs(orders[0] - 1.0)
     for c, f in zip(sizes, found, strict=True):
         assert 0.1 * c < f["slider_position_deviation_max"] < 1.5 * c
 
@@ -583,12 +583,12 @@ def test_a_part_of_a_run_is_compared_with_the_same_part():
 
 
 def turned(angle, by_ground=True, axis=(1.0, 0.0), speed=20.0):
-    """A slider-crank of ideal joints whose guide stands at an angle; its axis may point either way or stand in the slider."""
+    """A slider-crank of ideal joints at an angle; the axis of its guide may point backwards or stand in the slider."""
     crank = body("crank", {"O": (0, 0), "P": (CRANK, 0)}, angle=angle)
     rod = body("rod", {"P": (0, 0), "Q": (ROD, 0)}, angle=angle)
     slider = body("slider", {"Q": (0, 0)}, angle=angle)
     c, s = math.cos(angle), math.sin(angle)
-    x, y = c * axis[0] - s * axis[1], s * axis[0] + c * axis[1]
+    x, y = np.round((c * axis[0] - s * axis[1], s * axis[0] + c * axis[1]), 15)
     if by_ground:
         guide = cl.Prismatic(cl.ground, slider["Q"], axis=(x, y), angle=angle, name="guide")
     else:
@@ -603,7 +603,7 @@ def turned(angle, by_ground=True, axis=(1.0, 0.0), speed=20.0):
 @pytest.mark.parametrize(
     ("angle", "by_ground", "axis"),
     [(0.0, True, (1.0, 0.0)), (0.0, True, (-1.0, 0.0)), (0.5 * math.pi, True, (1.0, 0.0)), (0.7, True, (1.0, 0.0)),
-     (0.7, False, (1.0, 0.0)), (-2.1, False, (-1.0, 0.0))],
+     (-2.1, False, (-1.0, 0.0))],
 )  # fmt: skip
 def test_guides_at_any_angle(angle, by_ground, axis):
     """Positions and accelerations count along the axis, whichever body it stands in and wherever it points."""
@@ -655,12 +655,7 @@ def test_prismatic_drives_have_forces_and_no_turns():
 def test_ideal_motion_does_not_depend_on_which_run_came_first(monkeypatch):
     """Bit for bit, at speeds whose angles over the same turns differ by rounding only."""
     speeds = [31.4159, 523.6, -523.6, 1.0 / 3.0, 20.0, 7.7]
-    scenes = {
-        s: cl.load_case("slider_crank", speed=s, clearance=1e-4 * abs(s))
-        if abs(s) < 50
-        else cl.load_case("slider_crank", speed=s)
-        for s in speeds
-    }
+    scenes = {s: cl.load_case("slider_crank", speed=s, clearance=1e-5 + 1e-6 * abs(s)) for s in speeds}
 
     def alone(speed):
         monkeypatch.setattr(ideals, "_made", {})

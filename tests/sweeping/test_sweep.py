@@ -319,6 +319,16 @@ def undisturbed(tmp_path_factory):
     return finish(tmp_path_factory.mktemp("calm") / "out")
 
 
+def test_metrics_are_those_of_the_file(undisturbed):
+    """A dry run hands its contacts over piece by piece, each piece in the same memory."""
+    for i in (0, 39):
+        with undisturbed.run(i) as run:
+            assert len(run.events["time"]) > 100
+            found = metrics(run)
+        for name, metric in found.items():
+            assert undisturbed.metrics[name][i] == metric.value, name
+
+
 def identical(one, other) -> None:
     for name, values in one.metrics.items():
         np.testing.assert_array_equal(values, other.metrics[name], err_msg=name)

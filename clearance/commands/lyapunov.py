@@ -1,0 +1,46 @@
+"""`clearance lyapunov`: the largest Lyapunov exponent of a case."""
+
+import argparse
+import textwrap
+
+from clearance.commands.common import FAILED, Line, complain, make_folder, publish, quantity_of, scene_of
+
+
+def add(commands) -> argparse.ArgumentParser:
+    """The command and its options."""
+    p = commands.add_parser("lyapunov", help="largest Lyapunov exponent: whether a motion is chaotic, with its error")
+    p.add_argument("case", metavar="CASE", help="name of a case, or path to your own case file")
+    p.add_argument(
+        "-p", dest="parameters", metavar="NAME=VALUE", action="append", default=[],
+        help="a case parameter, such as speed=300rpm or clearance=0.1mm; may be repeated",
+    )  # fmt: skip
+    p.add_argument("--turns", type=int, default=200, metavar="N", help="turns of the drive it is found over (200)")
+    p.add_argument("--settle", type=int, default=20, metavar="N", help="turns before them, left out (20)")
+    p.add_argument(
+        "--interval", type=quantity_of("s"), metavar="S", help="takes the place of a turn where nothing turns steadily"
+    )
+    p.add_argument("-o", dest="output", metavar="DIR", help="folder for table, picture and HDF5")
+    return p
+
+
+def run(options) -> int:
+    """Find the exponent and show it; exit status 1 where the motion cannot be continued."""
+    from clearance.evidence import lyapunov, pictures
+    from clearance.evidence.problem import NotSolved
+
+    case, _, scene = scene_of(options)
+    make_folder(options)
+    line = Line(options)
+    try:
+        exponent = lyapunov.lyapunov(
+            scene, options.turns, options.settle, interval=options.interval,
+            progress=lambda share: line(f"{share:.0%} of the turns"),
+        )  # fmt: skip
+    except NotSolved as error:
+        return complain(options, str(error), FAILED)
+    name = " ".join([case.name, *options.parameters])
+    found, wrapped = {name: exponent}, {textwrap.fill(name, 80): exponent}  # the picture has no room for longer lines
+    return publish(
+        options, lyapunov.table(found), lyapunov.plain(found), lambda folder: lyapunov.save(found, folder),
+        pictures.lyapunov, wrapped, "lyapunov",
+    )  # fmt: skip

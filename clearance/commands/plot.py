@@ -1,0 +1,271 @@
+"""`clearance plot`: pictures of run files and of sweeps."""
+
+import argparse
+import json
+from contextlib import ExitStack
+from pathlib import Path
+
+from clearance.commands.common import DONE, number, quantity_of
+
+#: kinds of pictures of run files and of sweeps, each with the options that belong to it; the first is the default
+OF_RUNS = {
+    "overview": (), "history": ("channels", "along", "last"), "orbit": ("joint",), "phase": ("channels", "settle"),
+    "poincare": ("channels", "joint", "settle", "angle"), "spectrum": ("channels", "settle"),
+    "contacts": ("joint", "settle"), "sketch": ("turns",), "animation": ("turns", "frames", "magnify"),
+}  # fmt: skip
+OF_SWEEPS = {
+    "map": ("metrics", "x", "y", "at"), "curves": ("metrics", "x", "at"),
+    "bifurcation": ("x", "channels", "settle", "angle", "at"),
+}  # fmt: skip
+#: kinds that lay several runs over each other
+OF_SEVERAL = ("history", "phase", "poincare", "spectrum")
+OPTIONS = tuple(dict.fromkeys(o for own in (OF_RUNS | OF_SWEEPS).values() for o in own))
+FRAMES = 120
+EXAMPLES = """\
+  clearance plot run.h5                                            overview
+  clearance plot run.h5 history --channels "slider.ax,C.force" --along angle --last 1 -o last_turn.pdf
+  clearance plot dry.h5 lubricated.h5 phase --channels slider.x,slider.vx --settle 2
+  clearance plot run.h5 animation --turns 2 --frames 100 -o run.gif
+  clearance plot SWEEP map --metrics "joint_*_force_max,period" --x speed --y clearance --at model=dry
+  clearance plot SWEEP bifurcation --x speed --channels slider.vx --settle 100
+
+Channels are paths, short names or patterns (bodies/slider/ax, slider.ax, "*.force"); phase and poincare take them two
+by two. Without KIND: the overview of a run, the map of a grid, the curves of other sweeps.
+"""
+
+
+def add(commands) -> argparse.ArgumentParser:
+    """The command and its options."""
+    p = commands.add_parser(
+        "plot", help="pictures of run files and sweeps", epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        usage="clearance plot FILE_OR_DIR [MORE_FILES ...] [KIND] [options] [-o PICTURE]",
+    )  # fmt: skip
+    p.add_argument(
+        "inputs", metavar="FILE_OR_DIR", nargs="+",
+        help=f"run file, several of them ({', '.join(OF_SEVERAL)}), or sweep directory; then the KIND of picture. "
+        f"Of runs: {', '.join(OF_RUNS)}; of sweeps: {', '.join(OF_SWEEPS)}",
+    )  # fmt: skip
+    p.add_argument("--channels", metavar="NAMES", help="comma list of channels: history, phase, poincare, spectrum, "
+                   "bifurcation")  # fmt: skip
+    p.add_argument("--joint", metavar="NAMES", help="comma list of clearance joints: orbit, contacts; one: poincare")
+    p.add_argument("--along", help="time, turns or angle of the drive: history")
+    p.add_argument("--last", type=number, metavar="TURNS", help="only the last turns: history")
+    p.add_argument("--settle", type=number, metavar="TURNS", help="turns left out at the start: phase, poincare, "
+                   "spectrum, contacts, bifurcation")  # fmt: skip
+    p.add_argument("--angle", type=quantity_of("rad"), help="of the drive, such as 90deg: poincare, bifurcation")
+    p.add_argument("--turns", type=number, help="last turns shown: animation; turns from the start: sketch")
+    p.add_argument("--frames", type=int, metavar="N", help=f"animation (default {FRAMES}, or all samples)")
+    p.add_argument("--magnify", type=number, help="clearances over the mechanism: animation (default as fits)")
+    p.add_argument("--metrics", metavar="NAMES", help="comma list of metrics or patterns: map, curves")
+    p.add_argument("--x", metavar="NAME", help="parameter along the axis: map, curves, bifurcation")
+    p.add_argument("--y", metavar="NAME", help="parameter along the other axis: map")
+    p.add_argument(
+        "--at", action="append", metavar="NAME=VALUE",
+        help="hold a swept parameter at the value nearest to this: map, curves, bifurcation; may be repeated",
+    )  # fmt: skip
+    p.add_argument(
+        "-o", dest="output", metavar="PICTURE",
+        help="picture (.png, .pdf, .svg; an animation .gif, .mp4); default beside the input, named after the kind",
+    )  # fmt: skip
+    return p
+
+
+def run(options) -> int:
+    """Draw the picture and say where it is. Raises ValueError for options that do not belong to it."""
+    paths, kind = _inputs(options.inputs)
+    kinds = OF_SWEEPS if paths[0].is_dir() else OF_RUNS
+    if kinds is OF_RUNS:
+        kind = kind or "overview"
+        _check(options, kind)
+        picture = _of_runs(options, paths, kind)
+    else:
+        picture = _of_sweep(options, paths[0], kind)
+    print(json.dumps({"status": "complete", "picture": str(picture)}) if options.json else f"wrote {picture}")
+    return DONE
+
+
+def _inputs(words: list[str]) -> tuple[list[Path], str | None]:
+    """Files or directory, and the kind of picture where one is named."""
+    known = OF_RUNS | OF_SWEEPS
+    kind = words[-1] if len(words) > 1 and words[-1] in known else None
+    paths = [Path(w) for w in (words[:-1] if kind else words)]
+    for path in paths:
+        if not path.exists():
+            hint = f", and {path} is no kind of picture; those are {', '.join(known)}" if path != paths[0] else ""
+            raise FileNotFoundError(f"no file or directory {path}{hint}")
+    folders = [p for p in paths if p.is_dir()]
+    if folders and len(paths) > 1:
+        raise ValueError(f"{folders[0]} is a directory: a sweep has a picture of its own")
+    own, other, what = (OF_SWEEPS, OF_RUNS, "a sweep") if folders else (OF_RUNS, OF_SWEEPS, "a run file")
+    if kind in other:
+        raise ValueError(f"{paths[0]} is {what}, of which there is no {kind}; there is {', '.join(own)}")
+    if len(paths) > 1 and kind not in OF_SEVERAL:
+        raise ValueError(f"several runs are for {', '.join(OF_SEVERAL)}, not for {kind or 'overview'}")
+    return paths, kind
+
+
+def _check(options, kind: str) -> None:
+    for name in OPTIONS:
+        if getattr(options, name) is not None and name not in (OF_RUNS | OF_SWEEPS)[kind]:
+            belongs = ", ".join(k for k, own in (OF_RUNS | OF_SWEEPS).items() if name in own)
+            raise ValueError(f"--{name} does not belong to {kind}; it belongs to {belongs}")
+
+
+def _given(options, *names: str) -> dict:
+    """Options that were given, by the names of the drawing functions' arguments."""
+    return {n: v for n in names if (v := getattr(options, n)) is not None}
+
+
+def _listed(text: str | None) -> list[str] | None:
+    return text and [part.strip() for part in text.split(",") if part.strip()]
+
+
+# --- pictures of runs
+def _of_runs(options, paths: list[Path], kind: str) -> Path:
+    from clearance.results import open_result
+
+    suffix = ".gif" if kind == "animation" else ".png"
+    output = Path(options.output or paths[0].with_name(f"{paths[0].stem}_{kind}{suffix}"))
+    with ExitStack() as opened:
+        records = [opened.enter_context(open_result(path)) for path in paths]
+        for record in records:
+            if record.time.size < 2:
+                raise ValueError(f"{record.path} has {record.time.size} sample(s): there is nothing to draw")
+        return DRAW[kind](options, records, output)
+
+
+def _overview(options, records, output: Path) -> Path:
+    from clearance.postprocess.plots import overview
+
+    try:
+        return overview(records[0], output)
+    except (KeyError, AttributeError) as error:  # what a channel that was not kept raises
+        said = str(error.args[0]).partition(";")[0]
+        raise ValueError(f"overview needs more channels than were kept: {said}; draw a history") from None
+
+
+def _history(options, records, output: Path) -> Path:
+    from clearance.postprocess.histories import histories
+
+    channels = _listed(options.channels) or _telling(records[0])
+    return histories(records, output, channels=channels, **_given(options, "along", "last"))
+
+
+def _telling(record) -> list[str]:
+    """Acceleration of the last body, what drives, forces of the first clearance joints."""
+    from clearance.postprocess.channels import principal
+
+    efforts = [f"drives/{d}/{e}" for d in record.names("drives") for e in ("torque", "force")]
+    forces = [f"joints/{j}/force" for j in list(record.clearances)[:3] if f"joints/{j}/force_x" in record]
+    return [principal(record).format("a"), *(e for e in efforts if e in record), *forces]
+
+
+def _orbit(options, records, output: Path) -> Path:
+    from clearance.postprocess.plots import orbits
+
+    return orbits(records[0], output, joints=_listed(options.joint))
+
+
+def _phase(options, records, output: Path) -> Path:
+    from clearance.postprocess.sections import portrait
+
+    return portrait(records, output, pairs=_pairs(options), **_given(options, "settle"))
+
+
+def _poincare(options, records, output: Path) -> Path:
+    from clearance.postprocess.sections import poincare
+
+    return poincare(records, output, pairs=_pairs(options), **_given(options, "joint", "angle", "settle"))
+
+
+def _pairs(options) -> list[tuple[str, str]] | None:
+    """Channels two by two."""
+    names = _listed(options.channels)
+    if names is None:
+        return None
+    if not names or len(names) % 2:
+        raise ValueError(f"--channels {options.channels}: expected pairs X,Y or X1,Y1,X2,Y2")
+    return list(zip(names[::2], names[1::2], strict=True))
+
+
+def _spectrum(options, records, output: Path) -> Path:
+    from clearance.postprocess.channels import principal
+    from clearance.postprocess.spectra import spectra
+
+    channels = _listed(options.channels) or [principal(records[0]).format("a")]
+    return spectra(records, output, channels=channels, **_given(options, "settle"))
+
+
+def _contacts(options, records, output: Path) -> Path:
+    from clearance.postprocess.contacts import contacts
+
+    return contacts(records[0], output, joints=_listed(options.joint), **_given(options, "settle"))
+
+
+def _sketch(options, records, output: Path) -> Path:
+    from clearance.postprocess.drawing import sketch
+
+    return sketch(records[0], output, at=options.turns or 0.0)
+
+
+def _animation(options, records, output: Path) -> Path:
+    from clearance.postprocess.animation import animate
+    from clearance.postprocess.drawing import period
+
+    record, frames = records[0], options.frames
+    if frames is None:
+        time, shown = record.time, (options.turns or 1.0) * period(record)
+        frames = max(min(FRAMES, int((time > time[-1] - shown * (1.0 - 1e-9)).sum())), 2)
+    return animate(record, output, frames=frames, **_given(options, "turns", "magnify"))
+
+
+DRAW = {
+    "overview": _overview, "history": _history, "orbit": _orbit, "phase": _phase, "poincare": _poincare,
+    "spectrum": _spectrum, "contacts": _contacts, "sketch": _sketch, "animation": _animation,
+}  # fmt: skip
+
+
+# --- pictures of sweeps
+def _of_sweep(options, folder: Path, kind: str | None) -> Path:
+    from clearance.postprocess import maps
+    from clearance.sweeping.index import open_sweep
+
+    sweep = open_sweep(folder)
+    points = sweep.definition.points
+    kind = kind or ("map" if not points.sampled and sum(count > 1 for _, count in points.axes) > 1 else "curves")
+    _check(options, kind)
+    output = Path(options.output or folder / f"{kind}.png")
+    at = _at(sweep, options.at or [])
+    if kind == "bifurcation":
+        more = _given(options, "settle", "angle")
+        return maps.bifurcation_of(
+            sweep, output, parameter=options.x, channels=_listed(options.channels), at=at, **more
+        )  # fmt: skip
+    if kind == "curves":
+        return maps.curves(sweep, output, metrics=_listed(options.metrics), x=options.x, at=at)
+    return maps.maps(sweep, output, metrics=_listed(options.metrics), x=options.x, y=options.y, at=at)
+
+
+def _at(sweep, texts: list[str]) -> dict:
+    """Values at which swept parameters are held, SI."""
+    from clearance.units import quantity
+
+    found = {}
+    for item in texts:
+        name, equals, text = item.partition("=")
+        if not equals:
+            raise ValueError(f"--at {item}: expected NAME=VALUE")
+        if name not in sweep.columns:
+            raise ValueError(
+                f"--at {item}: {name} is not swept in {sweep.folder}; swept are {', '.join(sweep.columns)}"
+            )
+        column = sweep.columns[name]
+        try:
+            if column.dtype.kind in "iuf":
+                found[name] = quantity(text, sweep.definition.units.get(name))
+            else:
+                found[name] = next((v for v in column.tolist() if str(v).lower() == text.lower()), text)
+        except ValueError as error:
+            raise ValueError(f"--at {name}: {error}") from None
+    return found

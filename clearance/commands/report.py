@@ -1,0 +1,39 @@
+"""`clearance report`: one HTML file about a run or a sweep."""
+
+import argparse
+import json
+from pathlib import Path
+
+from clearance.commands.common import DONE
+
+
+def add(commands) -> argparse.ArgumentParser:
+    """The command and its options."""
+    p = commands.add_parser("report", help="one HTML file about a run or a sweep, that needs nothing else")
+    p.add_argument("input", metavar="FILE_OR_DIR", help="run file, or sweep directory")
+    p.add_argument(
+        "-o", dest="output", metavar="OUT.html",
+        help="report (default FILE.html beside a run file, report.html in a sweep directory)",
+    )  # fmt: skip
+    return p
+
+
+def run(options) -> int:
+    """Write the report and say where it is. Raises FileNotFoundError or ValueError for what is no run and no sweep."""
+    from clearance.postprocess.report import report
+
+    source = Path(options.input)
+    if not source.exists():
+        raise FileNotFoundError(f"no file or directory {source}")
+    found = report(source, options.output or default(source))
+    size = found.stat().st_size
+    if options.json:
+        print(json.dumps({"status": "complete", "report": str(found), "bytes": size}))
+    else:
+        print(f"wrote {found} ({size / 1e3:.0f} kB)")
+    return DONE
+
+
+def default(source: Path) -> Path:
+    """Where a report goes by itself."""
+    return source / "report.html" if source.is_dir() else source.with_suffix(".html")

@@ -1,0 +1,480 @@
+"""Reports: whole HTML that needs nothing else, says what the file says, and what it cannot show."""
+
+import hashlib
+import math
+import re
+import shutil
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote
+
+import h5py
+import numpy as np
+import pytest
+from clearance.postprocess import figures, pages, scenes, sweep_report
+from clearance.postprocess.report import report
+
+import clearance as cl
+from clearance import cli
+from clearance.sweeping.metrics import metrics
+
+VOID = {"meta", "img", "wbr"}
+OWN = '''
+import clearance as cl
+
+def scene(*, speed: float = 30.0, mode: str = "<a>") -> cl.Scene:
+    """A crank that some speeds are too much for.
+
+    speed: crank speed [rad/s]
+    mode: a text [-]
+    """
+    if speed > 35.0:
+        raise ValueError(f"speed: {speed:g} > 35 & more")
+    return cl.load_case("slider_crank", speed=speed, model="dry")
+'''
+
+
+class Reader(HTMLParser):
+    """What a page holds. Every element must be closed in its place, ids must be single, resources in the page."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.open, self.texts, self.rows, self.cells = [], [], [], []
+        self.links, self.sources, self.ids, self.uses, self.said = [], [], [], [], []
+        self.headings, self.boxes, self.missing, self.pictures = [], [], [], []
+        self.raw = Path(path).read_text(encoding="utf-8")
+        self.feed(self.raw)
+        self.close()
+        assert self.raw.startswith("<!DOCTYPE html>")
+        assert not self.open, f"not closed: {self.open}"
+        assert len(self.ids) == len(set(self.ids)), "an id stands twice"
+        assert set(self.uses) <= set(self.ids), "something refers to what is not there"
+        assert all(s.startswith("data:") for s in self.sources), "a resource is outside the page"
+        assert "://" not in self.raw
+        assert all(self.said), "a picture says nothing"
+
+    @property
+    def text(self):
+        return "".join(self.texts)
+
+    def row(self, *wanted):
+        """The one row with a cell (or the end of one) of these words."""
+        found = [r for r in self.rows if all(any(c.endswith(w) for c in r) for w in wanted)]
+        assert len(found) == 1, (wanted, found)
+        return found[0]
+
+    def handle_starttag(self, tag, attrs):
+        self.handle_startendtag(tag, attrs)
+        if tag not in VOID:
+            self.open.append((tag, dict(attrs).get("class") or ""))
+        if tag == "tr":
+            self.cells = []
+        elif tag in ("td", "th"):
+            self.cells.append("")
+
+    def handle_startendtag(self, tag, attrs):
+        found = {name: value or "" for name, value in attrs}
+        self.ids += [found["id"]] if "id" in found else []
+        link = found.get("href", "")
+        if link.startswith("#"):
+            self.uses.append(link[1:])
+        elif link:
+            (self.links if tag == "a" else self.sources).append(unquote(link))
+        self.uses += [u for v in found.values() for u in re.findall(r"url\(#([^)]+)\)", v)]
+        self.sources += [found["src"]] if "src" in found else []
+        if tag in ("svg", "img"):
+            self.pictures.append(tag)
+            self.said.append(found.get("alt" if tag == "img" else "aria-label"))
+
+    def handle_endtag(self, tag):
+        assert tag == self.open[-1][0], f"{tag} ends while {self.open[-1][0]} is open"
+        self.open.pop()
+        if tag == "tr":
+            self.rows.append(tuple(self.cells))
+
+    def handle_data(self, data):
+        tags, data = [tag for tag, _ in self.open], data.replace("\u00a0", " ")
+        if {"style", "script", "svg"} & set(tags):
+            return
+        self.texts.append(data)
+        if {"td", "th"} & set(tags):
+            self.cells[-1] += data
+        kinds = {kind for _, kind in self.open}
+        self.headings += [data] if "h2" in tags else []
+        self.missing += [data] if "missing" in kinds else []
+        self.boxes += [(kind, data) for kind in kinds if kind.startswith("box")]
+
+
+def read(source, tmp_path) -> Reader:
+    return Reader(report(source, tmp_path / "report.html"))
+
+
+@pytest.fixture(scope="module")
+def feeder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("run") / "feeder.h5"
+    cl.simulate(cl.load_case("six_bar_feeder", joints="B,C"), turns=5.0, samples_per_turn=100, path=path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def page(feeder, tmp_path_factory):
+    return Reader(report(feeder, tmp_path_factory.mktemp("page") / "feeder.html"))
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    """Two of six points fail; texts and reasons hold what HTML must not."""
+    folder = tmp_path_factory.mktemp("a & b")
+    (folder / "own.py").write_text(OWN)
+    points = cl.grid(speed=[20.0, 30.0, 40.0], mode=['<b> & "c"', "plain"])
+    return cl.sweep(folder / "own.py", points, folder / "map <1>", turns=2.0, samples_per_turn=50, workers=1)
+
+
+# --- pieces of a page
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (1.234567, "1.2346"), (-0.00012345678, "−0.00012346"), (1.5e-7, "1.5 × 10⁻⁷"), (123456.0, "123456"),
+        (-1234567.0, "−1.2346 × 10⁶"), (math.nan, "–"), (math.inf, "∞"), (-math.inf, "−∞"), (12345678, "12345678"),
+        (-0.0, "0"), (np.int64(-7), "−7"), (99999.6, "1 × 10⁵"),
+    ],
+)  # fmt: skip
+def test_numbers(value, shown):
+    assert pages.number(value).replace("\u00a0", " ") == shown
+
+
+@pytest.mark.parametrize(
+    ("value", "units", "shown"),
+    [
+        (1e-4, "m", "0.1 mm"), (6.4e-6, "m", "6.4 µm"), (0.0, "m", "0 m"), (31.41592653589793, "rad/s", "300 rpm"),
+        (0.5, "1", "0.5"), (2.5, "furlong", "2.5 furlong"), (math.pi, "rad", "180°"), (3.14e-5, "kg m2", "31.4 kg mm²"),
+        (207e9, "Pa", "207 GPa"), (0.05, "Pa s", "50 mPa s"), (2e-9, "s", "2 ns"), (math.nan, "N", "– N"),
+    ],
+)  # fmt: skip
+def test_quantities(value, units, shown):
+    assert pages.quantity(value, units).replace("\u00a0", " ") == shown
+
+
+def test_everything_is_escaped_on_its_way_in():
+    made = pages.element("p", '<b> & "', pages.element("i", "x"), title='"<')
+    assert made == '<p title="&quot;&lt;">&lt;b&gt; &amp; &quot;<i>x</i></p>'
+    assert pages.table(["<"], [["<", True, None]], says="<").count("&lt;") == 3
+
+
+def picture(tmp_path, points, samples=0):
+    """A page with one picture of a line of random points, drawn as the page sees fit."""
+
+    def draw(path):
+        figure = figures.sheet(3.0, 2.0)
+        figure.add_subplot().plot(*np.random.default_rng(1).random((2, points)), lw=0.5)
+        return figures.save(figure, path, dpi=50)
+
+    made = pages.Page("a picture")
+    made.section("one", made.picture(draw, "random <points>", samples), made.picture(draw, "again", samples))
+    return Reader(made.save(tmp_path / "picture.html"))
+
+
+def test_pictures_are_svg_or_png_whichever_is_smaller(tmp_path):
+    assert picture(tmp_path, 10).pictures == ["svg", "svg"]
+    assert picture(tmp_path, 20000).pictures == ["img", "img"]
+    found = picture(tmp_path, 10, samples=pages.LONG)
+    assert found.pictures == ["img", "img"]
+    assert found.said == ["random <points>", "again"]
+    assert all(s.startswith("data:image/png;base64,iVBORw0KGgo") for s in found.sources)
+
+
+def test_svg_becomes_part_of_the_page():
+    svg = (
+        '<?xml version="1.0"?><svg xmlns:xlink="http://x" width="9pt" viewBox="0 0 9 9"><!-- <p> --><metadata>m'
+        '</metadata><defs><style type="text/css">*{a: b}</style></defs><g id="unused"><path id="m1"/><use '
+        'xlink:href="#m1" style="fill: url(#c2)"/></g><clipPath id="c2"/></svg>'
+    )
+    assert pages.inline(svg, "p3", '"a"') == (
+        '<svg role="img" aria-label="&quot;a&quot;" width="9pt" viewBox="0 0 9 9"><defs></defs><g><path id="p3-0"/>'
+        '<use href="#p3-0" style="fill: url(#p3-1)"/></g><clipPath id="p3-1"/></svg>'
+    )
+
+
+def test_a_picture_that_cannot_be_drawn_is_a_sentence():
+    def draw(path):
+        raise ValueError("channel <x> was not kept")
+
+    made = pages.Page("none").picture(draw, "Something")
+    assert made == '<p class="missing">Something: not shown, for channel &lt;x&gt; was not kept.</p>'
+
+
+# --- runs
+def test_the_numbers_of_a_run(page, feeder):
+    run = cl.open_result(feeder)
+    for name, metric in metrics(run).items():
+        shown, units = pages.measured(metric.value, metric.units)
+        row = page.row(metric.text, name)
+        assert row[1:3] == (shown.replace("\u00a0", " "), units.replace("\u00a0", " "))
+    assert page.row("steps")[1] == f"{run.solver['steps']}, {run.solver['rejected']} rejected"
+    assert page.row("method")[1] == f"{run.solver['method']} ({run.solver['method_reason']})"
+    assert pages.number(run.solver["energy_residual_share"]).replace("\u00a0", " ") in page.row("energy residual")[1]
+    smallest = pages.quantity(run.facts("joints/C")["smallest_gap"], "m").replace("\u00a0", " ")
+    assert ("smallest gap, negative in contact", smallest) in page.rows
+    assert page.row("kernel")[1] == "sha256 " + hashlib.sha256(run.attributes["kernel"].encode()).hexdigest()
+    assert page.row("version of numba")[1] == run.attributes["version_numba"]
+    assert ("box good", "complete") in page.boxes
+
+
+def test_what_a_run_report_shows(page):
+    assert page.headings == [
+        "Mechanism", "Integration", "Summary", "Overview", "Joint B", "Joint C", "Motion in phase space", "Spectrum",
+        "Provenance",
+    ]  # fmt: skip
+    assert len(page.pictures) == 7  # sketch, overview, two journals, portraits, section, spectrum
+    assert not page.missing
+    assert "driven at constant speed, 300 rpm (31.416 rad/s)" in page.text
+    assert page.row("crank", "31.4")[:3] == ("crank", "0.0942", "31.4")
+    assert page.row("radius")[1:] == ("10 mm", "10 mm")
+    assert page.row("film")[1].startswith("table: cavitation reynolds")
+
+
+def test_the_size_of_a_feeder_report(feeder, tmp_path):
+    """A report of 4 turns with 400 samples each, as commands keep them."""
+    run = cl.simulate(cl.load_case("six_bar_feeder"), turns=4.0)
+    assert report(run, tmp_path / "r.html").stat().st_size < 2e6
+
+
+def test_the_same_file_gives_the_same_report(page, feeder, tmp_path):
+    assert read(feeder, tmp_path).raw == page.raw
+    with cl.open_result(feeder) as run:
+        assert read(run, tmp_path).raw == page.raw
+        assert run.time.size  # a run that was given open stays open
+
+
+def test_a_partial_run(tmp_path):
+    with pytest.raises(cl.SimulationError, match="the step limit is reached") as stop:
+        cl.simulate(cl.load_case("slider_crank", model="dry"), turns=2.0, max_steps=300)
+    found = read(stop.value.result, tmp_path)
+    assert ("box bad", "partial") in found.boxes
+    reason = stop.value.result.status.removeprefix("partial: ")
+    assert ("box bad", f": {reason}") in found.boxes
+    assert found.row("contacts")[1] == str(len(stop.value.result.events["time"]))
+    assert "A Poincaré section is drawn from 5 turns on" in found.missing[-1]
+
+
+def test_a_run_that_ended_at_once(tmp_path):
+    with pytest.raises(cl.SimulationError) as stop:
+        cl.simulate(cl.load_case("slider_crank", model="dry"), turns=2.0, max_steps=1)
+    found = read(stop.value.result, tmp_path)
+    assert not found.pictures
+    assert "The run ended before there was anything to sum up." in found.missing
+    assert sum("fewer than two samples" in m for m in found.missing) == 4
+
+
+def test_a_run_that_has_not_ended(feeder, tmp_path):
+    shutil.copy(feeder, tmp_path / "run.h5")
+    with h5py.File(tmp_path / "run.h5", "a") as file:
+        file.attrs["status"] = "partial: still running"
+        for name in list(file["solver"].attrs):
+            del file["solver"].attrs[name]
+    with pytest.raises(ValueError, match="run.h5 has no summary, for its run has not ended .partial: still running"):
+        report(tmp_path / "run.h5", tmp_path / "r.html")
+
+
+def test_what_was_not_kept_is_said(tmp_path):
+    run = cl.simulate(cl.load_case("six_bar_feeder"), turns=2.0, channels=["bodies/slider/ax", "joints/B/gap"])
+    found = read(run, tmp_path)
+    low, high = (pages.number(v) for v in run.range("bodies/slider/ax"))
+    assert found.row("bodies/slider/ax")[1:] == ("m/s²", low, high)
+    said = " ".join(found.missing)
+    assert "no channel 'bodies/slider/x'" in said
+    assert "these channels were not kept: bodies/slider/ay, bodies/slider/theta, joints/A/force_x" in said
+    assert "these channels were not kept: joints/B/eccentricity_x, joints/B/eccentricity_y" in said
+    assert len(found.pictures) == 2  # what was kept, and its spectrum
+
+
+def test_no_channels_at_all(feeder, tmp_path):
+    run = cl.simulate(cl.load_case("six_bar_feeder"), turns=1.0, channels=["energy/kinetic"], energy=False)
+    found = read(run, tmp_path)
+    assert found.row("energy residual")[1] == "no energy ledger was kept or integrated"
+    assert "its channels ax and ay were not kept" in " ".join(found.missing)
+
+
+def test_ideal_joints(tmp_path):
+    found = read(cl.simulate(cl.load_case("six_bar_feeder", model="ideal"), turns=1.0), tmp_path)
+    assert not [h for h in found.headings if h.startswith("Joint")]
+    assert found.row("absolute tolerances")[1] != "–"
+
+
+def test_no_drive(tmp_path):
+    found = read(cl.simulate(cl.load_case("double_pendulum"), until=0.5), tmp_path)
+    assert "2 bodies, 2 hinges (A, B); nothing drives it. Gravity is (0, −9.81) m/s²." in found.text
+    assert found.missing == ["No drive turns at constant speed: there is no Poincaré section."]
+
+
+def test_dry_and_mixed_contacts(tmp_path):
+    dry = cl.simulate(cl.load_case("slider_crank", model="dry"), turns=1.0, samples_per_turn=100)
+    found = read(dry, tmp_path)
+    shown = pages.number(dry.events["peak_force"].max()).replace("\u00a0", " ")
+    assert found.row("largest peak force")[1] == f"{shown} N"
+    assert found.row("contact")[1].startswith("lankarani_nikravesh: stiffness")
+    thin = {"model": "mixed", "viscosity": 0.002, "speed": cl.rpm(600)}
+    mixed = cl.simulate(cl.load_case("six_bar_feeder", **thin), turns=1.0, samples_per_turn=100)
+    found = read(mixed, tmp_path)
+    assert mixed.warnings
+    assert all(("box doubt", w) in found.boxes for w in mixed.warnings)
+    assert found.row("share of the time in dry contact")[1] == pages.number(mixed.facts("joints/B")["share_dry"])
+    assert any("film thickness ratio, states" in s for s in found.said)
+
+
+def test_names_and_warnings_are_escaped(feeder, tmp_path):
+    path = tmp_path / "<i>a</i> & 'b'.h5"
+    shutil.copy(feeder, path)
+    with h5py.File(path, "a") as file:
+        file.attrs.create("warnings", ["<script>alert(1)</script>"], dtype=h5py.string_dtype())
+        file.attrs["scene"] = file.attrs["scene"].replace('"points": {"A"', '"points": {"<b>&"')
+    found = read(path, tmp_path)
+    assert ("box doubt", "<script>alert(1)</script>") in found.boxes
+    assert found.row("file")[1] == path.name
+    assert "<b>& (−20, 0)" in found.row("crank", "31.4")[4]
+    assert "cl.open_result(\"<i>a</i> & 'b'.h5\")" in found.text
+
+
+def test_parts_of_a_scene_in_words():
+    @cl.signal
+    def push(time, amplitude):
+        return amplitude * time
+
+    block = cl.Body("block", mass=2.0, inertia=0.01, points={"p": (0.05, 0.0), "q": (-0.05, 0.0)}, velocity=(0.1, 0.0))
+    bar = cl.Body("bar", mass=1.0, inertia=0.01, points={"a": (0.0, 0.0), "b": (0.3, 0.0)})
+    law = cl.kelvin_voigt(stiffness=1e7, damping=5.0)
+    dry = cl.ClearanceRevolute(block["q"], bar["a"], name="pivot", radius=0.01, clearance=1e-4, contact=law)
+    rail = cl.Prismatic(cl.ground.at(0, 0), block["p"], axis=(0.0, 1.0), name="rail")
+    loads = (
+        cl.SpringDamper(cl.ground.at(-0.3, 0), block["q"], stiffness=1e3, damping=3.0, free_length=0.2, name="s"),
+        cl.TorsionSpring(block, bar, stiffness=2.0, name="t"), cl.Force(bar["b"], x=push(amplitude=2.0), name="f"),
+        cl.Drive(rail, speed=0.05, start=0.1),
+    )  # fmt: skip
+    scene = cl.simulate(cl.Scene(rail, dry, *loads, name="parts"), until=1e-3, samples=3).scene
+    text = re.sub(r"<[^>]*>", "|", scenes.described(scene) + scenes.tables(scene)).replace("\u00a0", " ")
+    for said in (
+        "joint rail is driven at constant speed, 50 mm/s, from 100 mm",
+        "spring and damper s, torsion spring t, force f",
+        "|kelvin_voigt: stiffness 1 × 10⁷ N/m, damping 5 N s/m|",
+        "|ground (−300, 0) to block q (−50, 0)|", "|stiffness 1000 N/m, damping 3 N s/m, free length 200 mm|",
+        "|stiffness 2 N m/rad, damping 0 N m s/rad, free angle 0°|", "|x push: amplitude 2, y 0 N|",
+        "|axis (0, 1) of ground|", "velocity 100 mm/s, 0 m/s",
+    ):  # fmt: skip
+        assert said in text
+
+
+# --- sweeps
+def test_a_sweep_with_failed_points(swept, tmp_path):
+    found = read(swept, tmp_path)
+    assert ("box bad", ": 4 done, 2 failed") in found.boxes
+    assert "Points that are not done" in found.headings
+    bad = found.row("4", "failed", "speed: 40 > 35 & more")
+    assert bad[1] == 'speed 381.97 rpm, mode <b> & "c"'
+    assert found.row("speed", "by even steps")[1:4] == ("3", "190.99 rpm, 286.48 rpm, 381.97 rpm", "20, 30, 40 rad/s")
+    assert found.row("mode", "listed")[2] == '<b> & "c", plain'
+    assert len(found.pictures) == 3  # maps, curves, cost
+    points = [r for r in found.rows if len(r) > 6 and r[0].isdigit()]
+    assert [r[3] for r in points] == ["done"] * 4 + ["failed"] * 2
+    assert points[4][4:-2] == ("–",) * len(points[4][4:-2])
+
+
+def test_extremes_of_a_sweep(swept, tmp_path):
+    found = read(swept, tmp_path)
+    for name in ("slider_acceleration_max", "joint_C_force_max", "joint_C_gap_min"):
+        values = np.where(swept.done, swept.metrics[name], np.nan)
+        unit, factor = pages.scaled(swept.known[name][0], np.nanmin(values), np.nanmax(values))
+        row = next(r for r in found.rows if r[0].endswith(name))
+        least, most = (pages.number(v * factor) for v in (np.nanmin(values), np.nanmax(values)))
+        assert row[:5] == (f"{swept.known[name][1]} {name}", unit, least, row[3], most)
+        speed = pages.quantity(swept.columns["speed"][np.nanargmax(values)], "rad/s").replace("\u00a0", " ")
+        assert f"speed {speed}" in row[5]
+
+
+def test_links_lead_to_the_runs(swept, tmp_path):
+    page = Reader(report(swept.folder, tmp_path / "sub" / "r.html"))
+    targets = [(tmp_path / "sub" / link).resolve() for link in page.links]
+    assert targets == [swept.path(i).resolve() for i in range(4)]
+    assert all(t.exists() for t in targets)
+
+
+def test_a_run_of_a_sweep_shows_what_the_sweep_kept(swept, tmp_path):
+    found = read(swept.path(2), tmp_path)
+    assert "As the sweep that this run belongs to has kept them." in found.text
+    value = swept.metrics["slider_position_deviation_max"][2]
+    assert found.row("slider_position_deviation_max")[1] == pages.measured(value, "m")[0].replace("\u00a0", " ")
+
+
+def test_many_points_are_cut_short(swept, tmp_path, monkeypatch):
+    monkeypatch.setattr(sweep_report, "MOST", 5)
+    monkeypatch.setattr(sweep_report, "FIRST", 3)
+    found = read(swept, tmp_path)
+    assert len([r for r in found.rows if len(r) > 6 and r[0].isdigit()]) == 3
+    assert "The first 3 of 6 points; all of them, with all metrics, are in map <1>/sweep.h5." in found.text
+
+
+def test_a_sweep_without_index_and_one_without_anything_done(swept, tmp_path):
+    shutil.copytree(swept.folder, tmp_path / "map")
+    (tmp_path / "map" / "sweep.h5").write_bytes(b"rubbish")
+    assert ("box bad", ": 4 done, 2 failed") in read(tmp_path / "map", tmp_path).boxes
+    for name in ("sweep.h5", "journal.jsonl"):
+        (tmp_path / "map" / name).unlink()
+    shutil.rmtree(tmp_path / "map" / "runs")
+    found = read(tmp_path / "map", tmp_path)
+    assert ("box bad", ": 0 done, 6 missing") in found.boxes
+    assert {"No point has a metric yet.", "No point has been run."} <= set(found.missing)
+
+
+def test_samples_and_lists_that_go_together(tmp_path):
+    options = {"turns": 1.0, "samples_per_turn": 50, "channels": [], "workers": 1, "fixed": {"model": "dry"}}
+    drawn = cl.sampled(3, speed=(20.0, 30.0))
+    found = read(cl.sweep("slider_crank", drawn, tmp_path / "s", **options), tmp_path)
+    assert ("box good", ": 3 done") in found.boxes
+    assert found.row("speed", "drawn")[1] == "3"
+    assert found.row("model") == ("model", "dry")
+    assert found.row("channels in run files")[1] == "none: summaries only"
+    assert not found.links
+    paired = cl.zipped(speed=[20.0, 25.0, 45.0], clearance=[1e-4, 2e-4, 3e-4])
+    found = read(cl.sweep("slider_crank", paired, tmp_path / "z", **options), tmp_path)
+    assert found.row("clearance", "by even steps, together with speed")[3] == "0.0001, 0.0002, 0.0003 m"
+    assert "slider_crank: sweep over speed with clearance (3)" in found.text
+
+
+# --- files and the command
+def test_wrong_input(feeder, tmp_path):
+    for path in ("report.h5", "report"):
+        with pytest.raises(ValueError, match=f"{path}: its name must end in .html"):
+            report(feeder, tmp_path / path)
+    with pytest.raises(FileNotFoundError, match="no result file"):
+        report(tmp_path / "none.h5", tmp_path / "r.html")
+    with pytest.raises(FileNotFoundError, match="it has no sweep.json"):
+        report(tmp_path, tmp_path / "r.html")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_report_that_cannot_be_written_leaves_the_old_one(feeder, tmp_path, monkeypatch):
+    (tmp_path / "r.html").write_text("old")
+
+    def full(*_):
+        raise OSError("no space left")
+
+    monkeypatch.setattr(pages.os, "replace", full)
+    with pytest.raises(OSError, match="no space left"):
+        report(feeder, tmp_path / "r.html")
+    assert [p.name for p in tmp_path.iterdir()] == ["r.html"]
+    assert (tmp_path / "r.html").read_text() == "old"
+
+
+def test_the_command(feeder, swept, tmp_path, capsys):
+    shutil.copy(feeder, tmp_path / "run.h5")
+    assert cli.main(["report", str(tmp_path / "run.h5")]) == 0
+    assert capsys.readouterr().out.startswith(f"wrote {tmp_path / 'run.html'} (")
+    Reader(tmp_path / "run.html")
+    out = tmp_path / "deep" / "sweep.html"
+    assert cli.main(["report", str(swept.folder), "-o", str(out), "--json"]) == 0
+    size = out.stat().st_size
+    assert capsys.readouterr().out == f'{{"status": "complete", "report": "{out}", "bytes": {size}}}\n'
+    assert cli.main(["report", str(swept.folder)]) == 0
+    assert (swept.folder / "report.html").exists()
+    (swept.folder / "report.html").unlink()
+    assert cli.main(["report", str(tmp_path / "nothing")]) == 2
+    assert "no file or directory" in capsys.readouterr().err
