@@ -73,7 +73,8 @@ class Recorder:
         self.place = {c.path: i for i, c in enumerate(channels)}
         self.angles = [(i, self.place[c.path.replace("theta", "omega")]) for i, c in enumerate(channels) if c.wrapped]
         self.balance, self.kinetic = self.place.get("energy/residual"), self.place.get("energy/kinetic")
-        self.forces = {p.rpartition("/")[0]: i for p, i in self.place.items() if p.endswith("/force_x")}
+        forces = {p.rpartition("/")[0]: i for p, i in self.place.items() if p.endswith("/force_x")}
+        self.jointed, self.force_x = list(forces), np.array(list(forces.values()), dtype=int)
         self.last: tuple[float, np.ndarray] | None = None
         self.zero = 0.0
         self.low, self.high = np.full(len(channels), np.inf), np.full(len(channels), -np.inf)
@@ -107,8 +108,8 @@ class Recorder:
         """Ranges of all channels, peak joint forces, energy turned over: for summaries without reading the record."""
         self.low, self.high = np.minimum(self.low, rows.min(axis=0)), np.maximum(self.high, rows.max(axis=0))
         self.totals, self.rows = self.totals + rows.sum(axis=0), self.rows + len(rows)
-        for group, i in self.forces.items():
-            peak = float(np.sqrt((rows[:, i : i + 2] ** 2).sum(axis=1).max()))
+        x, y = rows[:, self.force_x], rows[:, self.force_x + 1]
+        for group, peak in zip(self.jointed, np.sqrt((x * x + y * y).max(axis=0)).tolist(), strict=True):
             self.peaks[group] = max(self.peaks.get(group, 0.0), peak)
         if self.kinetic is not None:
             before = [] if self.last is None else [self.last[1][self.kinetic]]

@@ -205,16 +205,20 @@ def edges(values: np.ndarray, log: bool) -> np.ndarray:
 
 
 # --- metrics
-def chosen_metrics(sweep: Sweep, metrics: str | Iterable[str] | None) -> list[str]:
-    """Metrics by name or pattern, or at most six telling ones. Raises ValueError for what the sweep has not got."""
+def chosen_metrics(sweep: Sweep, metrics: str | Iterable[str] | None, points: np.ndarray | None = None) -> list[str]:
+    """Metrics by name or pattern, or at most six telling ones of some points (default all).
+
+    Raises ValueError for metrics that the sweep has not got, and for more than a page holds.
+    """
     known = list(sweep.metrics)
     if metrics is None:
-        finite = [n for n in known if np.isfinite(sweep.metrics[n][sweep.done]).any()]
+        done = sweep.done & np.isin(np.arange(len(sweep)), sweep.select() if points is None else points)
+        finite = [n for n in known if np.isfinite(sweep.metrics[n][done]).any()]
         loose = {n.removesuffix("_gap_min") for n in known if n.endswith("_gap_min")}
         hits = [_first(finite, pattern, loose) for pattern in TELLING]
         found = [n for n in hits if n][:TOLD] or finite[:TOLD]
         if not found:
-            raise ValueError(f"{sweep.folder} has no metric to draw: {int(sweep.done.sum())} of its points are done")
+            raise ValueError(f"{sweep.folder} has no metric to draw: {int(done.sum())} points are done")
         return found
     names = [metrics] if isinstance(metrics, str) else list(metrics)
     for name in names:
@@ -261,7 +265,8 @@ def maps(
     hatched, points not run yet are blank. Raises ValueError for unknown metrics and parameters, and for sweeps of
     samples or of fewer than two parameters.
     """
-    choice, names = Choice.of(sweep, at), chosen_metrics(sweep, metrics)
+    choice = Choice.of(sweep, at)
+    names = chosen_metrics(sweep, metrics, choice.points)
     if log not in ("auto", True, False):
         raise ValueError(f'log must be "auto", True or False, got {log!r}')
     plane, panels = _plane(choice, x, y)
@@ -292,29 +297,25 @@ def _plane(choice: Choice, x: str | None, y: str | None) -> tuple[list[Axis], li
     x = x or choice.default(taken)
     y = y or choice.default({choice.along(x)})
     rest = [f for i, f in enumerate(choice.free) if i not in (choice.along(x), choice.along(y))]
-    return [choice.axis(x), choice.axis(y)], _third(choice, rest)
-
-
-def _third(choice: Choice, rest: list) -> list[tuple[str, np.ndarray]]:
-    """A panel for each value of the one parameter left over."""
-    names = ", ".join(n for names, _ in rest for n in names)
     if len(rest) > 1:
+        names = ", ".join(n for names, _ in rest for n in names)
         raise ValueError(f"a page has room for one more parameter, left are {names}: hold some of them (at)")
-    found = _groups(choice, rest)
-    if len(found) > MOST_PANELS:
-        raise ValueError(f"{names} has {len(found)} values, a page has room for {MOST_PANELS} panels: hold it (at)")
-    return found
+    return [choice.axis(x), choice.axis(y)], _groups(choice, rest, MOST_PANELS, "panels")
 
 
-def _groups(choice: Choice, rest: list) -> list[tuple[str, np.ndarray]]:
+def _groups(choice: Choice, rest: list, most: int, what: str) -> list[tuple[str, np.ndarray]]:
     """For each combination of values of what is left over, its words and the points that have it."""
-    keys = list(zip(*(place for _, place in rest), strict=True)) if rest else [()] * len(choice.points)
-    axes, found = [choice.axis(n) for names, _ in rest for n in names], []
-    for key in dict.fromkeys(keys):
-        there = np.array([k == key for k in keys])
-        first = int(np.argmax(there))
-        found.append((", ".join(a.says(a.place[first]) for a in axes), there))
-    return found
+    if not rest:
+        return [("", np.ones(len(choice.points), bool))]
+    names = [n for names, _ in rest for n in names]
+    keys = np.stack([place for _, place in rest])
+    _, first, which = np.unique(keys, axis=1, return_index=True, return_inverse=True)
+    if len(first) > most:
+        raise ValueError(
+            f"{', '.join(names)}: {len(first)} different points, a page has room for {most} {what}: hold some (at)"
+        )
+    axes = [choice.axis(n) for n in names]
+    return [(", ".join(a.says(a.place[i]) for a in axes), which.ravel() == k) for k, i in enumerate(first)]
 
 
 def _sheet(metrics: int, panels: int):
@@ -405,16 +406,15 @@ def curves(
     a second one has a curve for each of its values; at: values (SI) of parameters that are held, numbers the nearest
     that was swept. Crosses at the bottom: failed runs. Raises ValueError for unknown metrics and parameters.
     """
-    choice, names = Choice.of(sweep, at), chosen_metrics(sweep, metrics)
+    choice = Choice.of(sweep, at)
+    names = chosen_metrics(sweep, metrics, choice.points)
     if not choice.free:
         raise ValueError(f"nothing varies among the points of {sweep.folder} that are left")
     if choice.drawn:
         return _samples(choice, names, [x] if x else choice.names, path)
     x = x or choice.default()
     rest = [f for i, f in enumerate(choice.free) if i != choice.along(x)]
-    groups = _groups(choice, rest)
-    if len(groups) > MOST_CURVES:
-        raise ValueError(f"{len(groups)} curves are more than {MOST_CURVES}: hold some parameters (at)")
+    groups = _groups(choice, rest, MOST_CURVES, "curves")
     rows, columns = -(-len(names) // 2), min(len(names), 2)
     width = 4.2 * columns + 0.6 if columns > 1 else 6.5
     figure = figures.sheet(width, 1.2 + 2.3 * rows)

@@ -38,7 +38,7 @@ from clearance.postprocess.spectra import spectra
 from clearance.postprocess.sweep_report import sweep_page
 
 from clearance.results import Result, open_result
-from clearance.sweeping import metrics as summaries
+from clearance.sweeping.metrics import Metric, Window, metrics
 from clearance.sweeping.index import Sweep, open_sweep
 
 #: turns left out of a Poincare section, and passages that make one worth drawing
@@ -192,13 +192,13 @@ def _summary(run: Result) -> list[Markup]:
     """The metrics of the run, or where they need channels that were not kept, the ranges of those that were."""
     found, said = kept_metrics(run), "As the sweep that this run belongs to has kept them."
     if not found:
-        window = summaries.Window.of(run, None)
+        window = Window.of(run, None)
         if window is None:
             return [missing("The run ended before there was anything to sum up.")]
         turns = f", {number(window.turns)} turns" if window.turns else ""
         said = f"Taken from t = {quantity(window.begin, 's')} to {quantity(window.end, 's')}{turns}."
         try:
-            found = summaries.metrics(run)
+            found = metrics(run)
         except KeyError as error:
             return [missing(f"There are no summary metrics: {error.args[0]}."), _ranges(run)]
     if not found:
@@ -208,11 +208,11 @@ def _summary(run: Result) -> list[Markup]:
     return [element("p", said), table(["what", "value", "units", "name"], rows)]
 
 
-def kept_metrics(run: Result) -> dict[str, summaries.Metric]:
+def kept_metrics(run: Result) -> dict[str, Metric]:
     """The metrics that a sweep has kept in a run's file; none in the file of a run by itself."""
     values = run.facts("metrics")
     known = json.loads(values.get("known", "{}"))
-    return {n: summaries.Metric(float(values[n]), *known[n]) for n in known if n in values}
+    return {n: Metric(float(values[n]), *known[n]) for n in known if n in values}
 
 
 def kept_channels(run: Result) -> list[str]:

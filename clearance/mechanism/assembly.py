@@ -302,10 +302,11 @@ class _System:
                 scaled[i] *= self.size
         if not scaled.size:
             return [], scaled.shape[1]
-        left, values, _ = np.linalg.svd(scaled)
+        values = np.linalg.svd(scaled, compute_uv=False)
         rank = int((values > RANK * values[0]).sum())
         if rank == len(labels):
             return [], scaled.shape[1] - rank
+        left = np.linalg.svd(scaled)[0]
         guilty = np.abs(left[:, rank:]).max(axis=1) > 1e-6
         names = list(dict.fromkeys(n for n, g in zip(labels, guilty, strict=True) if g))
         joints = [n for n in labels if n.startswith("joint")]

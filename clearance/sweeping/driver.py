@@ -1,5 +1,6 @@
 """The one sweep call: points in, a directory of results out; what is done already is not done again."""
 
+import json
 import logging
 import os
 import time
@@ -14,6 +15,7 @@ from clearance.recording import chosen, filters
 from clearance.simulation import prepare
 from clearance.sweeping import definition as definitions
 from clearance.sweeping.definition import Definition
+from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.index import Sweep, outcomes, verified
 from clearance.sweeping.journal import DONE, FAILED, LOST, Journal, Outcome
 from clearance.sweeping.order import Queue
@@ -164,6 +166,7 @@ def _try_first(definition: Definition) -> None:
             run = prepare(case.scene(**definition.values(index)), **definition.options)
             chosen(run.mechanism.structure.channels, definition.keep or None)
             _check_settle(definition, run)
+            ideal_motion(run.mechanism.scene, run.span, json.loads(run.attributes()["scene"]))  # compiled here, once
             return
         except ValueError as error:
             failure = failure or error

@@ -245,10 +245,10 @@ def from_file(path: Path, index: int, key: str) -> Outcome | None:
     """The outcome that a run file tells of; None for one that is broken."""
     try:
         with open_result(path) as run:
-            facts = run.facts("metrics")
-            if facts.pop("key", None) != key:
+            facts, about = run.facts("metrics"), run.facts("sweep")
+            if about.get("key") != key:
                 return None
-            says = json.loads(facts.pop("known", "{}"))
+            says = json.loads(about["known"])
             solver = run.solver
             reason = "" if run.complete else run.status.removeprefix("partial: ")
             return Outcome(

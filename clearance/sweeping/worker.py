@@ -67,8 +67,9 @@ class Keeper:
             self.found |= own(load_function(reference), record)
         if self.file:
             known = json.dumps({n: (m.units, m.text) for n, m in self.found.items()})
-            about = {n: m.value for n, m in self.found.items()} | {"key": self.key, "known": known}
-            self.file.close(status, solver, warnings, facts | {"metrics": about}, ranges)
+            about = {"metrics": {n: m.value for n, m in self.found.items()}}
+            about["sweep"] = {"key": self.key, "known": known}
+            self.file.close(status, solver, warnings, facts | about, ranges)
 
 
 @lru_cache(maxsize=8)

@@ -255,14 +255,16 @@ def test_bad_maps(made, tmp_path, options, message):
 def test_more_than_a_page_holds(made, tmp_path):
     many = np.linspace(0.1, 0.9, 8)
     sweep = made(grid(speed=SPEEDS, clearance=CLEARANCES, restitution=many), {f"m{i}": force for i in range(13)})
-    with pytest.raises(ValueError, match="restitution has 8 values, a page has room for 6 panels: hold it"):
+    with pytest.raises(ValueError, match="restitution: 8 different points, a page has room for 6 panels: hold some"):
         maps(sweep, tmp_path / "m.png", metrics="m0")
     with pytest.raises(ValueError, match=r"metrics: m\* are 13, a page has room for 1 to 12"):
         maps(sweep, tmp_path / "m.png", metrics="m*")
     sweep = made(grid(speed=SPEEDS, clearance=CLEARANCES, restitution=many, viscosity=[0.1, 0.2]), {"m": force})
     with pytest.raises(ValueError, match="left are restitution, viscosity: hold some of them"):
         maps(sweep, tmp_path / "m.png")
-    with pytest.raises(ValueError, match="80 curves are more than 50"):
+    with pytest.raises(
+        ValueError, match="clearance, restitution, viscosity: 80 different points, a page has room for 50 curves"
+    ):
         curves(sweep, tmp_path / "m.png")
     with pytest.raises(ValueError, match="no point of .* has model=wet; swept are model dry"):
         curves(made(grid(model=["dry"], speed=SPEEDS), {"m": lambda **_: 1.0}), tmp_path / "m.png", at={"model": "wet"})
@@ -283,7 +285,7 @@ def test_telling_metrics(made):
     assert "dissipated_per_turn" in chosen_metrics(sweep, None)
     assert chosen_metrics(sweep, ["joint_*_force_max", "joint_B_*_max"]) == ["joint_A_force_max", "joint_B_force_max"]
     sweep.status[:] = "failed"
-    with pytest.raises(ValueError, match="no metric to draw: 0 of its points are done"):
+    with pytest.raises(ValueError, match="no metric to draw: 0 points are done"):
         chosen_metrics(sweep, None)
 
 
@@ -338,6 +340,29 @@ def test_curves_without_a_value_say_so(made, tmp_path, gallery):
     curves(sweep, tmp_path / "c.png", metrics="period")
     assert {"4 of 4 have no period", "no value"} <= set(gallery.texts())
     assert_allclose(panels(gallery.last)[0].get_xlim(), (100.0, 400.0))
+
+
+def test_samples_without_a_value_say_so(made, tmp_path, gallery):
+    known = {"period": ("turns", "period"), "force": ("N", "force")}
+    metrics = {"period": lambda speed: np.inf, "force": lambda speed: speed}
+    sweep = made(sampled(10, speed=(10.0, 60.0)), metrics, known)
+    sweep.status[:3] = "failed"
+    curves(sweep, tmp_path / "s.png", metrics=["force", "period"])
+    force_, period = panels(gallery.last)
+    assert {"7 of 10 have no period", "no value"} <= set(gallery.texts())
+    assert len(period.lines[1].get_xdata()) == 3
+    assert np.isfinite(force_.lines[0].get_ydata()).sum() == 7
+
+
+def test_telling_metrics_of_the_points_that_are_left(made, tmp_path, gallery):
+    metrics = {
+        "slider_acceleration_max": lambda model, speed, clearance: speed,
+        "joint_C_contact_fraction": lambda model, speed, clearance: clearance if model == "dry" else np.nan,
+    }
+    sweep = made(grid(model=["dry", "lubricated"], speed=SPEEDS, clearance=CLEARANCES), metrics)
+    for model, count in (("dry", 2), ("lubricated", 1)):
+        maps(sweep, tmp_path / "m.png", at={"model": model})
+        assert len(panels(gallery.last)) == count
 
 
 def test_samples(made, tmp_path, gallery):
