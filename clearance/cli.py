@@ -304,8 +304,8 @@ def _summary(case, values: dict, result, began: tuple[float, float]) -> dict:
         "integration_s": float(solver["wall_s"]),
         "wall_s": time.perf_counter() - began[0],
         "cpu_s": time.process_time() - began[1],
-        "energy_residual": max(map(abs, result.file["energy/residual"].attrs.get("actual_range", [0.0]))),
-        "energy_turned_over": float(result.file["energy"].attrs.get("turned_over", 0.0)),
+        "energy_residual": float(result.facts("energy").get("largest_residual", 0.0)),
+        "energy_turned_over": float(result.facts("energy").get("turned_over", 0.0)),
         "contacts": contacts,
         "open_contacts": sum(str(k) == "open_contact" for k in events["kind"]),
         "joints": _joint_extremes(result),
@@ -323,9 +323,10 @@ JOINT_FACTS = (
 def _joint_extremes(result) -> dict:
     """Peak forces and smallest gaps, of samples and contacts; nothing for a run that ended before its first sample."""
     found = {}
-    for name, joint in result.file["joints"].items():
-        found[name] = {n: float(joint.attrs[n]) for n in JOINT_FACTS if n in joint.attrs}
-        if "actual_range" in getattr(joint.get("film_thickness_ratio"), "attrs", ()) and "film_radial" in joint:
+    for name in result.names("joints"):
+        joint, facts = result.joint(name), result.facts(f"joints/{name}")
+        found[name] = {n: float(facts[n]) for n in JOINT_FACTS if n in facts}
+        if result.time.size and "film_thickness_ratio" in joint and "film_radial" in joint:
             found[name]["smallest_film_thickness_ratio"] = result.range(f"joints/{name}/film_thickness_ratio")[0]
     return found
 

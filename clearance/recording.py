@@ -185,6 +185,8 @@ class Recorder:
                     depth = self.depths.get(group, -np.inf)
                     self.know(group, smallest_gap=min(self.lowest(f"{group}/gap"), -depth))
             self.know("energy", turned_over=self.energy_scale())
+            if self.balance is not None:
+                self.know("energy", largest_residual=float(max(-self.low[self.balance], self.high[self.balance])))
         self.sink.close(status, solver, warnings, self.facts, ranges)
 
 

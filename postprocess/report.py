@@ -38,8 +38,8 @@ from clearance.postprocess.spectra import spectra
 from clearance.postprocess.sweep_report import sweep_page
 
 from clearance.results import Result, open_result
-from clearance.sweeping.metrics import Metric, Window, metrics
 from clearance.sweeping.index import Sweep, open_sweep
+from clearance.sweeping.metrics import Metric, Window, metrics
 
 #: turns left out of a Poincare section, and passages that make one worth drawing
 SETTLE, PASSAGES = 2.0, 4
@@ -210,8 +210,7 @@ def _summary(run: Result) -> list[Markup]:
 
 def kept_metrics(run: Result) -> dict[str, Metric]:
     """The metrics that a sweep has kept in a run's file; none in the file of a run by itself."""
-    values = run.facts("metrics")
-    known = json.loads(values.get("known", "{}"))
+    values, known = run.facts("metrics"), json.loads(run.facts("sweep").get("known", "{}"))
     return {n: Metric(float(values[n]), *known[n]) for n in known if n in values}
 
 

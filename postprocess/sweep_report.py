@@ -71,8 +71,12 @@ def _head(sweep: Sweep) -> Markup:
 
 
 def _axes(sweep: Sweep) -> str:
-    axes = sweep.definition.points.axes
-    found = [f"{' with '.join(_of(sweep, names))} ({count})" for names, count in axes]
+    """What was swept in a line."""
+    found = []
+    for names, count in sweep.definition.points.axes:
+        own = _of(sweep, names)
+        drawn = f"{count} samples of {', '.join(own)}"
+        found.append(drawn if own != names else f"{' with '.join(own)} ({count})")
     return " × ".join(found) or "one point"
 
 
@@ -160,7 +164,7 @@ def _extremes(sweep: Sweep) -> list[Markup]:
     if not rows:
         return [missing("No point has a metric yet.")]
     endless = [n for n, v in sweep.metrics.items() if np.isinf(v[sweep.done]).any()]
-    said = element("p", f"Infinite values, left out here, are in {', '.join(endless)}.") if endless else ""
+    said = element("p", f"Infinite values are left out here, those of {', '.join(endless)}.") if endless else ""
     return [said, table(["what", "units", "smallest", "at", "largest", "at"], rows, sortable=True)]
 
 
@@ -186,7 +190,8 @@ def _cost(page: Page, sweep: Sweep) -> list[Markup]:
     ran = sweep.costs["wall"] > 0.0
     if not ran.any():
         return [missing("No point has been run.")]
-    wall, loop, steps = (sweep.costs[n][ran] for n in ("wall", "loop", "steps"))
+    wall, loop = (sweep.costs[n][ran] for n in ("wall", "loop"))
+    steps = sweep.costs["steps"][sweep.done]
     longest = int(np.flatnonzero(ran)[np.argmax(wall)])
     rows = [
         ("runs", int(ran.sum())),
@@ -194,8 +199,10 @@ def _cost(page: Page, sweep: Sweep) -> list[Markup]:
         ("of it in the compiled loop", quantity(loop.sum(), "s")),
         ("a run, median", quantity(float(np.median(wall)), "s")),
         ("longest run", f"{quantity(wall.max(), 's')}, at {_at(sweep, longest)}"),
-        ("steps of a run", f"{number(steps.min())} to {number(steps.max())}, median {number(float(np.median(steps)))}"),
     ]
+    if steps.size:
+        said = f"{number(steps.min())} to {number(steps.max())}, median {number(float(np.median(steps)))}"
+        rows.append(("steps of a run that is done", said))
     drawn = page.picture(partial(costs, sweep), "Wall time of the runs, and of it in the compiled loop")
     return [facts(rows), drawn]
 

@@ -261,3 +261,15 @@ def test_installed_entry_point():
     )  # fmt: skip
     assert done.returncode == 2
     assert done.stderr == "clearance: clearance must be positive, got -0.001\n"
+
+
+@pytest.mark.parametrize("kept", ["bodies/slider/x", "joints/C/ecc*", "none"])
+def test_a_run_that_keeps_little_is_summed_up_all_the_same(kept, tmp_path, capsys):
+    words = ["run", "slider_crank", "-p", "model=dry", "--turns", "6", "--samples-per-turn", "40", "--json"]
+    assert cli.main([*words, "-o", str(tmp_path / "all.h5")]) == 0
+    whole = json.loads(capsys.readouterr().out)
+    assert cli.main([*words, "--channels", kept, "-o", str(tmp_path / "some.h5")]) == 0
+    some = json.loads(capsys.readouterr().out)
+    assert some["energy_residual"] == whole["energy_residual"] > 0.0
+    assert some["contacts"] == whole["contacts"]
+    assert some["joints"]["C"] == whole["joints"]["C"]

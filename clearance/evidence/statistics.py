@@ -61,13 +61,16 @@ def over_turns(result: Result, turn: float | None) -> dict[str, Mean]:
             [force[place == i].max(initial=0.0) for i in range(len(edges) - 1)]
         )
     place = np.digitize(time, edges) - 1
-    for name, drive in result.file["drives"].items():
+    for name in result.names("drives"):
+        drive = result.drive(name)
         quantity, unit = ("torque", "N m") if "torque" in drive else ("force", "N")
-        values = np.asarray(drive[quantity])
+        if quantity not in drive:
+            continue
+        values = getattr(drive, quantity)
         rows = [values[place == i] for i in range(len(edges) - 1)]
         if all(len(r) for r in rows):
             found[f"{name} rms {quantity} [{unit}]"] = mean([math.sqrt((r**2).mean()) for r in rows])
-    if "energy/dissipated" in result.file:
-        dissipated = np.interp(edges, time, np.asarray(result.file["energy/dissipated"]))
+    if "energy/dissipated" in result:
+        dissipated = np.interp(edges, time, result.energy.dissipated)
         found["dissipated a turn [J]"] = mean(np.diff(dissipated))
     return found

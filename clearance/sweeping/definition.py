@@ -20,7 +20,7 @@ class Definition:
     case: name, or path to a case file; source: digest of its text; fixed: parameters that all points share; options:
     keywords of `simulate` (turns, rtol, ...); keep: patterns of the channels kept in run files, () for no files, None
     for all; compression: gzip level; settle: turns left out of the metrics; own: a user's metrics as "file.py:name";
-    units: of the swept parameters.
+    units: of the parameters.
     """
 
     case: str
@@ -80,7 +80,7 @@ class Definition:
         for name in dict.fromkeys([*one, *two]):
             if one.get(name) != two.get(name):
                 found.append(f"{name} {_range(two.get(name))} instead of {_range(one.get(name))}")
-        if not found and mine != theirs:
+        if not found and mine["points"] != theirs["points"]:
             found.append("the order of its points")
         return found
 

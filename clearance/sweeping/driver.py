@@ -129,7 +129,7 @@ def define(case, points, fixed, channels, compression, settle, own, options) -> 
         source=definitions.digest(found.path), points=points,
         fixed={n: _plain(n, v) for n, v in fixed.items()}, options={n: v for n, v in options.items() if v is not None},
         keep=None if channels is None else tuple(channels), compression=compression, settle=settle,
-        own=tuple(_reference(f) for f in own), units={n: known[n].units for n in points.columns},
+        own=tuple(_reference(f) for f in own), units={n: known[n].units for n in (*points.columns, *fixed)},
     )  # fmt: skip
 
 
