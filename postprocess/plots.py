@@ -1,6 +1,7 @@
 """First pictures of a run."""
 
 import json
+import textwrap
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -32,7 +33,7 @@ def overview(result: Result, path: str | Path) -> Path:
         regimes(result, name, figure.add_subplot(grid[2 + i, 2:]))
     for i, name in enumerate(shown if not mixed else ()):
         orbit(result, name, figure.add_subplot(grid[2, i * width : (i + 1) * width]))
-    figure.suptitle(": ".join(filter(None, (result.attributes["case"], title(result)))))
+    figure.suptitle(textwrap.fill(": ".join(filter(None, (result.attributes["case"], title(result)))), 110))
     return save(figure, path, dpi=130)
 
 
@@ -67,7 +68,7 @@ def orbits(result: Result, path: str | Path, *, joints: str | Iterable[str] | No
 def title(result: Result) -> str:
     """Drive speed, clearance joints and status in a line."""
     scene = json.loads(result.attributes["scene"])
-    parts = [f"{d['speed'] * 30.0 / np.pi:.4g} rpm" for d in scene["loads"] if d.get("speed")]
+    parts = [] if result.turn is None else [f"{60.0 / result.turn:.4g} rpm"]
     for joint in scene["joints"]:
         if joint["type"] == "ClearanceRevolute":
             kind = "mixed" if joint.get("transition") else "lubricated" if joint["film"] else "dry"
