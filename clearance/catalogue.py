@@ -6,6 +6,7 @@ import re
 import sys
 import traceback
 import typing
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -118,7 +119,8 @@ def find_case(name: str | Path) -> Case:
 
 
 def _module(path: Path):
-    name = f"clearance_case_{path.stem}_{abs(hash(str(path))):x}"
+    # a file that was changed is another module
+    name = f"clearance_case_{path.stem}_{abs(hash(str(path))):x}_{zlib.crc32(path.read_bytes()):x}"
     if name in sys.modules:
         return sys.modules[name]
     spec = importlib.util.spec_from_file_location(name, path)

@@ -17,6 +17,7 @@ import numpy as np
 from clearance.recording import FileSink, Recorder
 from clearance.results import Result
 
+VERSION = 1
 #: what of a run changes as it goes, beside its arrays
 NAMES = ("method", "reason", "spoilt")
 ARRAYS = (
@@ -36,22 +37,63 @@ class PartsSink:
         self.identity = identity | {"scene": attributes["scene"], "kernel": _digest(attributes["kernel"])}
         self.count = 0
         self.stretch: FileSink | None = None
+        self.lock = None
 
     def begin(self) -> dict | None:
         """Look for what an earlier attempt left: its state, or None. Raises ValueError where it was another run."""
         self.folder.mkdir(parents=True, exist_ok=True)
-        found = load(self.folder / "state.npz")
-        if found is not None:
-            self._compare(json.loads(str(found["identity"])))
-            self.count = int(found["stretches"])
+        self._lock()
+        try:
+            found = self._found()
+        except ValueError:
+            self._release()
+            raise
         self._next()
         return found
+
+    def _found(self) -> dict | None:
+        """The state to go on from, its stretches all there."""
+        found = load(self.folder / "state.npz")
+        if found is not None:
+            if int(found.get("version", -1)) != VERSION:
+                raise ValueError(f"{self.folder} holds checkpoints of another version of clearance; remove it")
+            self._compare(json.loads(str(found["identity"])))
+            self.count = int(found["stretches"])
+            for i in range(self.count):
+                self._stretch(i).close()
+        return found
+
+    def _release(self) -> None:
+        if self.lock is not None:
+            self.lock.close()
+
+    def _lock(self) -> None:
+        """One run a folder, where the system has file locks; they end with the process that holds them."""
+        try:
+            import fcntl
+        except ImportError:
+            return
+        self.lock = open(self.folder / "lock", "w")  # noqa: SIM115 - held until the end
+        try:
+            fcntl.flock(self.lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            self.lock.close()
+            raise ValueError(f"{self.folder} is in use: another run writes {self.path.name}") from None
+        except OSError:
+            pass  # a file system without locks
+
+    def _stretch(self, i: int) -> Result:
+        """A finished stretch. Raises ValueError where it cannot be read."""
+        try:
+            return Result(self.folder / f"{i:04d}.h5")
+        except (OSError, ValueError) as error:
+            raise ValueError(f"{error}: remove {self.folder} to start anew") from None
 
     def _compare(self, other: dict) -> None:
         different = [n for n in self.identity if other.get(n) != self.identity[n]]
         if different:
             raise ValueError(
-                f"{self.folder} holds checkpoints of another run (its {', '.join(different)} differ): "
+                f"{self.folder} holds checkpoints of another run (other {', '.join(different)}): "
                 "remove that folder, or give the result another name"
             )
 
@@ -65,7 +107,8 @@ class PartsSink:
         """End the stretch and keep the state to go on from."""
         self.stretch.close("partial: a stretch of a longer run", {}, [], {}, None)
         self.count += 1
-        save(self.folder / "state.npz", state | {"identity": json.dumps(self.identity), "stretches": self.count})
+        about = {"identity": json.dumps(self.identity), "stretches": self.count, "version": VERSION}
+        save(self.folder / "state.npz", state | about)
         self._next()
 
     def close(self, status: str, solver: dict, warnings: list[str], facts: dict, ranges) -> None:
@@ -74,9 +117,10 @@ class PartsSink:
         channels, attributes, keep, compression = self.options
         whole = FileSink(self.path, channels, attributes, keep, compression)
         for i in range(self.count + 1):
-            with Result(self.folder / f"{i:04d}.h5") as part:
+            with self._stretch(i) as part:
                 whole.join(part.file)
         whole.close(status, solver, warnings, facts, ranges)
+        self._release()
         if not status.startswith("partial: interrupted"):
             shutil.rmtree(self.folder)
 
@@ -106,7 +150,7 @@ def load(path: Path) -> dict | None:
     try:
         with open(path, "rb") as content, np.load(content, allow_pickle=False) as file:
             return {name: file[name] for name in file.files}
-    except (OSError, ValueError, zipfile.BadZipFile) as error:
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
         raise ValueError(f"checkpoint {path} cannot be read ({error}); remove {path.parent} to start anew") from None
 
 

@@ -292,6 +292,7 @@ class ImageSink(FileSink):
     size = check = 0
 
     def _open(self) -> h5py.File:
+        self.partial = self.path.with_name(f"{self.path.name}.{os.getpid()}.partial")
         return h5py.File(self.partial, "w", driver="core", backing_store=False)
 
     def _place(self) -> None:

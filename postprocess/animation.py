@@ -7,12 +7,12 @@ from clearance.postprocess.channels import drive_angle, name_of, series
 from clearance.postprocess.drawing import EDGE, MM, Drawing, Motion, name_joints, period
 from clearance.postprocess.figures import check_film, save_film, sheet
 from clearance.postprocess.labels import headline
-from clearance.postprocess.plots import STATES
+from clearance.postprocess.plots import FLIGHT, STATES, touched
 
 from clearance.results import Record
 
 #: colours of what a joint is doing; later states count as drier
-COLOURS = STATES | {"free flight": "0.55", "contact": STATES["dry"]}
+COLOURS = STATES | FLIGHT
 TRAIL = 0.25  # turns of the journal's path that stay in sight
 #: room of a lens: its radius over the breadth of its slot, height over breadth of the slot, smallest and largest
 #: breadth over the mechanism's size
@@ -113,14 +113,7 @@ class Lens:
         if self.joint["film"]:
             return ["full film"], np.zeros(self.clock.size, int)
         touching = self._at(record, "contact_force") > 0.0
-        events = record.events
-        own = events["joint"] == self.name
-        starts = np.sort(events["time"][own])
-        ends = np.sort((events["time"] + events["duration"])[own])
-        before = np.concatenate([self.clock[:1], self.clock[:-1]])
-        # contacts begun up to here that had not ended at the row before
-        begun, ended = np.searchsorted(starts, self.clock, side="right"), np.searchsorted(ends, before)
-        return ["free flight", "contact"], (touching | (begun > ended)).astype(int)
+        return list(FLIGHT), (touching | touched(record, self.name, self.clock)).astype(int)
 
     def draw(self, drawing: Drawing, strongest: float) -> None:
         """Circle, path and centre of the journal, force and captions, as artists of the drawing."""

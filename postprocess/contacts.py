@@ -52,8 +52,8 @@ def contacts_of(record: Record, joint: str, *, settle: float = 0.0, frame: str =
     frame: whether angles are seen from the "bearing", which turns with its body, or from the fixed axes ("world"). The
     eccentricity is interpolated linearly between the samples about the start of the contact: right to a fraction of a
     degree where samples are closer than contacts, and off by tens where the journal bounces between two samples.
-    Raises ValueError for a joint without contact law, another frame, and a mixed joint with neither events nor contact
-    force in the result.
+    Raises ValueError for a joint without contact law, another frame, a mixed joint with neither events nor contact
+    force in the result, and a run with no sample after `settle`.
     """
     joints = contact_joints(record)
     if joint not in joints:
@@ -63,6 +63,8 @@ def contacts_of(record: Record, joint: str, *, settle: float = 0.0, frame: str =
     if frame not in ("bearing", "world"):
         raise ValueError(f"frame must be bearing or world, got {frame!r}")
     time = record.time[kept(record, settle=settle)]
+    if record.time.size and not time.size:
+        raise ValueError(f"{name_of(record)} has no sample after turn {settle:g}")
     start, end = (float(time[0]), float(time[-1])) if time.size else (0.0, 0.0)
     events = record.events
     mine = events["joint"] == joint if len(events["time"]) else np.zeros(0, bool)
@@ -190,14 +192,20 @@ def contacts(
     pages = figure.subfigures(len(found), squeeze=False)[:, 0]
     for page, (joint, own) in zip(pages, found.items(), strict=True):
         _page(page, record, joint, own, frame)
-    quiet = f"no contact in joint {', '.join(none)}" if none else ""
+    quiet = _no_contact(record, none) if none else ""
     figure.suptitle(headline([record], [""], said, quiet), fontsize="medium")
     return figures.save(figure, path)
 
 
+def _no_contact(record: Record, joints: list[str]) -> str:
+    """That joints have no contact, and whether asperities, which do not count as one, may have carried load."""
+    rough = any(j.get("asperity") for j in record.scene["joints"] if j["name"] in joints)
+    return f"no contact in joint {', '.join(joints)}" + (", load on asperities left out" if rough else "")
+
+
 def _nothing(record: Record, path: str | Path, joints: list[str], said: str) -> Path:
     figure = figures.sheet(7.0, 2.0)
-    text = f"no contact in joint {', '.join(joints)}" if joints else "no joint of this scene has a contact law"
+    text = _no_contact(record, joints) if joints else "no joint of this scene has a contact law"
     figures.note(figure.add_subplot(), text)
     figure.suptitle(headline([record], [""], said), fontsize="medium")
     return figures.save(figure, path)

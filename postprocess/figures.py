@@ -89,12 +89,13 @@ def marker(i: int) -> str:
 
 
 def trajectory(axes, x: np.ndarray, y: np.ndarray, **style) -> None:
-    """A path in the plane; of points in one cell, and of strokes between the same two cells, one is drawn."""
-    cell = _cells(x) * (CELLS + 1) + _cells(y)
+    """A path in the plane, open where y is nan; of points in one cell, and of strokes between two cells, one is drawn."""
+    away = (CELLS + 1) ** 2
+    cell = np.where(np.isnan(y), away, _cells(x) * (CELLS + 1) + _cells(y))
     moved = np.flatnonzero(np.diff(cell, prepend=-1))
     x, y, cell = x[moved], y[moved], cell[moved]
     if len(x) > POINTS:
-        strokes = np.unique(cell[:-1] * (CELLS + 1) ** 2 + cell[1:], return_index=True)[1]
+        strokes = np.unique(cell[:-1] * (away + 1) + cell[1:], return_index=True)[1]
         new = np.zeros(len(x) - 1, bool)
         new[strokes] = True
         ends = np.flatnonzero(np.append(new, False) | np.append(False, new))
@@ -104,10 +105,12 @@ def trajectory(axes, x: np.ndarray, y: np.ndarray, **style) -> None:
 
 
 def _cells(values: np.ndarray) -> np.ndarray:
-    """Which of the cells along an axis each value lies in."""
-    if not len(values):
-        return np.zeros(0, np.int64)
-    return np.rint((values - values.min()) / (np.ptp(values) or 1.0) * CELLS).astype(np.int64)
+    """Which of the cells along an axis each value lies in, the first one for nan."""
+    known = ~np.isnan(values)
+    if not known.any():
+        return np.zeros(len(values), np.int64)
+    low, high = values[known].min(), values[known].max()
+    return np.rint((np.where(known, values, low) - low) / ((high - low) or 1.0) * CELLS).astype(np.int64)
 
 
 def degrees(axes, most: int = 9) -> None:
@@ -124,11 +127,13 @@ def note(axes, text: str) -> None:
     axes.set_yticks([])
 
 
-def legend_below(figure: Figure, axes, columns: int = 3) -> None:
-    """One legend for the whole page, under its panels; none where nothing has a name."""
+def legend_below(figure: Figure, axes) -> None:
+    """One legend for the whole page, under its panels, in up to three columns that fit; none where nothing is named."""
     handles, names = axes.get_legend_handles_labels()
     if names:
-        figure.legend(handles, names, loc="outside lower center", ncols=min(columns, len(names)), frameon=False)
+        fit = max(int(figure.get_size_inches()[0] / (0.7 + 0.1 * max(map(len, names)))), 1)
+        columns = min(fit, 3, len(names))
+        figure.legend(handles, names, loc="outside lower center", ncols=columns, frameon=False)
 
 
 #: lightness rises along it, so that it reads in grey too

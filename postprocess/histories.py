@@ -49,7 +49,7 @@ def histories(
     figure.suptitle(headline(records, labels), fontsize="medium")
     figure.align_ylabels()
     if len(records) > 1:
-        figures.legend_below(figure, grid[0, 0], columns=1 if max(map(len, labels)) > 40 else 3)
+        figures.legend_below(figure, grid[0, 0])
     return figures.save(figure, path)
 
 

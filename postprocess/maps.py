@@ -1,7 +1,7 @@
 """Metrics of a sweep over its parameters, as maps, curves and samples, and bifurcation diagrams of its runs."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from clearance.sweeping.index import Sweep
 
 #: metrics that a picture shows by itself, the first of each line that the sweep has; force: of a clearance joint
 TELLING = (
-    "*_acceleration_max", "drive_*_torque_max", "drive_*_force_max", "joint_*_force_max",
+    "*_acceleration_max", "drive_*_torque_rms", "drive_*_force_rms", "joint_*_force_max",
     "joint_*_film_thickness_ratio_min", "joint_*_contact_fraction", "joint_*_impacts_per_*", "dissipated_per_turn",
     "dissipated_power", "period",
 )  # fmt: skip
@@ -27,6 +27,10 @@ FEWEST = 3
 RATIO = 5.0
 #: most values with a tick each, their least distance over the axis, and letters of tick labels per inch of an axis
 TICKS, APART, LETTERS = 6, 0.08, 10.0
+#: smallest row of a map over its span, and over what it had at equal distances; with thinner ones distances are equal
+THIN = (0.03, 0.5)
+#: most values at equal distances with a tick each, per inch of an axis
+NAMES = 6.0
 #: breadth of a map [inch], of up to two beside each other and of more
 PANEL = (2.9, 1.8)
 #: cells without a colour: why, and how they are drawn
@@ -41,18 +45,20 @@ MARKS = {
 class Axis:
     """A swept parameter along an axis: its values in display units (or names) in order, and where points stand.
 
-    place: index of each chosen point into `values`; at: positions of the values along the axis.
+    place: index of each chosen point into `values`; at: positions of the values along the axis; even: whether numbers
+    stand at equal distances whatever their values.
     """
 
     name: str
     units: str
     values: np.ndarray
     place: np.ndarray
+    even: bool = False
 
     @property
     def named(self) -> bool:
         """Whether values stand beside each other at equal distances: texts, and numbers too few for a scale."""
-        return self.values.dtype.kind not in "iuf" or len(self.values) < FEWEST
+        return self.even or self.values.dtype.kind not in "iuf" or len(self.values) < FEWEST
 
     @property
     def log(self) -> bool:
@@ -300,7 +306,15 @@ def _plane(choice: Choice, x: str | None, y: str | None) -> tuple[list[Axis], li
     if len(rest) > 1:
         names = ", ".join(n for names, _ in rest for n in names)
         raise ValueError(f"a page has room for one more parameter, left are {names}: hold some of them (at)")
-    return [choice.axis(x), choice.axis(y)], _groups(choice, rest, MOST_PANELS, "panels")
+    return [_visible(choice.axis(n)) for n in (x, y)], _groups(choice, rest, MOST_PANELS, "panels")
+
+
+def _visible(axis: Axis) -> Axis:
+    """An axis of a map on which no row is too thin to see: numbers that crowd stand at equal distances."""
+    if axis.named or axis.log:
+        return axis
+    steps = np.diff(axis.values)
+    return replace(axis, even=bool(steps.min() < min(THIN[0] * steps.sum(), THIN[1] * steps.mean())))
 
 
 def _groups(choice: Choice, rest: list, most: int, what: str) -> list[tuple[str, np.ndarray]]:
@@ -338,7 +352,7 @@ def _maps(
     norm = figures.scale(values, figures.wide(values) if log == "auto" else log, whole=units == "turns")
     done = choice.sweep.done[choice.points]
     states = {"failed": choice.failed, "endless": done & np.isinf(values), "without": done & np.isnan(values)}
-    says = {"failed": "failed", "endless": "no period" if units == "turns" else "infinite", "without": "no value"}
+    says = {"failed": "failed", "endless": _endless(units), "without": "no value"}
     borders = tuple(edges(axis.at, axis.log) for axis in plane)
     for axes, (title, there) in zip(row, panels, strict=True):
         mesh = figures.cells(axes, borders, _table(plane, values, there), norm)
@@ -350,6 +364,11 @@ def _maps(
     blank = {} if finite.size else {"ticks": []}
     figures.colour_bar(figure, mesh, list(row), axis_label(text, units, 2.0), **blank)
     return {says[s]: MARKS[s] for s, where in states.items() if where.any()}
+
+
+def _endless(units: str) -> str:
+    """What an infinite value means: of a period, that none was found."""
+    return "not periodic within the run" if units == "turns" else "infinite"
 
 
 def _table(plane: list[Axis], values: np.ndarray, there: np.ndarray) -> np.ndarray:
@@ -383,7 +402,8 @@ def _scale(axes, which: str, axis: Axis, length: float) -> None:
     fits = which == "y" or sum(len(t) + 1.5 for t in texts) <= LETTERS * length
     steps = np.diff(np.log(axis.at) if axis.log else axis.at)
     if axis.named or (fits and len(texts) <= TICKS and steps.min() > APART * steps.sum()):
-        side.set_ticks(axis.at, texts)
+        every = -(-len(texts) // int(NAMES * length)) if axis.even else 1
+        side.set_ticks(axis.at[::every], texts[::every])
         side.set_ticks([], minor=True)
         if not fits:
             axes.tick_params(axis="x", labelrotation=30.0)
@@ -426,7 +446,7 @@ def curves(
     for axes, name in zip(panels, names, strict=True):
         _curves(axes, choice, choice.axis(x), name, groups, styles)
     figure.suptitle(_with_crosses(choice, width), fontsize="medium")
-    figures.legend_below(figure, panels[0], columns=_columns(groups, width))
+    figures.legend_below(figure, panels[0])
     return figures.save(figure, path)
 
 
@@ -439,11 +459,6 @@ def _styles(figure, panels: list, choice: Choice, rest: list, groups: list) -> l
     axis = choice.axis(names[0])
     own = axis.values[[axis.place[np.argmax(there)] for _, there in groups]]
     return [{"color": c, "marker": "."} for c in figures.bar_of_values(figure, panels, own, axis.log, axis.label)]
-
-
-def _columns(groups: list, width: float) -> int:
-    """Columns of a legend that a page [inch] has room for."""
-    return max(int(width / (0.7 + 0.1 * max(len(label) for label, _ in groups))), 1)
 
 
 def _with_crosses(choice: Choice, width: float) -> str:
@@ -481,8 +496,8 @@ def _absent(axes, at: np.ndarray, choice: Choice, values: np.ndarray, units: str
         axes.plot(at[choice.failed], np.zeros(choice.failed.sum()), "x", **style)
     endless = int(np.isinf(values).sum())
     if endless:
-        what = "have no period" if units == "turns" else "are infinite"
-        axes.set_title(f"{endless} of {len(values)} {what}", fontsize="small", loc="right", color="0.3")
+        said = f"{endless} of {len(values)} {_endless(units)}"
+        axes.set_title(said, fontsize="small", loc="right", color="0.3")
     if not np.isfinite(values).any():
         axes.text(0.5, 0.5, "no value", ha="center", va="center", transform=axes.transAxes, color="0.3")
         axes.set_yticks([])

@@ -1,19 +1,21 @@
 """First pictures of a run."""
 
-import json
 import textwrap
 from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-from clearance.postprocess.figures import POINTS, finish, line, save, sheet
+from clearance.postprocess.figures import finish, line, save, sheet, trajectory
 
-from clearance.results import Result
+from clearance.results import Record, Result
 
 #: states of a mixed joint and their colours
 STATES = {"full film": "tab:blue", "mixed": "tab:orange", "dry": "tab:red"}
+#: states of a dry joint and their colours
+FLIGHT = {"free flight": "0.55", "contact": STATES["dry"]}
+MEMBERSHIPS = [f"membership_{state.replace(' ', '_')}" for state in STATES]
 #: channels of a mixed joint that its states are drawn from
-OF_STATES = {"film_thickness_ratio", "asperity_share", *(f"membership_{s.replace(' ', '_')}" for s in STATES)}
+OF_STATES = {"film_thickness_ratio", "asperity_share", *MEMBERSHIPS}
 
 
 def overview(result: Result, path: str | Path) -> Path:
@@ -67,9 +69,8 @@ def orbits(result: Result, path: str | Path, *, joints: str | Iterable[str] | No
 
 def title(result: Result) -> str:
     """Drive speed, clearance joints and status in a line."""
-    scene = json.loads(result.attributes["scene"])
     parts = [] if result.turn is None else [f"{60.0 / result.turn:.4g} rpm"]
-    for joint in scene["joints"]:
+    for joint in result.scene["joints"]:
         if joint["type"] == "ClearanceRevolute":
             kind = "mixed" if joint.get("transition") else "lubricated" if joint["film"] else "dry"
             parts.append(f"{joint['name']} {kind} c = {joint['clearance'] * 1e3:.3g} mm")
@@ -78,7 +79,7 @@ def title(result: Result) -> str:
 
 def motion(result: Result, axes) -> None:
     """Acceleration of the last body (the slider of most mechanisms) along its larger component."""
-    name = list(json.loads(result.attributes["scene"])["bodies"])[-1]["name"]
+    name = result.scene["bodies"][-1]["name"]
     channels = result[name]
     component = max(("ax", "ay"), key=lambda c: np.ptp(getattr(channels, c)))
     line(axes, result.time, getattr(channels, component), label=name)
@@ -119,44 +120,82 @@ def energy(result: Result, axes) -> None:
 
 
 def orbit(result: Result, joint: str, axes) -> None:
-    """Path of the journal's centre in the clearance circle."""
-    scene = json.loads(result.attributes["scene"])
-    clearance = next(j["clearance"] for j in scene["joints"] if j["name"] == joint)
-    e = result.joint(joint).eccentricity / clearance
+    """Path of the journal's centre in the clearance circle, coloured by what the joint is doing.
+
+    Joints with a film that is never shared have their smallest gap marked instead.
+    """
+    law = next(j for j in result.scene["joints"] if j["name"] == joint)
+    e = result.joint(joint).eccentricity / law["clearance"]
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
     axes.plot(np.cos(angle), np.sin(angle), color="black", lw=0.8)
-    every = max(len(e) // POINTS, 1)
-    if "membership_dry" in result.file["joints"][joint]:
-        state = _states(result, joint)[::every]
-        for i, (name, colour) in enumerate(STATES.items()):
-            path = np.where(state[:, None] == i, e[::every], np.nan)
-            axes.plot(path[:, 0], path[:, 1], lw=1.0, color=colour, label=name)
+    if set(MEMBERSHIPS) <= set(result.names(f"joints/{joint}")):
+        _coloured(axes, *e.T, _states(result, joint), STATES, trajectory)
+    elif law["film"]:
+        trajectory(axes, *e.T, color=STATES["full film"])
+        far = np.hypot(*e.T)
+        label = f"smallest gap {1.0 - far.max():.3g} c"
+        axes.plot(*e[far.argmax()], "D", ms=3.5, color="tab:orange", label=label, zorder=3)
     else:
-        axes.plot(e[::every, 0], e[::every, 1], lw=0.6)
-    axes.plot(*e[-1], "o", ms=4, color="tab:red")
+        _coloured(axes, *e.T, touched(result, joint, result.time).astype(int), FLIGHT, trajectory)
+    axes.plot(*e[-1], "o", ms=4, color="black")
     axes.set_aspect("equal")
     axes.set_xlabel("eccentricity x / c [-]")
     axes.set_ylabel("eccentricity y / c [-]")
-    axes.set_title(f"journal path, joint {joint}", fontsize="medium")
+    axes.set_title(f"journal path, joint {joint} (fixed axes; dot: end)", fontsize="medium", pad=20)
+    handles = axes.get_legend_handles_labels()[0]
+    axes.legend(
+        fontsize="small",
+        loc="lower center",
+        bbox_to_anchor=(0.5, 1.0),
+        borderpad=0.0,
+        ncols=len(handles),
+        frameon=False,
+    )
+
+
+def _coloured(axes, x: np.ndarray, y: np.ndarray, state: np.ndarray, colours: dict, draw) -> None:
+    """A curve (n,) in the colours of states, index `state` (n,) into them; `draw` puts each on the axes."""
+    for i, (name, colour) in enumerate(colours.items()):
+        here = state == i
+        here[:-1] |= here[1:]  # a state holds from the sample before on
+        if here.any():
+            draw(axes, x, np.where(here, y, np.nan), color=colour, lw=1.0, label=name)
 
 
 def _states(result: Result, joint: str) -> np.ndarray:
     """Index of the state (full film, mixed, dry) with the largest membership, for every sample."""
-    channels = result.joint(joint)
-    return np.argmax([channels.membership_full_film, channels.membership_mixed, channels.membership_dry], axis=0)
+    return np.argmax([result.values(f"joints/{joint}/{name}") for name in MEMBERSHIPS], axis=0)
+
+
+def touched(record: Record, joint: str, clock: np.ndarray) -> np.ndarray:
+    """Whether a contact event of a joint lies between each time of the ascending clock (n,) [s] and the one before."""
+    events = record.events
+    own = events["joint"] == joint
+    starts = np.sort(events["time"][own])
+    ends = np.sort((events["time"] + events["duration"])[own])
+    before = np.concatenate([clock[:1], clock[:-1]])
+    # contacts begun up to here that had not ended at the time before
+    return np.searchsorted(starts, clock, side="right") > np.searchsorted(ends, before)
 
 
 def regimes(result: Result, joint: str, axes, turns: float = 2.0) -> None:
-    """Film thickness ratio over the last turns of a mixed joint, coloured by its state, and who carries the load."""
+    """Film thickness ratio over the last turns of a mixed joint, coloured by its state, and who carries the load.
+
+    Dotted: the thresholds of the joint's transition law.
+    """
     time, channels = result.time, result.joint(joint)
-    speed = next((d["speed"] for d in json.loads(result.attributes["scene"])["loads"] if d.get("speed")), None)
-    late = time >= time[-1] - turns * (2.0 * np.pi / abs(speed) if speed else time[-1] / 4.0)
+    late = time >= time[-1] - turns * (result.turn or time[-1] / 4.0)
     ratio, state = channels.film_thickness_ratio[late], _states(result, joint)[late]
-    for i, (name, colour) in enumerate(STATES.items()):
-        axes.plot(time[late], np.where(state == i, ratio, np.nan), color=colour, lw=1.2, label=name)
-    axes.set_yscale("symlog", linthresh=1.0)
-    for level in (1.0, 3.0):
-        axes.axhline(level, color="0.7", lw=0.6, ls=":")
+    _coloured(axes, time[late], ratio, state, STATES, lambda axes, *curve, **style: axes.plot(*curve, **style))
+    if ratio.min() > 0.0:
+        axes.set_yscale("log")
+    else:
+        axes.set_yscale("symlog", linthresh=0.1)
+    law = next(j for j in result.scene["joints"] if j["name"] == joint)["transition"]
+    for name in ("dry", "mixed", "full"):
+        axes.axhline(law[name], color="0.5", lw=0.6, ls=":")
+        place = {"transform": axes.get_yaxis_transform(), "ha": "right", "va": "bottom", "fontsize": "small"}
+        axes.text(0.995, law[name], f"{name} {law[name]:g}", color="0.3", **place)
     axes.set_title(f"joint {joint}", fontsize="medium", loc="right")
     finish(axes, "film thickness ratio [-]")
     right = axes.twinx()

@@ -26,10 +26,12 @@ Pair = tuple[str, str]
 def section_times(record: Record, angle: float = 0.0, settle: float = 2.0) -> np.ndarray:
     """Times [s] at which the drive passes `angle` [rad], once a turn, after `settle` turns; the end counts.
 
-    Raises ValueError where no drive turns at constant speed, and for an angle or settle that is no number of its kind.
+    Raises ValueError where no drive turns at constant speed, and for an angle or settle that is none or out of range.
     """
     if not np.isfinite(angle):
         raise ValueError(f"angle must be finite [rad], got {angle!r}")
+    if abs(angle) > 2.0 * np.pi + 1e-9:
+        raise ValueError(f"angle {angle:g} rad is more than a turn; did you mean {angle:g}deg?")
     if not (np.isfinite(settle) and settle >= 0.0):
         raise ValueError(f"settle must be a number of turns, not negative, got {settle!r}")
     turn, time = turn_of(record), record.time
@@ -67,8 +69,8 @@ def portrait(
     """Phase portraits, a panel for each pair of channels (x, y), without the first `settle` turns; saved under `path`.
 
     pairs: default the position and velocity, and the velocity and acceleration, of the last body. Of points and strokes
-    closer than a 4000th of the axes one is drawn. Raises ValueError for unknown channels and for settled turns where
-    no drive turns at constant speed.
+    closer than a 4000th of the axes one is drawn. Raises ValueError for unknown channels, for settled turns where no
+    drive turns at constant speed, and for a run with no sample after them.
     """
     records = several(records)
     labels, pairs = labels_of(records, labels), _pairs(pairs) or _motion(records[0])
@@ -78,7 +80,7 @@ def portrait(
             _path(axes, record, pair, settle, figures.stroke(i, len(records)) | {"label": label})
         _finish(axes, records[0], pair)
         if not any(len(line.get_xdata()) for line in axes.lines):
-            figures.note(axes, f"no sample after turn {settle:g}")
+            figures.note(axes, "no samples")
     first = f"from turn {settle:g} on" if settle else ""
     return _saved(figure, panels, records, labels, first, path)
 
@@ -97,8 +99,8 @@ def poincare(
 
     pairs: default the journal's centre over the clearance in `joint` (default: the first clearance joint), and the
     velocity and acceleration of the last body; settle: turns left out at the start. How values are found between
-    samples stands in the title. Raises ValueError for unknown joints and channels, and where no drive turns at
-    constant speed.
+    samples stands in the title. Raises ValueError for unknown joints and channels, where no drive turns at constant
+    speed, and for a run with no passage after `settle`.
     """
     records = several(records)
     labels, pairs = labels_of(records, labels), _pairs(pairs) or _journal(records[0], joint) + _motion(records[0])[1:]
@@ -110,7 +112,7 @@ def poincare(
         ]
         _finish(axes, records[0], pair)
         if not any(counts):
-            figures.note(axes, f"no passage after turn {settle:g}")
+            figures.note(axes, "no samples")
     target, how = drive_angle(records[0])[2], _how(records, pairs, angle, settle)
     turns = " / ".join(dict.fromkeys(str(n) for n in counts))
     said = f"{target} angle {np.degrees(angle):.4g}°, {turns} passages from turn {settle:g} on, {how}".removesuffix(
@@ -213,11 +215,15 @@ def _sheet(count: int):
 def _path(axes, record: Record, pair: Pair, settle: float, style: dict) -> None:
     found = kept(record, settle=settle)
     x, y = (series(record, name)[0][found] for name in pair)
+    if record.time.size and not x.size:
+        raise ValueError(f"{name_of(record)} has no sample after turn {settle:g}")
     figures.trajectory(axes, x, y, **style)
 
 
 def _points(axes, record: Record, pair: Pair, angle: float, settle: float, style: dict) -> int:
     found = section(record, pair, angle, settle)
+    if record.time.size and not len(found):
+        raise ValueError(f"{name_of(record)} has no passage of the section after turn {settle:g}")
     axes.plot(found[:, 0], found[:, 1], **style)
     return len(found)
 

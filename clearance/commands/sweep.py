@@ -2,8 +2,12 @@
 
 import argparse
 import json
+import logging
+import signal
 import sys
+import threading
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 from clearance.commands.common import (
@@ -19,8 +23,9 @@ from clearance.commands.common import (
 
 SHOWN = 12  # metrics in the summary
 EXAMPLES = """\
--p NAME=VALUES takes LO:HI:N (N values), LO:HI:N:log, or a comma list; several of them make a grid. Texts with
-semicolons are lists of texts: joints="B;B,C;B,C,E". With --sample N ranges are LO:HI or LO:HI:log.
+-p NAME=VALUES takes LO:HI:N (N values), LO:HI:N:log, or a comma list; several of them make a grid. Parameters whose
+values have commas themselves (joints, thresholds) take lists with semicolons: joints="B;B,C;B,C,E". With --sample N
+ranges are LO:HI or LO:HI:log.
 
   clearance sweep six_bar_feeder -p speed=100rpm:600rpm:20 -p clearance=0.05mm:0.5mm:20 --turns 4 -o map
   clearance sweep slider_crank -p model=dry -p speed=50rpm,100rpm --turns 50 --channels "joints/C/ecc*,bodies/slider"
@@ -76,18 +81,22 @@ def run(options) -> int:
         case = find_case(options.case)
         points, fixed = _points(options, case)
     shown = _Progress(options)
+    if not shown.quiet:  # compiling takes a while; what becomes of points is told by the progress
+        logging.basicConfig(level=logging.INFO, format="clearance: %(message)s")
+        logging.getLogger("clearance.sweep").propagate = False
     began, failure = time.perf_counter(), None
     if options.turns is None and options.until is None:
         options.turns = 2.0
     try:
-        found = sweep(
-            options.case, points, options.output or f"{case.name}_sweep", fixed=fixed,
-            channels=channel_patterns(options.channels), compression=options.compression, settle=options.settle,
-            metrics=options.metric, workers=options.workers, scheduler=options.scheduler,
-            retry_failed=options.retry_failed, progress=shown, turns=options.turns, until=options.until,
-            rtol=options.rtol, method=options.method, max_step=options.max_step, max_steps=options.max_steps,
-            samples_per_turn=options.samples_per_turn,
-        )  # fmt: skip
+        with quiet(options), _terminable():
+            found = sweep(
+                options.case, points, options.output or f"{case.name}_sweep", fixed=fixed,
+                channels=channel_patterns(options.channels), compression=options.compression, settle=options.settle,
+                metrics=options.metric, workers=options.workers, scheduler=options.scheduler,
+                retry_failed=options.retry_failed, progress=shown, turns=options.turns, until=options.until,
+                rtol=options.rtol, method=options.method, max_step=options.max_step, max_steps=options.max_steps,
+                samples_per_turn=options.samples_per_turn,
+            )  # fmt: skip
     except SweepError as error:
         failure, found = str(error), error.sweep
     except KeyboardInterrupt:
@@ -133,18 +142,27 @@ def _points(options, case):
 
 
 def _listed(case, texts: dict[str, str], name: str) -> str:
-    """The text of a parameter; one that the case takes as a whole, such as joints=B,C, is one value.
+    """The text of a parameter; where values have commas themselves, such as joints=B,C, semicolons make lists."""
+    text, parameter = texts[name], case.parameters[name]
+    whole = parameter.kind is str and ("comma list" in parameter.text or "," in str(parameter.default))
+    return f"{text};" if whole and ";" not in text else text
 
-    Semicolons tell a list from that.
-    """
-    text = texts[name]
-    if case.parameters[name].kind is not str or "," not in text or ";" in text:
-        return text
+
+@contextmanager
+def _terminable():
+    """A request to end (a cluster's, at the end of a job's time) is taken as an interrupt is: in order."""
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, interrupt)
     try:
-        case.scene(**{name: text})
-    except ValueError:
-        return text
-    return f"{text};" if text else text
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 class _Progress:

@@ -19,8 +19,8 @@ class Definition:
 
     case: name, or path to a case file; source: digest of its text; fixed: parameters that all points share; options:
     keywords of `simulate` (turns, rtol, ...); keep: patterns of the channels kept in run files, () for no files, None
-    for all; compression: gzip level; settle: turns left out of the metrics; own: a user's metrics as "file.py:name";
-    units: of the parameters.
+    for all; compression: gzip level; settle: turns left out of the metrics; own: a user's metrics, each
+    "file.py:name" and the digest of the file; units: of the parameters.
     """
 
     case: str
@@ -32,7 +32,7 @@ class Definition:
     keep: tuple[str, ...] | None
     compression: int
     settle: float | None
-    own: tuple[str, ...]
+    own: tuple[tuple[str, str], ...]
     units: dict[str, str]
 
     @property
@@ -71,6 +71,8 @@ class Definition:
         """What another definition has differently, in words."""
         found = []
         mine, theirs = json.loads(self.to_json()), json.loads(other.to_json())
+        for document in (mine, theirs):  # a directory may be moved
+            document["own"] = [[reference.rpartition("/")[2], digest] for reference, digest in document["own"]]
         for name in ("case", "fixed", "options", "keep", "compression", "settle", "own"):
             if mine[name] != theirs[name]:
                 found.append(f"{name} {_short(theirs[name])} instead of {_short(mine[name])}")
@@ -78,7 +80,7 @@ class Definition:
             found.append("the case file has been changed since")
         one, two = self.points.columns, other.points.columns
         for name in dict.fromkeys([*one, *two]):
-            if one.get(name) != two.get(name):
+            if sorted(map(str, one.get(name, ()))) != sorted(map(str, two.get(name, ()))):
                 found.append(f"{name} {_range(two.get(name))} instead of {_range(one.get(name))}")
         if not found and mine["points"] != theirs["points"]:
             found.append("the order of its points")
@@ -121,18 +123,21 @@ def read(folder: Path) -> Definition | None:
         return None
     try:
         document = json.loads(path.read_text())
-        if document.pop("format") != FORMAT:
+        form, version = document.pop("format"), int(document.pop("format_version"))
+    except (KeyError, TypeError, AttributeError, ValueError) as error:
+        raise ValueError(f"{path} is not the definition of a sweep: {error!r}") from None
+    if version > FORMAT_VERSION:
+        raise ValueError(
+            f"{path} was written by a newer clearance (format {version}; this one reads up to {FORMAT_VERSION})"
+        )
+    try:
+        if form != FORMAT:
             raise KeyError("format")
-        version = document.pop("format_version")
-        if version > FORMAT_VERSION:
-            raise ValueError(
-                f"{path} was written by a newer clearance (format {version}; this one reads up to {FORMAT_VERSION})"
-            )
         points = document.pop("points")
         axes = tuple((tuple(names), count) for names, count in points["axes"])
         columns = {n: tuple(v) for n, v in points["columns"].items()}
-        for name in ("keep", "own"):
-            document[name] = document[name] if document[name] is None else tuple(document[name])
+        document["keep"] = None if document["keep"] is None else tuple(document["keep"])
+        document["own"] = tuple(map(tuple, document["own"]))
         return Definition(points=Points(columns, axes, points["sampled"]), **document)
-    except (KeyError, TypeError, json.JSONDecodeError) as error:
+    except (KeyError, TypeError, AttributeError, ValueError) as error:
         raise ValueError(f"{path} is not the definition of a sweep: {error!r}") from None

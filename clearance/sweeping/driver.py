@@ -18,15 +18,17 @@ from clearance.sweeping.definition import Definition
 from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.index import Sweep, outcomes, verified
 from clearance.sweeping.journal import DONE, FAILED, LOST, Journal, Outcome
-from clearance.sweeping.order import Queue
-from clearance.sweeping.points import Points
+from clearance.sweeping.order import Queue, shuffled
+from clearance.sweeping.points import Points, plain
 from clearance.sweeping.teams import Dask, Processes, prepare_start
 from clearance.sweeping.worker import NO_SPACE, load_function
 
 LOG = logging.getLogger("clearance.sweep")
+TRIED = 16  # points that are built before any is run
 ATTEMPTS = 3  # times that a point may lose its worker
 LOOK = 0.2  # seconds between two reports of the progress
 SAVE = 30.0  # seconds between two writings of the index
+REAL = ("turns", "until", "rtol", "samples_per_turn", "max_step")
 OPTIONS = (
     "turns", "until", "rtol", "method", "samples_per_turn", "samples", "energy", "max_step", "max_steps"
 )  # fmt: skip
@@ -94,17 +96,31 @@ def sweep(
     if workers is not None and scheduler is not None:
         raise ValueError("give workers (processes here) or a scheduler (a cluster's), not both")
     folder = Path(folder).absolute()
-    existing = definitions.read(folder)
-    if existing is not None and (different := definition.differences(existing)):
-        raise ValueError(f"{folder} holds another sweep: {'; '.join(different)}; give another directory")
+    existing = _existing(folder, definition)
     if scheduler is None:
         prepare_start()
     _try_first(definition)
-    (folder / "runs").mkdir(parents=True, exist_ok=True)
+    folder.mkdir(parents=True, exist_ok=True)
     with _locked(folder), _logged(folder):
-        if existing is None:
+        if existing != definition:  # there is none, or its files have moved
             definitions.write(definition, folder)
+        (folder / "runs").mkdir(exist_ok=True)
         return _Driver(definition, folder, progress).run(workers, scheduler, retry_failed)
+
+
+def _existing(folder: Path, definition: Definition) -> Definition | None:
+    """The definition in a directory; None where there is none.
+
+    Raises ValueError where it is another one, or the directory is for other things.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"{folder} is a file; give a directory")
+    found = definitions.read(folder)
+    if found is None and (other := [n for n in ("journal.jsonl", "runs", "sweep.h5") if (folder / n).exists()]):
+        raise ValueError(f"{folder} has {', '.join(other)} but no sweep.json that says of what; give another directory")
+    if found is not None and (different := definition.differences(found)):
+        raise ValueError(f"{folder} holds another sweep: {'; '.join(different)}; give another directory")
+    return found
 
 
 def define(case, points, fixed, channels, compression, settle, own, options) -> Definition:
@@ -121,47 +137,56 @@ def define(case, points, fixed, channels, compression, settle, own, options) -> 
     if unknown := [n for n in options if n not in OPTIONS]:
         raise TypeError(f"sweep has no option {unknown[0]!r}; of simulate it takes {', '.join(OPTIONS)}")
     filters(compression)
+    if isinstance(channels, str):
+        raise TypeError(f"channels must be a list of paths or patterns, got the text {channels!r}")
+    kinds = {n: p.kind for n, p in known.items()}
     if settle is not None:
         settle = checks.non_negative("settle", settle)
     own_case = found.path.parent != library()
     return Definition(
         case=found.name, path=str(found.path.resolve()) if own_case else found.name,
-        source=definitions.digest(found.path), points=points,
-        fixed={n: _plain(n, v) for n, v in fixed.items()}, options={n: v for n, v in options.items() if v is not None},
+        source=definitions.digest(found.path), points=points.typed(kinds),
+        fixed={n: plain(n, v, kinds[n]) for n, v in fixed.items()},
+        options={n: _option(n, v) for n, v in options.items() if v is not None},
         keep=None if channels is None else tuple(channels), compression=compression, settle=settle,
         own=tuple(_reference(f) for f in own), units={n: known[n].units for n in (*points.columns, *fixed)},
     )  # fmt: skip
 
 
-def _plain(name: str, value: object) -> object:
-    value = value.item() if hasattr(value, "item") else value
-    if not isinstance(value, int | float | str | bool):
-        raise TypeError(f"{name}: a sweep keeps numbers and texts, got {value!r}")
-    return value
+def _option(name: str, value: object) -> object:
+    """The same however it was written: 2 turns are 2.0 turns."""
+    return float(value) if name in REAL and isinstance(value, int) else value
 
 
-def _reference(function: Callable | str) -> str:
-    """A metric as "file.py:name", which every worker can find."""
+def _reference(function: Callable | str) -> tuple[str, str]:
+    """A metric as "file.py:name", which every worker can find, and the digest of the file."""
     if not isinstance(function, str):
         path = getattr(getattr(function, "__code__", None), "co_filename", "")
         if not Path(path).is_file() or function.__qualname__ != function.__name__ or function.__name__ == "<lambda>":
             raise ValueError(
                 f"metric {function!r} must be a function at the top level of a file, so that workers can load it"
             )
-        function = f"{path}:{function.__name__}"
+        if function.__module__ == "__main__":
+            raise ValueError(
+                f"metric {function.__name__} stands in the script that is running; put it into a file of its own"
+            )
+        return f"{Path(path).resolve()}:{function.__name__}", definitions.digest(Path(path))
     path, _, name = function.rpartition(":")
-    reference = f"{Path(path).resolve()}:{name}"
-    load_function(reference)
+    if not Path(path).is_file():
+        raise ValueError(f"metric {function!r}: expected FILE.py:FUNCTION, and there is no file {path!r}")
+    reference = f"{Path(path).resolve()}:{name}", definitions.digest(Path(path))
+    load_function(*reference)
     return reference
 
 
 def _try_first(definition: Definition) -> None:
     """Build and compile what the first points need: wrong input shows here, before anything is written.
 
-    One point that cannot be built will be recorded as failed; where no point of the first few can, the input is wrong.
+    A point that cannot be built will be recorded as failed; where none of some points all over can, the input is wrong.
     """
     case, failure = find_case(definition.path), None
-    for index in range(min(len(definition.points), 8)):
+    first = dict.fromkeys([0, *shuffled(list(range(len(definition.points))))[:TRIED]])
+    for index in first:
         try:
             run = prepare(case.scene(**definition.values(index)), **definition.options)
             chosen(run.mechanism.structure.channels, definition.keep or None)
@@ -191,9 +216,11 @@ def _locked(folder: Path):
     with open(folder / "lock", "a+") as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
+        except BlockingIOError:
             lock.seek(0)
             raise ValueError(f"{folder} is in use: {lock.read().strip() or 'another process'} is sweeping it") from None
+        except OSError as error:
+            LOG.warning("this file system has no locks (%s): see that nobody else sweeps %s", error, folder)
         lock.truncate(0)
         lock.write(f"process {os.getpid()} on {os.uname().nodename}")
         lock.flush()
@@ -216,6 +243,11 @@ def _logged(folder: Path):
         handler.close()
 
 
+def _cores() -> int:
+    """Processors that this process may use: of a job on a cluster those it was given."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 class _Driver:
     """Hands out points and keeps what comes back."""
 
@@ -233,18 +265,16 @@ class _Driver:
         pending, found = self._pending(retry_failed)
         self.before = len(self.definition.points) - len(pending)
         LOG.info("%s: %d points, %d to run", self.definition.case, len(self.definition.points), len(pending))
-        interrupted = False
+        interrupted = True  # until the work has ended
         self.journal = Journal(self.folder)
         try:
             for outcome in found:  # runs whose files the journal did not know
                 self.journal.add(outcome)
             if pending:
                 self._work(pending, workers, scheduler)
-        except KeyboardInterrupt:
-            interrupted = True
-            raise
+            interrupted = False
         except OSError as error:
-            self.stop = self.stop or f"the journal cannot be written: {error}"
+            self.stop = self.stop or f"the sweep cannot go on: {type(error).__name__}: {error}"
         finally:
             result = self._finish(interrupted)
         if self.stop:
@@ -272,7 +302,7 @@ class _Driver:
         if scheduler is not None:
             team = Dask(str(self.folder), stamp, scheduler)
         else:
-            team = Processes(str(self.folder), stamp, min(workers or os.cpu_count() or 1, len(pending)))
+            team = Processes(str(self.folder), stamp, min(workers or _cores(), len(pending)))
         hand: set[int] = set()
         try:
             while (queue or hand) and not self.stop:
@@ -309,7 +339,11 @@ class _Driver:
         else:
             self.in_a_row = 0
         outcome = replace(outcome, key=self.definition.keys[index])
-        self.journal.add(outcome)
+        try:
+            self.journal.add(outcome)
+        except OSError as error:
+            self.stop = f"the journal cannot be written: {error}"
+            return
         queue.learn(index, outcome.wall)
         self.ended += 1
         self.counts[outcome.status] += 1
@@ -341,7 +375,7 @@ class _Driver:
         os.fsync(self.journal.file.fileno())
         result = Sweep(self.folder)
         result.write()
-        LOG.info("%d done, %d failed", self.counts[DONE], self.counts[FAILED] + self.counts[LOST])
+        LOG.info("%d done, %d failed, %d lost", *self.counts.values())
         return result
 
     def _finish(self, interrupted: bool) -> Sweep:
@@ -353,7 +387,7 @@ class _Driver:
             self.stop = self.stop or f"the index cannot be written: {error}"
             result = Sweep(self.folder)
         why = "interrupted" if interrupted else self.stop or "finished"
-        LOG.info("%s: %d done, %d failed", why, self.counts[DONE], self.counts[FAILED] + self.counts[LOST])
+        LOG.info("%s: %d done, %d failed, %d lost", why, *self.counts.values())
         if not interrupted:
             self._report(0, last=True)
         return result

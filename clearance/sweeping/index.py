@@ -47,11 +47,12 @@ class Sweep:
     def _from_index(self) -> bool:
         """Whether the index knows all that the journal does, and could be read."""
         path = self.folder / "sweep.h5"
+        journal = _size(self.folder / "journal.jsonl")
         if not path.exists():
             return False
         try:
             with open_checked(path, "sweep index", definitions.FORMAT, definitions.FORMAT_VERSION) as file:
-                if file.attrs["journal_bytes"] != _size(self.folder / "journal.jsonl"):
+                if journal and file.attrs["journal_bytes"] != journal:
                     return False
                 if file.attrs["definition"] != self.definition.to_json():
                     return False
@@ -165,19 +166,24 @@ class Sweep:
         return [n for n in self.definition.points.columns if n not in named]
 
     def select(self, **values) -> np.ndarray:
-        """Places of the points where parameters have these values; numbers the nearest that was swept."""
+        """Places of the points where parameters have these values, numbers to six digits."""
         chosen = np.ones(self.count, dtype=bool)
         for name, wanted in values.items():
             if name not in self.columns:
                 raise ValueError(f"{name} is not swept here; swept are {', '.join(self.columns)}")
             column = self.columns[name]
-            if column.dtype.kind in "iuf":
-                wanted = column[np.argmin(np.abs(column - wanted))]
-            chosen &= column == wanted
+            if column.dtype.kind in "iuf" and isinstance(wanted, int | float | np.number):
+                fits = np.isclose(column, wanted, rtol=1e-6, atol=0.0)
+            else:
+                fits = column == wanted
+            if not np.any(fits):
+                near = list(dict.fromkeys(column.tolist()))
+                raise ValueError(f"{name}={wanted!r} was not swept; there are {', '.join(map(str, near[:20]))}")
+            chosen &= fits
         return np.flatnonzero(chosen)
 
     def run(self, index: int | None = None, **values) -> Result:
-        """One run, by its place or by parameter values (numbers: the nearest): opened, read lazily.
+        """One run, by its place or by parameter values: opened, read lazily.
 
         Raises ValueError where the values fit no or several points, or the point has no file.
         """
@@ -192,7 +198,7 @@ class Sweep:
             raise ValueError(f"{self.folder} keeps no run files: it was made with summaries only")
         path = self.path(index)
         if not path.exists():
-            why = self.reason[index] or "it has not been run"
+            why = self.reason[index] or ("it is lost; sweep again" if self.done[index] else "it has not been run")
             raise ValueError(f"point {index} ({self.definition.says(index)}) has no file: {why}")
         return open_result(path)
 
@@ -232,6 +238,8 @@ def outcomes(folder: Path, definition: definitions.Definition) -> tuple[list[Out
         known.update(outcome.known)
         if outcome.index < len(definition.keys) and outcome.key == definition.keys[outcome.index]:
             found[outcome.index] = outcome
+    if not found:
+        found, known = _from_index(folder, definition)
     for index, key in enumerate(definition.keys) if definition.files else ():
         if index not in found and (path := folder / "runs" / f"{key}.h5").exists():
             outcome = from_file(path, index, key)
@@ -239,6 +247,23 @@ def outcomes(folder: Path, definition: definitions.Definition) -> tuple[list[Out
                 found[index] = outcome
                 known.update(outcome.known)
     return list(found.values()), known
+
+
+def _from_index(folder: Path, definition: definitions.Definition) -> tuple[dict[int, Outcome], dict]:
+    """What the index knows of a sweep that has lost its journal; where there are files, they tell."""
+    index = Sweep.__new__(Sweep)
+    index.folder, index.definition, index.count = folder, definition, len(definition.points)
+    if definition.files or not index._from_index():
+        return {}, {}
+    found = {}
+    for i in np.flatnonzero(index.status != MISSING).tolist():
+        values = {n: float(v[i]) for n, v in index.metrics.items()}
+        costs = {n: index.costs[n][i].item() for n in RUN_COLUMNS}
+        found[i] = Outcome(
+            i, definition.keys[i], str(index.status[i]), str(index.reason[i]), values, index.known,
+            only_in_file=True, **costs,
+        )  # fmt: skip
+    return found, index.known
 
 
 def from_file(path: Path, index: int, key: str) -> Outcome | None:

@@ -96,6 +96,8 @@ def read(path: Path) -> Iterator[Outcome]:
             try:
                 document = json.loads(line)
                 document["known"] = {n: tuple(k) for n, k in document.get("known", {}).items()}
-                yield Outcome(**({"key": "", "status": LOST} | document))
+                found = Outcome(**({"key": "", "status": LOST} | document))
+                if isinstance(found.index, int) and found.status in (DONE, FAILED, LOST):
+                    yield found
             except (ValueError, TypeError, AttributeError):
                 continue

@@ -19,7 +19,7 @@ class Queue:
 
     def __init__(self, points: Points, pending: list[int]):
         self.place = _places(points)
-        self.waiting = deque(_shuffled(pending))
+        self.waiting = deque(shuffled(pending))
         self.wall: dict[int, float] = {}
         self.next_guess = FIRST
 
@@ -61,6 +61,6 @@ def _places(points: Points) -> np.ndarray:
     return np.stack(columns, axis=1)
 
 
-def _shuffled(pending: list[int]) -> list[int]:
+def shuffled(pending: list[int]) -> list[int]:
     """Early points lie far apart along every axis; always in the same order."""
     return np.random.default_rng(0).permutation(pending).tolist()

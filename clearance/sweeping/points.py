@@ -39,15 +39,44 @@ class Points:
         """Every point of one with every point of the other."""
         if twice := sorted(self.columns.keys() & other.columns.keys()):
             raise ValueError(f"points: {twice[0]} is swept twice")
+        if self.sampled and other.sampled:
+            raise ValueError("points: draw all parameters in one call of sampled")
         columns = {n: tuple(v for v in values for _ in range(len(other))) for n, values in self.columns.items()}
         columns |= {n: tuple(values) * len(self) for n, values in other.columns.items()}
         return Points(columns, self.axes + other.axes, self.sampled or other.sampled)
+
+    def typed(self, kinds: dict[str, type]) -> "Points":
+        """Values of the kinds that the case declares; drawn whole numbers are rounded.
+
+        Raises ValueError for what is no such value.
+        """
+        columns = {n: tuple(plain(n, v, kinds[n], self.sampled) for v in vs) for n, vs in self.columns.items()}
+        return Points(columns, self.axes, self.sampled)
+
+
+def plain(name: str, value: object, kind: type, drawn: bool = False) -> object:
+    """A value of this kind: 10 for a float is 10.0, so that it is the same point however it was written."""
+    value = value.item() if hasattr(value, "item") else value
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if kind is float and number:
+        return checks.finite(name, float(value))
+    if kind is int and number:
+        if drawn:
+            return round(value)
+        if value != int(value):
+            raise ValueError(f"{name}: {value!r} is not a whole number")
+        return int(value)
+    if kind in (float, int, bool, str) and not isinstance(value, kind):
+        raise ValueError(f"{name}: expected a {kind.__name__}, got {value!r}")
+    if not isinstance(value, int | float | str | bool):
+        raise TypeError(f"{name}: a sweep keeps numbers and texts, got {value!r}")
+    return value
 
 
 ONE = Points({}, ())
 
 
-def _values(name: str, given: object) -> tuple:
+def _values(name: str, given: object, distinct: bool = True) -> tuple:
     if isinstance(given, str) or not isinstance(given, Sequence | np.ndarray):
         given = (given,)
     values = tuple(v.item() if isinstance(v, np.generic) else v for v in given)
@@ -58,7 +87,7 @@ def _values(name: str, given: object) -> tuple:
             checks.finite(name, value)
         elif not isinstance(value, int | str):
             raise TypeError(f"{name}: a value must be a number or a text, got {value!r}")
-    if len(set(values)) != len(values):
+    if distinct and len(set(values)) != len(values):
         raise ValueError(f"{name}: a value stands twice in {', '.join(map(str, values))}")
     return values
 
@@ -77,12 +106,10 @@ def grid(**values) -> Points:
 
 def zipped(**values) -> Points:
     """Lists of the same length that go together: the first of each, then the second of each."""
-    columns = {
-        n: tuple(v.item() if isinstance(v, np.generic) else v for v in np.atleast_1d(g)) for n, g in values.items()
-    }
-    lengths = {n: len(v) for n, v in columns.items()}
-    if not columns or 0 in lengths.values():
+    if not values:
         raise ValueError("zipped: give lists of at least one value")
+    columns = {n: _values(n, given, distinct=False) for n, given in values.items()}
+    lengths = {n: len(v) for n, v in columns.items()}
     if len(set(lengths.values())) > 1:
         raise ValueError(f"zipped: lists of different lengths: {', '.join(f'{n} {k}' for n, k in lengths.items())}")
     rows = list(zip(*columns.values(), strict=True))
@@ -182,4 +209,7 @@ def _spread(parameter, text: str) -> list:
     if count == 1 and low != high:
         raise ValueError(f"{parameter.name}: a range of one value must begin where it ends, got {text!r}")
     values = np.geomspace(low, high, count) if log else np.linspace(low, high, count)
-    return [parameter.kind(round(v)) if parameter.kind is int else float(v) for v in values]
+    found = [round(v) if parameter.kind is int else float(v) for v in values]
+    if len(set(found)) < count > 1:
+        raise ValueError(f"{parameter.name}: there are no {count} different values in {text!r}")
+    return found

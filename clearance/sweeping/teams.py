@@ -137,6 +137,8 @@ def _surroundings():
 def _serve(pipe, folder: str, stamp: str) -> None:
     """A worker's life: it ends with its driver, whatever becomes of that."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the driver decides what an interrupt means
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    os.dup2(2, 1)  # what a user's case prints is not the answer of a command
     stay_quiet()
     threading.Thread(target=_end_with_driver, daemon=True).start()
     while True:

@@ -13,17 +13,20 @@ from functools import lru_cache
 from pathlib import Path
 
 from clearance.catalogue import Case, find_case
-from clearance.recording import ImageSink, MemorySink
+from clearance.recording import FileSink, ImageSink, MemorySink
 from clearance.scene import Scene
 from clearance.simulation import Run, prepare
 from clearance.sweeping import definition as definitions
 from clearance.sweeping.definition import Definition
 from clearance.sweeping.ideal import ideal_motion
+from clearance.sweeping.index import checked
 from clearance.sweeping.journal import DONE, FAILED, LOST, Outcome
 from clearance.sweeping.metrics import Metric, metrics, own
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 NO_SPACE = "no space left for its file"
+RESERVED = ("status", "reason")
+LARGE = 8_000_000  # numbers in a run's file above which it is written as the run goes
 
 
 class Keeper:
@@ -33,16 +36,23 @@ class Keeper:
         channels, attributes = run.mechanism.structure.channels, run.attributes()
         self.run, self.definition, self.key = run, definition, key
         self.memory = MemorySink(channels, attributes)
-        self.file = path and ImageSink(
-            path, channels, attributes, definition.keep, definition.compression, run.span.samples
-        )
+        sink = ImageSink if run.span.samples * len(channels) < LARGE else FileSink
+        self.file = path and sink(path, channels, attributes, definition.keep, definition.compression, run.span.samples)
         self.found: dict[str, Metric] = {}
         self.flush = self.memory.flush
+
+    def _own(self, found: dict[str, Metric]) -> dict[str, Metric]:
+        taken = [n for n in found if n in self.found or n in RESERVED or n in self.definition.units]
+        if taken:
+            raise ValueError(f"metric {taken[0]!r}: the name is taken; choose another")
+        return found
 
     @property
     def written(self) -> tuple[int, int]:
         """Bytes and CRC-32 of the file."""
-        return (self.file.size, self.file.check) if self.file else (0, 0)
+        if self.file is None:
+            return 0, 0
+        return (self.file.size, self.file.check) if isinstance(self.file, ImageSink) else checked(self.file.path)
 
     def rows(self, times, rows) -> None:
         self.memory.rows(times, rows)
@@ -64,7 +74,7 @@ class Keeper:
         ideal = ideal_motion(scene, self.run.span, record.scene)
         self.found = metrics(record, self.definition.settle, ideal)
         for reference in self.definition.own:
-            self.found |= own(load_function(reference), record)
+            self.found |= self._own(own(load_function(*reference), record))
         if self.file:
             known = json.dumps({n: (m.units, m.text) for n, m in self.found.items()})
             about = {"metrics": {n: m.value for n, m in self.found.items()}}
@@ -72,12 +82,18 @@ class Keeper:
             self.file.close(status, solver, warnings, facts | about, ranges)
 
 
+class Changed(ValueError):
+    """A file is not the one that the sweep was defined with: its runs would not belong together."""
+
+
 @lru_cache(maxsize=8)
-def load_function(reference: str) -> Callable:
-    """A user's metric: "path/to/file.py:name". Raises ValueError for what cannot be found."""
+def load_function(reference: str, source: str) -> Callable:
+    """A user's metric: "path/to/file.py:name", of a file with this digest. Raises ValueError for what is not there."""
     path, _, name = reference.rpartition(":")
     if not path or not Path(path).is_file():
         raise ValueError(f"metric {reference!r}: expected FILE.py:FUNCTION, and there is no file {path!r}")
+    if definitions.digest(Path(path)) != source:
+        raise Changed(f"metric {reference!r}: its file has been changed since the sweep began")
     module_name = f"clearance_metric_{zlib.crc32(path.encode()):x}"
     spec = importlib.util.spec_from_file_location(module_name, path)
     module = importlib.util.module_from_spec(spec)
@@ -101,15 +117,19 @@ def _definition(folder: str, stamp: str) -> Definition:
 
 
 @lru_cache(maxsize=8)
-def _case(path: str) -> Case:
-    return find_case(path)
+def _case(path: str, source: str) -> Case:
+    """The case file that the sweep was defined with. Raises Changed for another."""
+    case = find_case(path)
+    if definitions.digest(case.path) != source:
+        raise Changed(f"case file {case.path} is not the one that this sweep was defined with")
+    return case
 
 
 def run_point(folder: str, stamp: str, index: int) -> Outcome:
     """Run one point and tell how it ended; nothing is raised but what says that no point can be run at all.
 
     folder: the sweep's directory; stamp: changes with its definition, which is read once. Raises FileNotFoundError
-    where the directory is not seen.
+    where the directory is not seen, Changed where a file is not the one that the sweep was defined with.
     """
     began = time.perf_counter()
     definition = _definition(folder, stamp)
@@ -117,15 +137,26 @@ def run_point(folder: str, stamp: str, index: int) -> Outcome:
     path = Path(folder) / "runs" / f"{key}.h5" if definition.files else None
     try:
         return _attempt(definition, index, key, path, began)
+    except Changed:
+        raise
     except (OSError, MemoryError) as error:
-        reason = NO_SPACE if _is_full(error) else f"{type(error).__name__}: {error}"
+        reason = NO_SPACE if _is_full(error) else _explained(error)
         return Outcome(index, key, LOST, reason, wall=time.perf_counter() - began)
-    except Exception as error:  # noqa: BLE001 - a sweep goes on, whatever a user's scene or law does
-        known = isinstance(error, ValueError | TypeError | ArithmeticError)
-        frame = traceback.extract_tb(error.__traceback__)[-1]
-        where = "" if known else f" ({Path(frame.filename).name}, line {frame.lineno})"
-        reason = f"{'' if isinstance(error, ValueError) else type(error).__name__ + ': '}{error}{where}"
-        return Outcome(index, key, FAILED, " ".join(reason.split()), wall=time.perf_counter() - began)
+    except BaseException as error:  # noqa: BLE001 - a sweep goes on, whatever a user's scene, law or metric does
+        return Outcome(index, key, FAILED, _explained(error), wall=time.perf_counter() - began)
+
+
+def _explained(error: BaseException) -> str:
+    """An error in one line: its kind where the text alone may not say, and where in a user's file it came from."""
+    try:
+        said = " ".join(str(error).split())
+    except Exception:  # noqa: BLE001 - a user's exception
+        said = "(its text cannot be read)"
+    package = str(Path(__file__).parent.parent)
+    frames = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(package)]
+    known = isinstance(error, ValueError) or not frames
+    where = "" if known else f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})"
+    return f"{'' if isinstance(error, ValueError) else type(error).__name__ + ': '}{said}{where}"
 
 
 def _is_full(error: BaseException) -> bool:
@@ -135,7 +166,7 @@ def _is_full(error: BaseException) -> bool:
 
 
 def _attempt(definition: Definition, index: int, key: str, path: Path | None, began: float) -> Outcome:
-    scene: Scene = _case(definition.path).scene(**definition.values(index))
+    scene: Scene = _case(definition.path, definition.source).scene(**definition.values(index))
     run = prepare(scene, **definition.options)
     keeper = Keeper(run, definition, key, path)
     failure = run.record(keeper)

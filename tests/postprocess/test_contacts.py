@@ -65,6 +65,11 @@ def test_settled_turns_are_left_out():
     assert found.share == pytest.approx(0.3 / 1.9, rel=1e-9)
 
 
+def test_settling_beyond_the_run_is_refused():
+    with pytest.raises(ValueError, match="has no sample after turn 3.5"):
+        contacts_of(with_events(), "C", settle=3.5)
+
+
 @pytest.mark.parametrize("bearing", ["ground", "rod"])
 def test_where_on_the_bearing(bearing):
     """The journal runs round once a turn; the bearing, where it turns, at a quarter of that. Chords of 1.2 degrees."""

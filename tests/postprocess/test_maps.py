@@ -184,7 +184,7 @@ def test_no_period_and_no_value(made, tmp_path, gallery):
     assert_allclose(norm(period).boundaries, [0.5, 1.5, 2.5, 3.5, 4.5])
     assert hatched(period) == 4  # the largest clearance
     assert hatched(impacts) == 5  # the slowest speed
-    assert [t.get_text() for t in gallery.last.legends[0].get_texts()] == ["no period", "no value"]
+    assert [t.get_text() for t in gallery.last.legends[0].get_texts()] == ["not periodic within the run", "no value"]
     sweep.metrics["period"][:] = np.inf
     maps(sweep, tmp_path / "m.png", metrics="period")
     assert hatched(panels(gallery.last)[0]) == 20
@@ -272,13 +272,13 @@ def test_more_than_a_page_holds(made, tmp_path):
 
 def test_telling_metrics(made):
     names = [
-        "slider_acceleration_min", "slider_acceleration_max", "drive_crank_torque_max", "joint_A_force_max",
+        "slider_acceleration_min", "slider_acceleration_max", "drive_crank_torque_rms", "joint_A_force_max",
         "joint_B_force_max", "joint_B_gap_min", "joint_B_film_thickness_ratio_min", "joint_B_contact_fraction",
         "joint_B_impacts_per_turn", "dissipated_per_turn", "period",
     ]  # fmt: skip
     sweep = made(grid(speed=SPEEDS), {n: lambda speed: speed for n in names})
     assert chosen_metrics(sweep, None) == [
-        "slider_acceleration_max", "drive_crank_torque_max", "joint_B_force_max", "joint_B_film_thickness_ratio_min",
+        "slider_acceleration_max", "drive_crank_torque_rms", "joint_B_force_max", "joint_B_film_thickness_ratio_min",
         "joint_B_contact_fraction", "joint_B_impacts_per_turn",
     ]  # fmt: skip
     sweep.metrics["joint_B_contact_fraction"][:] = np.nan
@@ -338,7 +338,7 @@ def test_curves_over_names_are_not_joined(made, tmp_path, gallery):
 def test_curves_without_a_value_say_so(made, tmp_path, gallery):
     sweep = made(grid(speed=SPEEDS), {"period": lambda speed: np.inf}, {"period": ("turns", "period")})
     curves(sweep, tmp_path / "c.png", metrics="period")
-    assert {"4 of 4 have no period", "no value"} <= set(gallery.texts())
+    assert {"4 of 4 not periodic within the run", "no value"} <= set(gallery.texts())
     assert_allclose(panels(gallery.last)[0].get_xlim(), (100.0, 400.0))
 
 
@@ -349,7 +349,7 @@ def test_samples_without_a_value_say_so(made, tmp_path, gallery):
     sweep.status[:3] = "failed"
     curves(sweep, tmp_path / "s.png", metrics=["force", "period"])
     force_, period = panels(gallery.last)
-    assert {"7 of 10 have no period", "no value"} <= set(gallery.texts())
+    assert {"7 of 10 not periodic within the run", "no value"} <= set(gallery.texts())
     assert len(period.lines[1].get_xdata()) == 3
     assert np.isfinite(force_.lines[0].get_ydata()).sum() == 7
 

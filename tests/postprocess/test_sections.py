@@ -31,7 +31,7 @@ def made(per_turn=50, turns=9, **options):
     return Formula(time, channels, **options)
 
 
-@pytest.mark.parametrize("angle", [0.0, 1.0, -2.0, 7.0])
+@pytest.mark.parametrize("angle", [0.0, 1.0, -2.0, 6.0])
 def test_section_of_a_formula(angle):
     """A period of three turns gives three points, found between samples to the interpolation's h^4 (w h = 0.042).
 
@@ -104,6 +104,8 @@ def test_short_runs_have_no_section():
     ("options", "message"),
     [
         ({"angle": np.inf}, "angle must be finite"),
+        ({"angle": 90.0}, r"angle 90 rad is more than a turn; did you mean 90deg\?"),
+        ({"angle": -6.3}, "angle -6.3 rad is more than a turn"),
         ({"settle": -1.0}, "settle must be a number of turns, not negative, got -1.0"),
         ({"settle": np.nan}, "settle must be a number of turns"),
         ({"channels": []}, "channels: give at least one"),
@@ -142,10 +144,17 @@ def test_poincare_shows_the_journal_and_the_slider(tmp_path, gallery):
         poincare(run, tmp_path / "p.png", joint="A")
 
 
-def test_poincare_of_a_short_run_says_so(tmp_path, gallery):
+def test_nothing_left_after_settling(tmp_path, gallery):
     run = cl.simulate(cl.load_case("four_bar"), turns=1.0)
-    poincare(run, tmp_path / "p.pdf", settle=4.0)
-    assert "no passage after turn 4" in gallery.texts()
+    with pytest.raises(ValueError, match="has no passage of the section after turn 4"):
+        poincare(run, tmp_path / "p.pdf", settle=4.0)
+    with pytest.raises(ValueError, match="has no sample after turn 1.5"):
+        portrait(run, tmp_path / "p.pdf", settle=1.5)
+    empty = Formula([], {f"bodies/slider/{n}": [] for n in ("x", "vx", "ax")})
+    portrait(empty, tmp_path / "p.png")
+    assert gallery.texts().count("no samples") == 2
+    poincare(empty, tmp_path / "p.png")
+    assert "no samples" in gallery.texts()
 
 
 def test_portraits(tmp_path, gallery):

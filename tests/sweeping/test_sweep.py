@@ -478,6 +478,83 @@ def test_a_full_disk_at_the_journal_takes_nothing_of_a_line(tmp_path):
     assert [o.index for o in read(tmp_path / "journal.jsonl")] == [0, 2]
 
 
+def test_values_are_the_same_however_they_are_written(copy):
+    before = (copy / "journal.jsonl").read_bytes()
+    points = cl.grid(speed=[20, 30], clearance=[1e-4, 2e-4, 3e-4])
+    found = cl.sweep(CASE, points, copy, fixed=FIXED, **(OPTIONS | {"turns": 2, "samples_per_turn": 50.0}))
+    assert found.done.all()
+    assert (copy / "journal.jsonl").read_bytes() == before
+    with pytest.raises(ValueError, match="speed: expected a float, got 'fast'"):
+        cl.sweep(CASE, cl.grid(speed=["fast"]), copy, **OPTIONS)
+
+
+def test_a_moved_directory_goes_on(tmp_path):
+    """With the case file it was made from; a file that was changed is another sweep."""
+    one, two = tmp_path / "one", tmp_path / "two"
+    one.mkdir(), two.mkdir()
+    (one / "torn.py").write_text(FAILS)
+    (one / "mine.py").write_text("def late(run):\n    return {'late': float(run.time[-1])}\n")
+    points, options = cl.grid(length=[0.1, 0.2]), {"until": 0.1, "workers": 1}
+    first = cl.sweep(one / "torn.py", points, one / "out", metrics=[f"{one / 'mine.py'}:late"], **options)
+    for name in ("torn.py", "mine.py", "out"):
+        shutil.move(one / name, two / name)
+    (two / "out" / "runs" / f"{first.definition.keys[0]}.h5").unlink()
+    mine = f"{two / 'mine.py'}:late"
+    assert cl.sweep(two / "torn.py", points, two / "out", metrics=[mine], **options).done.all()
+    assert len(ended(two / "out")) == 3
+    (two / "mine.py").write_text("def late(run):\n    return {'late': 0.0}\n")
+    with pytest.raises(ValueError, match="holds another sweep: own"):
+        cl.sweep(two / "torn.py", points, two / "out", metrics=[mine], **options)
+
+
+@pytest.mark.parametrize("end", ["sys.exit(3)", "raise GeneratorExit", "raise KeyboardInterrupt", "raise Bad"])
+def test_a_metric_may_fail_as_it_likes(end, tmp_path):
+    (tmp_path / "mine.py").write_text(
+        "import sys\nclass Bad(Exception):\n    def __str__(self):\n        raise ZeroDivisionError\n"
+        f"def mine(run):\n    print('noise')\n    {end}\n"
+    )
+    found = cl.sweep(
+        CASE, cl.grid(speed=[20.0]), tmp_path / "out", fixed=FIXED, channels=[], workers=1,
+        metrics=[f"{tmp_path / 'mine.py'}:mine"], **OPTIONS,
+    )  # fmt: skip
+    assert found.status.tolist() == ["failed"]
+    assert "mine.py, line" in found.reason[0]
+
+
+def test_names_of_metrics_that_are_taken(tmp_path):
+    (tmp_path / "mine.py").write_text("def mine(run):\n    return {'speed': 1.0}\n")
+    mine, points = [f"{tmp_path / 'mine.py'}:mine"], cl.grid(speed=[20.0])
+    found = cl.sweep(CASE, points, tmp_path / "out", fixed=FIXED, workers=1, metrics=mine, **OPTIONS)
+    assert "metric 'speed': the name is taken" in found.reason[0]
+
+
+def test_a_directory_of_other_things_is_refused(tmp_path):
+    (tmp_path / "journal.jsonl").write_text("mine\n")
+    with pytest.raises(ValueError, match=r"has journal\.jsonl but no sweep\.json"):
+        again(tmp_path)
+    assert (tmp_path / "journal.jsonl").read_text() == "mine\n"
+    with pytest.raises(ValueError, match="is a file; give a directory"):
+        again(tmp_path / "journal.jsonl")
+
+
+def test_an_index_alone_is_read(tmp_path):
+    points = cl.grid(speed=[20.0, 25.0])
+    first = cl.sweep(CASE, points, tmp_path / "out", fixed=FIXED, channels=[], workers=1, **OPTIONS)
+    (tmp_path / "out" / "journal.jsonl").unlink()
+    found = cl.open_sweep(tmp_path / "out").metrics["joint_C_force_max"]
+    np.testing.assert_array_equal(found, first.metrics["joint_C_force_max"])
+    later = cl.sweep(CASE, points, tmp_path / "out", fixed=FIXED, channels=[], workers=1, **OPTIONS)
+    assert later.done.all()
+    assert len(ended(tmp_path / "out")) == 2
+    np.testing.assert_array_equal(later.metrics["joint_C_force_max"], found)
+
+
+def test_values_that_were_not_swept(swept):
+    with pytest.raises(ValueError, match=r"speed=31 was not swept; there are 20\.0, 30\.0"):
+        swept.run(speed=31, clearance=1e-4)
+    assert swept.select(speed=30.0 * (1 + 1e-9)).tolist() == [3, 4, 5]
+
+
 def test_an_interrupt_keeps_what_is_done(tmp_path):
     reports = []
 
