@@ -89,7 +89,7 @@ def marker(i: int) -> str:
 
 
 def trajectory(axes, x: np.ndarray, y: np.ndarray, **style) -> None:
-    """A path in the plane, open where y is nan; of points in one cell, and of strokes between two cells, one is drawn."""
+    """A path in the plane, open where y is nan; of points in one cell and strokes between two cells one is drawn."""
     away = (CELLS + 1) ** 2
     cell = np.where(np.isnan(y), away, _cells(x) * (CELLS + 1) + _cells(y))
     moved = np.flatnonzero(np.diff(cell, prepend=-1))

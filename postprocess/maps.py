@@ -105,7 +105,7 @@ class Choice:
         for name, value in (at or {}).items():
             if name in drawn and sweep.columns[name].dtype.kind in "iuf":
                 raise ValueError(f"at {name}={value!r}: {name} was drawn, no two points share a value of it")
-        chosen = sweep.select(**(at or {}))
+        chosen = sweep.select(nearest=True, **(at or {}))
         if not chosen.size:
             wanted = ", ".join(f"{n}={v}" for n, v in at.items())
             known = "; ".join(f"{n} {_range(np.unique(sweep.columns[n]).tolist())}" for n in at)

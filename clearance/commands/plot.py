@@ -51,8 +51,11 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument("--joint", metavar="NAMES", help="comma list of clearance joints: orbit, contacts; one: poincare")
     p.add_argument("--along", help="time, turns or angle of the drive: history")
     p.add_argument("--last", type=number, metavar="TURNS", help="only the last turns: history")
-    p.add_argument("--settle", type=number, metavar="TURNS", help="turns left out at the start: phase, spectrum, "
-                   "contacts (default 0), poincare (default 2), bifurcation (default the first half of the runs)")  # fmt: skip
+    p.add_argument(
+        "--settle", type=number, metavar="TURNS",
+        help="turns left out at the start: phase, spectrum, contacts (default 0), poincare (default 2), bifurcation "
+        "(default the first half of the runs)",
+    )  # fmt: skip
     p.add_argument("--angle", type=quantity_of("rad"), help="of the drive, such as 90deg: poincare, bifurcation")
     p.add_argument("--turns", type=number, help="last turns shown: animation (default 1); "
                    "instant shown, in turns from the start: sketch (default 0)")  # fmt: skip

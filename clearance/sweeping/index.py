@@ -165,14 +165,18 @@ class Sweep:
         named = {n for names, _ in self.definition.points.axes for n in names}
         return [n for n in self.definition.points.columns if n not in named]
 
-    def select(self, **values) -> np.ndarray:
-        """Places of the points where parameters have these values, numbers to six digits."""
+    def select(self, nearest: bool = False, **values) -> np.ndarray:
+        """Places of the points where parameters have these values, numbers to six digits, or those nearest to them.
+
+        Raises ValueError for a parameter that is not swept, and for a value that was not.
+        """
         chosen = np.ones(self.count, dtype=bool)
         for name, wanted in values.items():
             if name not in self.columns:
                 raise ValueError(f"{name} is not swept here; swept are {', '.join(self.columns)}")
             column = self.columns[name]
             if column.dtype.kind in "iuf" and isinstance(wanted, int | float | np.number):
+                wanted = column[np.argmin(np.abs(column - wanted))] if nearest else wanted
                 fits = np.isclose(column, wanted, rtol=1e-6, atol=0.0)
             else:
                 fits = column == wanted
