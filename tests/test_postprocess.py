@@ -34,3 +34,71 @@ def test_thinning_keeps_peaks():
     assert len(line.get_xdata()) <= 2 * figures.POINTS
     assert (line.get_ydata().max(), line.get_ydata().min()) == (5.0, -7.0)
     assert (np.diff(line.get_xdata()) >= 0).all()
+
+
+def test_orbit_of_a_dry_joint_shows_flight_and_contact(tmp_path):
+    """Every sample is in the curve of its state, and each curve goes on from the sample before."""
+    path = cl.simulate(cl.load_case("slider_crank", model="dry"), turns=0.5).save(tmp_path / "run.h5")
+    run = cl.open_result(path)
+    axes = Figure().add_subplot()
+    plots.orbit(run, "C", axes)
+    assert [t.get_text() for t in axes.get_legend().get_texts()] == ["free flight", "contact"]
+    flight, contact = (np.isfinite(line.get_ydata()).sum() for line in axes.lines[1:3])
+    touched = plots.touched(run, "C", run.time)
+    assert (touched | (run.joint("C").contact_force == 0.0)).all()  # the force acts between an event's ends
+    changes = np.count_nonzero(np.diff(touched))
+    assert changes > 0
+    assert len(run.time) - 5 <= flight + contact - changes <= len(run.time)  # a few share a 4000th of the axes
+
+
+def test_orbit_of_a_lubricated_joint_marks_its_smallest_gap(tmp_path):
+    path = cl.simulate(cl.load_case("slider_crank", model="lubricated"), turns=0.2).save(tmp_path / "run.h5")
+    run = cl.open_result(path)
+    axes = Figure().add_subplot()
+    plots.orbit(run, "C", axes)
+    gap = run.joint("C").gap.min() / run.clearances["C"]
+    assert [t.get_text() for t in axes.get_legend().get_texts()] == [f"smallest gap {gap:.3g} c"]
+    (mark,) = (line for line in axes.lines if line.get_marker() == "D")
+    assert 1.0 - np.hypot(*mark.get_xydata()[0]) == pytest.approx(gap, rel=1e-9)
+
+
+def test_regimes_show_the_thresholds_of_the_scene(tmp_path):
+    """Curves of neighbouring states share a sample at each switch, so that no stroke is missing."""
+    options = {"model": "mixed", "transition": "fuzzy", "thresholds": (0.05, 0.3, 1.2), "viscosity": 0.002}
+    path = cl.simulate(cl.load_case("six_bar_feeder", speed=cl.rpm(600), **options), turns=0.3).save(tmp_path / "r.h5")
+    run = cl.open_result(path)
+    axes = Figure().add_subplot()
+    plots.regimes(run, "B", axes)
+    assert [t.get_text() for t in axes.texts] == ["dry 0.05", "mixed 0.3", "full 1.2"]
+    assert axes.get_yscale() == ("log" if run.joint("B").film_thickness_ratio.min() > 0.0 else "symlog")
+    drawn = [np.isfinite(line.get_ydata()) for line in axes.lines[:-3]]
+    strokes = sum((d[:-1] & d[1:]).astype(int) for d in drawn)
+    assert len(drawn) > 1
+    assert (strokes >= 1).all()
+
+
+@pytest.mark.parametrize("points", [1000, 100_000])
+def test_trajectories_may_have_gaps(points):
+    """What is nan is not drawn over, and both ends of each stretch survive, to a 4000th."""
+    turn = np.linspace(0.0, 40.0 * np.pi, points)
+    x, y = np.cos(turn), np.where(np.cos(turn) > 0.5, np.nan, np.sin(turn))
+    axes = Figure().add_subplot()
+    figures.trajectory(axes, x, y)
+    shown = axes.lines[0].get_xydata()
+    kept = np.isfinite(shown).all(axis=1)
+    assert shown[kept, 0].max() <= 0.5
+    assert shown[kept, 0].max() == pytest.approx(x[np.isfinite(y)].max(), abs=1e-3)
+    strokes = np.abs(np.diff(shown, axis=0)).max(axis=1)
+    assert np.nanmax(strokes) < 1.01 * max(40.0 * np.pi / points, 1e-3)
+
+
+def test_legends_fit_the_page(monkeypatch):
+    found = []
+    monkeypatch.setattr(Figure, "legend", lambda *_, **options: found.append(options["ncols"]))
+    for names in (["a", "b"], ["a", "b", "c", "d"], ["x" * 25, "y"], ["x" * 80, "y"]):
+        figure = figures.sheet(7.0, 3.0)
+        axes = figure.add_subplot()
+        for name in names:
+            axes.plot([0.0], [0.0], label=name)
+        figures.legend_below(figure, axes)
+    assert found == [2, 3, 2, 1]

@@ -454,3 +454,16 @@ def test_colours_read_in_grey():
 
     red, green, blue = colormaps[figures.COLOURS](np.linspace(0.0, 1.0, 64))[:, :3].T
     assert (np.diff(0.2126 * red + 0.7152 * green + 0.0722 * blue) > 0.0).all()
+
+
+def test_values_that_crowd_stand_at_equal_distances(made, tmp_path, gallery):
+    """Rows of 10 and 11 in 1000 would be a hundredth of the map; of an even grid all are alike and keep their scale."""
+    crowded = [-20.0, 10.0, 11.0, 500.0, 1000.0]
+    numbers = {"m": lambda speed, restitution: restitution}
+    maps(made(grid(speed=SPEEDS, restitution=crowded), numbers), tmp_path / "m.png", y="restitution")
+    (axes,) = panels(gallery.last)
+    assert_allclose(axes.get_yticks(), np.arange(5.0))
+    assert [t.get_text() for t in axes.get_yticklabels()] == ["-20", "10", "11", "500", "1000"]
+    even = np.linspace(-50.0, 50.0, 60)
+    maps(made(grid(speed=SPEEDS, restitution=even), numbers), tmp_path / "m.png", y="restitution")
+    assert panels(gallery.last)[0].get_ylim()[0] < -50.0
