@@ -63,6 +63,14 @@ def pair(field: str, value: object) -> tuple[float, float]:
     return finite(f"{field}[0]", x), finite(f"{field}[1]", y)
 
 
+def place(field: str, value: object) -> tuple[float, ...]:
+    """Two finite numbers (x, y), or three (x, y, z) where z, out of the plane, is not zero; a tuple of floats."""
+    if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != 3:
+        return pair(field, value)
+    x, y, z = (finite(f"{field}[{i}]", v) for i, v in enumerate(value))
+    return (x, y, z) if z else (x, y)
+
+
 def identifier(field: str, value: object) -> str:
     """A name usable in files and on the command line: no slash, no blank, not empty."""
     if not isinstance(value, str) or not value or not value.isprintable() or any(c in value for c in "/. "):

@@ -12,6 +12,7 @@ from clearance.laws.law import (
     contact,
     film,
     friction,
+    joint_friction,
     memory_film,
     transition,
     wet_film,
@@ -48,23 +49,75 @@ class Joint:
         return self.a.body, self.b.body
 
 
+class FrictionJoint(Joint):
+    """Base of the joints without clearance: friction made by their own reaction, and what they carry.
+
+    friction: a bound `joint_friction` law, or None. self_aligning: the joint takes no axial force and no bending moment
+    and leaves loads out of the plane to others; in a closed loop some joint must, or they have no unique answer.
+    """
+
+    #: fields that say how the reaction rubs, the ones every load-dependent law needs first
+    arms: tuple[str, ...] = ()
+    needed: tuple[str, ...] = ()
+
+    def _check_friction(self):
+        label = self.label()
+        self._set("friction", bound(f"{label}: friction", self.friction, joint_friction))
+        for name in self.arms:
+            if getattr(self, name) is not None:
+                self._set(name, checks.positive(f"{label}: {name}", getattr(self, name)))
+        law = self.friction
+        if law is None:
+            return
+        if law.law.needs_load and (missing := [n for n in self.needed if getattr(self, n) is None]):
+            raise ValueError(f"{label}: friction {law.law.name} is made by the reaction and needs {missing[0]} [m]")
+        if law.law.demand and (missing := law.law.demand(self, law.parameters)):
+            raise ValueError(f"{label}: friction {law.law.name} {missing}")
+
+    @property
+    def rubs_by_load(self) -> bool:
+        """Whether its friction depends on its reaction."""
+        return self.friction is not None and self.friction.law.needs_load
+
+
 @dataclass(frozen=True)
-class Revolute(Joint):
-    """Ideal hinge: point b coincides with point a."""
+class Revolute(FrictionJoint):
+    """Hinge without clearance: point b coincides with point a.
+
+    friction, self_aligning: see FrictionJoint. A law that depends on the reaction needs pin_radius R_p, and where the
+    hinge carries axial force or bending moments friction_arm R_n of its thrust face and bending_arm R_b [m].
+    """
 
     a: Point
     b: Point
     name: str | None = None
+    friction: BoundLaw | None = None
+    pin_radius: float | None = None
+    friction_arm: float | None = None
+    bending_arm: float | None = None
+    self_aligning: bool = False
+
+    arms = ("pin_radius", "friction_arm", "bending_arm")
+    needed = ("pin_radius",)
 
     def __post_init__(self):
         self._check()
+        self._check_friction()
+
+    @property
+    def geometry(self) -> dict[str, float]:
+        """What makes a friction load of the reaction, as pin_load takes it."""
+        ratio = self.pin_radius / self.bending_arm if self.bending_arm is not None else 0.0
+        return {"pin_radius": self.pin_radius, "friction_arm": self.friction_arm or 0.0, "bending_ratio": ratio}
 
 
 @dataclass(frozen=True)
-class Prismatic(Joint):
-    """Ideal slide: point b stays on the line through point a along `axis`, and b does not turn relative to a.
+class Prismatic(FrictionJoint):
+    """Slide without clearance: point b stays on the line through point a along `axis`; b does not turn relative to a.
 
     axis: direction (x, y) in a's frame, any length but zero; angle: constant angle of b's frame against a's [rad].
+    friction, self_aligning: see FrictionJoint. A law that depends on the reaction needs the overlap of slide and guide
+    s [m], and where the slide carries a moment about its own axis friction_arm R_n [m].
     """
 
     a: Point
@@ -72,14 +125,28 @@ class Prismatic(Joint):
     axis: tuple[float, float] = (1.0, 0.0)
     angle: float = 0.0
     name: str | None = None
+    friction: BoundLaw | None = None
+    overlap: float | None = None
+    friction_arm: float | None = None
+    self_aligning: bool = False
+
+    arms = ("overlap", "friction_arm")
+    needed = ("overlap",)
 
     def __post_init__(self):
         self._check()
+        self._check_friction()
         x, y = checks.pair(f"{self.label()}: axis", self.axis)
         length = math.hypot(x, y)
         checks.positive(f"{self.label()}: length of axis", length)
         self._set("axis", (x / length, y / length))
         self._set("angle", checks.finite(f"{self.label()}: angle", self.angle))
+
+    @property
+    def geometry(self) -> dict[str, float]:
+        """What makes a friction load of the reaction, as slide_load takes it."""
+        inverse = 1.0 / self.friction_arm if self.friction_arm is not None else 0.0
+        return {"friction_arm_inverse": inverse, "overlap_inverse": 1.0 / self.overlap}
 
 
 #: what a clearance joint may have, and the kinds of law it takes for it

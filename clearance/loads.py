@@ -167,11 +167,14 @@ class TorsionSpring(Load):
 
 @dataclass(frozen=True)
 class Force(Load):
-    """Force on a point of a body, along the fixed axes: x and y are numbers or `signal` laws of time [N]."""
+    """Force on a point of a body, along the fixed axes: x, y and z (out of the plane) are numbers or `signal` laws of
+    time [N].
+    """
 
     point: Point
     x: float | BoundLaw = 0.0
     y: float | BoundLaw = 0.0
+    z: float | BoundLaw = 0.0
     name: str | None = None
 
     def __post_init__(self):
@@ -179,8 +182,8 @@ class Force(Load):
         self._set("point", as_point(self.label(), self.point))
         if self.point.body is ground:
             raise ValueError(f"{self.label()} acts on ground, which does not move")
-        self._amount("x", signal)
-        self._amount("y", signal)
+        for name in ("x", "y", "z"):
+            self._amount(name, signal)
 
     def bodies(self) -> tuple[Body]:
         return (self.point.body,)

@@ -11,12 +11,13 @@ from clearance.laws.law import BoundLaw
 
 @dataclass(frozen=True)
 class Point:
-    """A point fixed on a body, coordinates in the body's frame [m]."""
+    """A point fixed on a body, coordinates in the body's frame [m]; z points out of the plane of motion."""
 
     body: "Body"
     name: str
     x: float
     y: float
+    z: float = 0.0
 
     def __repr__(self) -> str:
         return f"{self.body.name}[{self.name!r}]"
@@ -27,7 +28,9 @@ class Body:
     """A rigid body.
 
     name; mass [kg] > 0; inertia about the centre of mass [kg m2] > 0; points: named points (x, y) in the body's own
-    frame [m]; com: centre of mass in that frame [m]. `body["pin"]` is the named point.
+    frame [m]; com: centre of mass in that frame [m]. `body["pin"]` is the named point. The motion is planar, the masses
+    need not be: points and com may have a third coordinate z, and products are the products of inertia
+    (integral of x z dm, of y z dm) about the centre of mass [kg m2]; they make axial forces and bending moments.
     A rough start helps the assembly to find the intended configuration: angle [rad] of the body's frame, position
     (x, y) of its origin [m] (default: found by following the joints). angular_velocity [rad/s] and velocity (of the
     centre of mass, m/s) start the motions that no drive prescribes.
@@ -37,7 +40,8 @@ class Body:
     mass: float
     inertia: float
     points: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    com: tuple[float, float] = (0.0, 0.0)
+    com: tuple[float, ...] = (0.0, 0.0)
+    products: tuple[float, float] = (0.0, 0.0)
     angle: float = 0.0
     position: tuple[float, float] | None = None
     angular_velocity: float = 0.0
@@ -49,7 +53,8 @@ class Body:
             raise ValueError("body name 'ground' is taken by the frame; choose another")
         self._set("mass", checks.positive(f"body {self.name}: mass", self.mass))
         self._set("inertia", checks.positive(f"body {self.name}: inertia", self.inertia))
-        self._set("com", checks.pair(f"body {self.name}: com", self.com))
+        self._set("com", checks.place(f"body {self.name}: com", self.com))
+        self._set("products", checks.pair(f"body {self.name}: products", self.products))
         self._set("angle", checks.finite(f"body {self.name}: angle", self.angle))
         checks.finite(f"body {self.name}: angular_velocity", self.angular_velocity)
         self._set("velocity", checks.pair(f"body {self.name}: velocity", self.velocity))
@@ -57,7 +62,7 @@ class Body:
             self._set("position", checks.pair(f"body {self.name}: position", self.position))
         if not isinstance(self.points, Mapping):
             raise TypeError(f"body {self.name}: points must map names to (x, y), got {self.points!r}")
-        points = {p: checks.pair(f"body {self.name}: point {p!r}", xy) for p, xy in self.points.items()}
+        points = {p: checks.place(f"body {self.name}: point {p!r}", xyz) for p, xyz in self.points.items()}
         self._set("points", MappingProxyType(points))
 
     def _set(self, name, value):
@@ -79,9 +84,10 @@ class Body:
         """Where the body's numbers stand in the parameter vector."""
         return f"body.{self.name}"
 
-    def at(self, x: float, y: float) -> Point:
+    def at(self, x: float, y: float, z: float = 0.0) -> Point:
         """An unnamed point of the body's frame."""
-        return Point(self, f"({x:g}, {y:g})", *checks.pair(f"point of {self.name}", (x, y)))
+        place = checks.place(f"point of {self.name}", (x, y, z))
+        return Point(self, f"({', '.join(f'{v:g}' for v in place)})", *place)
 
     def __repr__(self) -> str:
         return f"Body({self.name!r})"
@@ -92,7 +98,8 @@ class Ground(Body):
 
     def __init__(self):
         for name, value in {
-            "name": "ground", "points": {}, "com": (0.0, 0.0), "angle": 0.0, "position": (0.0, 0.0),
+            "name": "ground", "points": {}, "com": (0.0, 0.0), "products": (0.0, 0.0), "angle": 0.0,
+            "position": (0.0, 0.0),
             "mass": float("inf"), "inertia": float("inf"), "angular_velocity": 0.0, "velocity": (0.0, 0.0),
         }.items():  # fmt: skip
             object.__setattr__(self, name, value)
@@ -120,11 +127,12 @@ class Scene:
     """A whole mechanism: joints, drives and loads. Bodies are found from the parts, nothing is listed twice.
 
     parts: Revolute, Prismatic, ClearanceRevolute, Drive, SpringDamper, TorsionSpring, Force, Torque, in any order (the
-    order fixes the order of outputs); gravity: acceleration (x, y) [m/s2]; name: stored with results.
+    order fixes the order of outputs); gravity: acceleration (x, y) [m/s2], or (x, y, z) for
+    a mechanism whose plane is not vertical; name: stored with results.
     Raises ValueError naming the part for duplicate names, parts on bodies that no joint knows, floating parts.
     """
 
-    def __init__(self, *parts, gravity: tuple[float, float] = (0.0, -9.81), name: str = "scene"):
+    def __init__(self, *parts, gravity: tuple[float, ...] = (0.0, -9.81), name: str = "scene"):
         from clearance.joints import Joint
         from clearance.loads import Load
 
@@ -133,7 +141,7 @@ class Scene:
                 raise TypeError(f"scene parts must be joints, drives or loads, got {part!r}")
         vars(self).update(
             name=checks.identifier("scene name", name),
-            gravity=checks.pair("gravity", gravity),
+            gravity=checks.place("gravity", gravity),
             joints=tuple(p for p in parts if isinstance(p, Joint)),
             loads=tuple(p for p in parts if isinstance(p, Load)),
             bodies=_distinct(b for p in parts for b in p.bodies() if b is not ground),
@@ -210,7 +218,8 @@ def _plain(value: object) -> object:
     if isinstance(value, Body):
         return value.name
     if isinstance(value, Point):
-        return {"body": value.body.name, "point": value.name, "x": value.x, "y": value.y}
+        place = {"x": value.x, "y": value.y} | ({"z": value.z} if value.z else {})
+        return {"body": value.body.name, "point": value.name, **place}
     if is_dataclass(value):
         return {"type": type(value).__name__} | {f.name: _plain(getattr(value, f.name)) for f in fields(value)}
     if isinstance(value, Mapping):

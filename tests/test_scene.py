@@ -21,7 +21,8 @@ def bar(name="bar", length=0.1, **more):
         ("body bar: inertia must be positive, got 0", {"inertia": 0.0}),
         ("body bar: mass must be finite, got nan", {"mass": float("nan")}),
         ("body bar: com must be a pair", {"com": 3.0}),
-        ("body bar: point 'a' must be a pair", {"points": {"a": (1, 2, 3)}}),
+        ("body bar: point 'a' must be a pair", {"points": {"a": (1, 2, 3, 4)}}),
+        (r"body bar: point 'a'\[2\] must be finite, got nan", {"points": {"a": (1, 2, float("nan"))}}),
         ("body name must be a non-empty name", {"name": "my/bar"}),
     ],
 )

@@ -81,7 +81,7 @@ class _Model:
         if any(self.problem.scene.gravity):
             marker = self.mbs.AddMarker(items.MarkerBodyMass(bodyNumber=self.bodies[body]))
             self.mbs.AddLoad(
-                items.LoadMassProportional(markerNumber=marker, loadVector=[*self.problem.scene.gravity, 0])
+                items.LoadMassProportional(markerNumber=marker, loadVector=[*self.problem.scene.gravity[:2], 0])
             )
 
     def _marker(self, point) -> int:

@@ -65,6 +65,8 @@ class Law:
         self.first_touch = False  # of transitions: contact starts at the wall, as an event
         self.carries_roughness = False  # of transitions: rough surfaces share the load below full film
         self.linear_in_viscosity = True  # of films
+        self.needs_load = True  # of joint friction: whether the reaction of the joint enters
+        self.smooth: Callable | None = None  # of joint friction: whether it has a slope at rest, by parameters
         self.limit: Callable | None = None  # of contacts: penetration [m] up to which the law is meant, by parameters
         self.__doc__ = function.__doc__
         self.__module__ = function.__module__
@@ -174,6 +176,9 @@ class BoundLaw:
 
 contact = Family("contact", ("penetration", "penetration_rate", "impact_speed"), 1)
 friction = Family("friction", ("sliding_speed", "normal_force"), 1)
+#: friction of a hinge (rate [rad/s], load and result [N m]) or a slide (rate [m/s], load and result [N]); `load` is
+#: what the joint's reaction comes to through its geometry, see laws/joint_friction.py
+joint_friction = Family("joint_friction", ("rate", "load"), 1)
 #: friction with a state of its own, the deflection of its bristles [m]: returns (its rate [m/s], force [N])
 bristle = Family("bristle", ("deflection", "sliding_speed", "normal_force"), 2)
 film = Family("film", ("eccentricity_ratio", "radial_rate", "entrainment", "joint"), 2)

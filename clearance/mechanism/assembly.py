@@ -106,7 +106,7 @@ class _System:
 
     def _set_origin(self, q, body: Body, origin) -> None:
         i = self.place[body]
-        x, y = _turned(q[i + 2], *body.com)
+        x, y = _turned(q[i + 2], *body.com[:2])
         q[i : i + 2] = origin[0] + x, origin[1] + y
 
     def _follow(self, q, joint: Joint, placed: set) -> None:

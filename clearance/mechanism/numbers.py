@@ -37,17 +37,19 @@ def _rows(scene: Scene) -> Iterator[Row]:
     """(name, value, values that are folded) of each number, in scene order."""
     yield "scene.gravity.x", scene.gravity[0], ZERO
     yield "scene.gravity.y", scene.gravity[1], ZERO
+    yield "scene.gravity.z", _height(scene.gravity), ZERO
     for body in scene.bodies:
         yield f"{body.key}.mass", body.mass, NEVER
         yield f"{body.key}.inertia", body.inertia, NEVER
+        for name, product in zip(("xz", "yz"), body.products, strict=True):
+            yield f"{body.key}.products.{name}", product, ZERO
     for joint in scene.joints:
         yield from _ends(joint.key, joint.a, joint.b)
         if isinstance(joint, Prismatic):
             yield f"{joint.key}.axis.x", joint.axis[0], UNIT
             yield f"{joint.key}.axis.y", joint.axis[1], UNIT
             yield f"{joint.key}.angle", joint.angle, UNIT
-        if isinstance(joint, ClearanceRevolute):
-            yield from _clearance(joint)
+        yield from _clearance(joint) if isinstance(joint, ClearanceRevolute) else _friction(joint)
     for load in scene.loads:
         yield from _load(load)
 
@@ -57,6 +59,20 @@ def _ends(key: str, a: Point, b: Point) -> Iterator[Row]:
     for side, point in (("a", a), ("b", b)):
         yield f"{key}.{side}.x", point.x - point.body.com[0], ZERO
         yield f"{key}.{side}.y", point.y - point.body.com[1], ZERO
+        yield f"{key}.{side}.z", point.z - _height(point.body.com), ZERO
+
+
+def _height(place: tuple[float, ...]) -> float:
+    """The coordinate out of the plane, where a place has one."""
+    return place[2] if len(place) > 2 else 0.0
+
+
+def _friction(joint) -> Iterator[Row]:
+    """What a joint without clearance rubs with."""
+    if joint.rubs_by_load:
+        for name, value in joint.geometry.items():
+            yield f"{joint.key}.{name}", value, ZERO
+    yield from _law(f"{joint.key}.friction", joint.friction)
 
 
 def _clearance(joint: ClearanceRevolute) -> Iterator[Row]:
@@ -96,8 +112,13 @@ def _load(load) -> Iterator[Row]:
     elif isinstance(load, Force):
         yield f"{load.key}.point.x", load.point.x - load.point.body.com[0], ZERO
         yield f"{load.key}.point.y", load.point.y - load.point.body.com[1], ZERO
-        yield from _law(f"{load.key}.x", load.x)
-        yield from _law(f"{load.key}.y", load.y)
+        yield f"{load.key}.point.z", load.point.z - _height(load.point.body.com), ZERO
+        for axis in "xy":
+            yield from _law(f"{load.key}.{axis}", getattr(load, axis))
+        if isinstance(load.z, BoundLaw):
+            yield from _law(f"{load.key}.z", load.z)
+        else:
+            yield f"{load.key}.z", load.z, ZERO
     elif isinstance(load, Torque):
         yield from _law(f"{load.key}.torque", load.torque)
 
@@ -117,6 +138,7 @@ def _structure(scene: Scene) -> tuple:
             j.b.body.name,
             getattr(j, "film_torques", None),
             getattr(j, "heat", None) is None,
+            getattr(j, "self_aligning", None),
         )
         + tuple(_print_of(getattr(j, s, None)) for s in SLOTS)
         for j in scene.joints

@@ -1,0 +1,142 @@
+"""Friction of hinges and slides without clearance: a torque or force against their motion, made by their reactions.
+
+A reaction comes to one number, the friction load Q, through the geometry of the joint: for a hinge Q is a torque [N m]
+and the rate an angular velocity [rad/s], for a slide Q is a force [N] and the rate a speed [m/s]. A law returns the
+torque on body b (the force on b along the axis), opposed to the rate of b against a. With transition_rate = 0 the sign
+function stands at rest (and 0 at exactly zero): right for prescribed motion. Where the motion is found from the forces,
+give a transition_rate, or a law that is smooth at rest.
+"""
+
+import math
+
+from clearance.checks import at_least_one, non_negative, positive
+from clearance.laws.law import joint_friction
+
+ROOT_2, ROOT_2E = math.sqrt(2.0), math.sqrt(2.0 * math.e)
+
+
+def pin_load(radial_x, radial_y, axial, bending_x, bending_y, pin_radius, friction_arm, bending_ratio):
+    """Friction load of a hinge [N m]: Q = R_p f_r + R_n |f_m| + (R_p / R_b) t_r.
+
+    f_r = |(radial_x, radial_y)| radial force, f_m axial force [N], t_r = |(bending_x, bending_y)| bending moment [N m];
+    pin_radius R_p, friction_arm R_n of the thrust face [m]; bending_ratio R_p / R_b, R_b the bending reaction arm.
+    Source: Guo, Ju and Wang, Aerospace 11 (2024) 368, Eq. 47, in the form of the ADAMS joint friction.
+    """
+    radial = length(radial_x, radial_y)
+    return pin_radius * radial + friction_arm * abs(axial) + bending_ratio * length(bending_x, bending_y)
+
+
+def slide_load(normal, axial, twist, tilt, bending, friction_arm_inverse, overlap_inverse):
+    """Friction load of a slide [N]: Q = f_p + t_p / (s / 2) + |t_m| / R_n.
+
+    f_p = |(normal, axial)| force across the slide, in the plane and out of it [N]; t_p = |(tilt, bending)| moment about
+    the axes across the slide, t_m = twist about the slide itself [N m]; overlap s of slide and guide [m] as
+    overlap_inverse 1 / s, friction_arm R_n as friction_arm_inverse 1 / R_n [1/m].
+    Source: Guo, Ju and Wang, Aerospace 11 (2024) 368, Eq. 47, in the form of the ADAMS joint friction.
+    """
+    return length(normal, axial) + 2.0 * overlap_inverse * length(tilt, bending) + friction_arm_inverse * abs(twist)
+
+
+def length(x, y):
+    """Length of a vector; its derivative at zero is zero."""
+    square = x * x + y * y
+    if square > 0.0:
+        return math.sqrt(square)
+    return 0.0
+
+
+def direction(rate, transition_rate):
+    """Sign of the rate, smoothed as tanh(rate / transition_rate) where a transition rate is given."""
+    if transition_rate > 0.0:
+        return math.tanh(rate / transition_rate)
+    if rate > 0.0:
+        return 1.0
+    if rate < 0.0:
+        return -1.0
+    return 0.0
+
+
+@joint_friction(coefficient=non_negative, viscous=non_negative, load_viscous=non_negative, transition_rate=non_negative)
+def joint_coulomb(rate, load, coefficient, viscous=0.0, load_viscous=0.0, transition_rate=0.0):
+    """Coulomb-viscous friction of a joint [N m or N]: -(mu Q sgn(w) + c w + c_Q Q w).
+
+    coefficient mu; viscous c [N m s or N s/m]; load_viscous c_Q per unit of load [s or s/m]; transition_rate: of the
+    smoothed sign [rad/s or m/s].
+    Source: Guo, Ju and Wang, Aerospace 11 (2024) 368, Eq. 42; the source does not say whether its viscous coefficient
+    is c or c_Q.
+    """
+    return -(coefficient * load * direction(rate, transition_rate) + (viscous + load_viscous * load) * rate)
+
+
+@joint_friction(
+    static=non_negative, kinetic=non_negative, stribeck_rate=positive, exponent=at_least_one, viscous=non_negative,
+    load_viscous=non_negative, transition_rate=non_negative,
+)  # fmt: skip
+def joint_stribeck(
+    rate, load, static, kinetic, stribeck_rate, exponent=2.0, viscous=0.0, load_viscous=0.0, transition_rate=0.0
+):
+    """Stribeck friction of a joint [N m or N]: -((mu_k + (mu_s - mu_k) exp(-|w / w_s|^d)) Q sgn(w) + c w + c_Q Q w).
+
+    static mu_s, kinetic mu_k; stribeck_rate w_s [rad/s or m/s]; exponent d: 2 (Gauss) or 1 (Tustin); viscous c
+    [N m s or N s/m]; load_viscous c_Q per unit of load [s or s/m]; transition_rate: of the smoothed sign.
+    Source: Guo, Ju and Wang, Aerospace 11 (2024) 368, Eq. 52 (exponent not given there).
+    """
+    effective = kinetic + (static - kinetic) * math.exp(-(abs(rate / stribeck_rate) ** exponent))
+    return -(effective * load * direction(rate, transition_rate) + (viscous + load_viscous * load) * rate)
+
+
+@joint_friction(
+    breakaway=non_negative, coulomb=non_negative, viscous=non_negative, decay=non_negative, threshold=positive
+)
+def breakaway_linear(rate, load, breakaway, coulomb, viscous=0.0, decay=10.0, threshold=1e-4):
+    """Combined breakaway, Coulomb and viscous friction with a linear zone at rest [N m or N]; no load enters.
+
+    -[F_C + (F_b - F_C) exp(-c |w|)] sgn(w) - f w from |w| = w_t on, below it the straight line through zero to the same
+    value: continuous. breakaway F_b, coulomb F_C [N m or N]; viscous f [N m s or N s/m]; decay c [s or s/m]; threshold
+    w_t [rad/s or m/s].
+    Source: Chacko and Khan, Tribology in Industry 39 (2017), Eqs. 14-17: the legacy friction block of Simscape.
+    """
+    speed = max(abs(rate), threshold)
+    return -(coulomb + (breakaway - coulomb) * math.exp(-decay * speed)) * rate / speed - viscous * rate
+
+
+@joint_friction(breakaway=non_negative, coulomb=non_negative, viscous=non_negative, breakaway_rate=positive)
+def breakaway_smooth(rate, load, breakaway, coulomb, viscous=0.0, breakaway_rate=0.1):
+    """Combined breakaway, Coulomb and viscous friction, smooth at rest [N m or N]; no load enters.
+
+    -sqrt(2 e) (F_b - F_C) exp(-(w / w_S)^2) w / w_S - F_C tanh(w / w_C) - f w,  w_S = sqrt(2) w_b,  w_C = w_b / 10.
+    breakaway F_b, coulomb F_C [N m or N]; viscous f [N m s or N s/m]; breakaway_rate w_b [rad/s or m/s].
+    Source: the friction blocks of Simscape since R2017b (their documentation).
+    """
+    ratio = rate / (ROOT_2 * breakaway_rate)
+    hump = ROOT_2E * (breakaway - coulomb) * math.exp(-ratio * ratio) * ratio
+    return -hump - coulomb * math.tanh(10.0 * rate / breakaway_rate) - viscous * rate
+
+
+breakaway_linear.needs_load = breakaway_smooth.needs_load = False
+
+
+def _has_slope(parameters: dict) -> bool:
+    return parameters["transition_rate"] > 0.0
+
+
+joint_coulomb.smooth = joint_stribeck.smooth = _has_slope
+
+
+@joint_stribeck.demands
+def _falls(joint, parameters):
+    """Stribeck friction falls from the static to the kinetic level."""
+    if parameters["static"] < parameters["kinetic"]:
+        return f"needs static >= kinetic, got {parameters['static']:g} and {parameters['kinetic']:g}"
+    return None
+
+
+def _breaks_away(joint, parameters):
+    """The breakaway level is not below the Coulomb level."""
+    if parameters["breakaway"] < parameters["coulomb"]:
+        return f"needs breakaway >= coulomb, got {parameters['breakaway']:g} and {parameters['coulomb']:g}"
+    return None
+
+
+breakaway_linear.demands(_breaks_away)
+breakaway_smooth.demands(_breaks_away)
