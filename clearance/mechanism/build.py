@@ -101,6 +101,7 @@ def build(scene: Scene, ledger: bool = True) -> Mechanism:
     if signature not in _structures:
         _structures[signature] = Structure(scene, numbers, plan, cut, start.measured, ledger)
     structure = _structures[signature]
+    _check_friction(scene, structure)
     values = _values(scene, structure, plan, numbers, start)
     sources = {j: j.film.source(facts(j)) for j in scene.clearance_joints if j.film and isinstance(j.film.law, DataLaw)}
     data = _data(sources, structure, values)
@@ -114,6 +115,17 @@ def build(scene: Scene, ledger: bool = True) -> Mechanism:
         if joint.contact is not None and not joint.impacts:  # no first touch: a typical speed instead
             mechanism.work0[i] = max(mechanism.work0[i], joint.clearance * mechanism.frequency)
     return mechanism
+
+
+def _check_friction(scene: Scene, structure: Structure) -> None:
+    """A sign function at rest cannot be integrated where the rate is found from the forces."""
+    for joint in (j for j in scene.joints if j.name in structure.found):
+        law = joint.friction
+        if law.law.smooth and not law.law.smooth(law.values):
+            raise ValueError(
+                f"{joint.label()}: friction {law.law.name} has a sign function at rest, but forces decide on the "
+                "joint's motion here; give it transition_rate > 0"
+            )
 
 
 def _data(sources: dict, structure: Structure, values: list[float]) -> list[np.ndarray]:

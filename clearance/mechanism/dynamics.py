@@ -1,11 +1,12 @@
 """Newton-Euler over traced scalars: islands projected on their independent speeds, reactions recovered on demand."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from clearance.joints import ClearanceRevolute, Prismatic
 from clearance.loads import Drive, Force, SpringDamper, Torque, TorsionSpring
 from clearance.mechanism.joint_forces import Calls, JointForce, amount, clearance_force, spring
 from clearance.mechanism.kinematics import ZERO, Kinematics, Propagation, moved
+from clearance.mechanism.spatial import inertia_across, reactions_across
 from clearance.mechanism.topology import Plan
 from clearance.mechanism.trace import is_number
 from clearance.scene import Scene, ground
@@ -28,9 +29,13 @@ class Ledger:
 
 @dataclass
 class Applied:
-    """Everything but inertia and reactions: wrenches (x, y, moment) on bodies about their centres of mass."""
+    """Everything but inertia and reactions: wrenches (x, y, moment) on bodies about their centres of mass.
+
+    across: what acts out of the plane, (force z, moment x, moment y) about the centre of mass.
+    """
 
     wrench: dict = field(default_factory=dict)
+    across: dict = field(default_factory=dict)
     joints: dict = field(default_factory=dict)  # ClearanceRevolute -> JointForce
     springs: dict = field(default_factory=dict)  # SpringDamper -> (length, tension)
     efforts: dict = field(default_factory=dict)  # Drive -> effort of a torque or force drive
@@ -41,8 +46,24 @@ class Applied:
             old = self.wrench.get(body, ZERO)
             self.wrench[body] = (old[0] + x, old[1] + y, old[2] + moment)
 
-    def add_at(self, body, arm, x, y):
+    def add_at(self, body, arm, x, y, z=0.0):
+        """A force at an arm (x, y, z) from the centre of mass."""
         self.add(body, x, y, arm[0] * y - arm[1] * x)
+        self.add_across(body, z, arm[1] * z - arm[2] * y, arm[2] * x - arm[0] * z)
+
+    def add_across(self, body, z=0.0, moment_x=0.0, moment_y=0.0):
+        if body is not ground:
+            old = self.across.get(body, ZERO)
+            self.across[body] = (old[0] + z, old[1] + moment_x, old[2] + moment_y)
+
+
+@dataclass
+class Reactions:
+    """What joints without clearance and drives do, in order to keep the motion."""
+
+    forces: dict = field(default_factory=dict)  # joint -> force x, y and moment about the joint's b point, on body b
+    efforts: dict = field(default_factory=dict)  # Drive -> effort
+    across: dict = field(default_factory=dict)  # joint -> force z, moments x and y about the joint's point, on body b
 
 
 class Dynamics:
@@ -57,11 +78,12 @@ class Dynamics:
     def applied(self, offsets: dict, offset_rates: dict, memories: dict) -> Applied:
         result = Applied()
         number, k = self.kinematics.number, self.kinematics
-        gx, gy = number("scene.gravity.x"), number("scene.gravity.y")
+        gx, gy, gz = (number(f"scene.gravity.{axis}") for axis in "xyz")
         self.trace.section = "gravity"
         for body in self.scene.bodies:
             mass, pose = number(f"{body.key}.mass"), k.poses[body]
             result.add(body, mass * gx, mass * gy)
+            result.add_across(body, mass * gz)
             x, y, w = self.motion[body]
             inertia = number(f"{body.key}.inertia")
             result.ledger.kinetic = result.ledger.kinetic + 0.5 * mass * (x * x + y * y) + 0.5 * inertia * w * w
@@ -83,16 +105,16 @@ class Dynamics:
         found: JointForce = clearance_force(self.calls, self.kinematics, joint, offset, rate, spins, memory)
         result.joints[joint] = found
         fx, fy = found.force
-        result.add_at(a, self.kinematics.arm(joint, "a"), -fx, -fy)
-        result.add_at(b, self.kinematics.arm(joint, "b"), fx, fy)
+        result.add_at(a, self._arm(joint, "a"), -fx, -fy)
+        result.add_at(b, self._arm(joint, "b"), fx, fy)
         result.add(a, moment=found.torque_a)
         result.add(b, moment=found.torque_b)
         result.ledger.lose(joint, found.power)
 
     def _spring(self, load, result: Applied) -> None:
         (fx, fy), energy, loss, length, tension = spring(self.calls, self.kinematics, load, self.motion)
-        result.add_at(load.a.body, self.kinematics.arm(load, "a"), -fx, -fy)
-        result.add_at(load.b.body, self.kinematics.arm(load, "b"), fx, fy)
+        result.add_at(load.a.body, self._arm(load, "a"), -fx, -fy)
+        result.add_at(load.b.body, self._arm(load, "b"), fx, fy)
         result.springs[load] = (length, tension)
         result.ledger.potential = result.ledger.potential + energy
         result.ledger.lose(load, loss)
@@ -113,9 +135,9 @@ class Dynamics:
     def _force(self, load, result: Applied) -> None:
         k, body = self.kinematics, load.point.body
         local = k.number(f"{load.key}.point.x"), k.number(f"{load.key}.point.y")
-        arm = k.poses[body].turned(*local)
-        x, y = (amount(self.calls, f"{load.key}.{n}", getattr(load, n), [self.time]) for n in ("x", "y"))
-        result.add_at(body, arm, x, y)
+        arm = (*k.poses[body].turned(*local), k.number(f"{load.key}.point.z"))
+        x, y, z = (amount(self.calls, f"{load.key}.{n}", getattr(load, n), [self.time]) for n in "xyz")
+        result.add_at(body, arm, x, y, z)
         vx, vy = moved(self.motion[body], arm)
         result.ledger.input_power = result.ledger.input_power + x * vx + y * vy
 
@@ -131,13 +153,13 @@ class Dynamics:
         slot = "torque" if load.torque is not None else "force"
         effort = amount(self.calls, f"{load.key}.{slot}", load.effort, [self.time, position, rate])
         result.efforts[load] = effort
-        self.apply_effort(load, effort, result)
+        self.apply_effort(load.target, effort, result)
         result.ledger.input_power = result.ledger.input_power + effort * rate
 
-    def apply_effort(self, load: Drive, effort, result: Applied) -> None:
-        target, k = load.target, self.kinematics
+    def apply_effort(self, target, effort, result: Applied) -> None:
+        """A torque on a body or between two, or a force along a slide."""
         if isinstance(target, Prismatic):
-            dx, dy = k.axis(target, target.a.body)
+            dx, dy = self.kinematics.axis(target, target.a.body)
             arm_a, arm_b = self._slide_arms(target)
             result.add_at(target.b.body, arm_b, effort * dx, effort * dy)
             result.add_at(target.a.body, arm_a, -(effort * dx), -(effort * dy))
@@ -147,9 +169,27 @@ class Dynamics:
             result.add(target.b.body, moment=effort)
             result.add(target.a.body, moment=-effort)
 
+    def rubbed(self, applied: Applied, efforts: dict) -> Applied:
+        """What acts, with the friction efforts of joints without clearance."""
+        result = replace(applied, wrench=dict(applied.wrench), across=dict(applied.across))
+        for joint, effort in efforts.items():
+            self.apply_effort(joint, effort, result)
+        return result
+
+    def _arm(self, part, side: str):
+        """From the centre of mass to the point of a joint or spring, out of the plane too."""
+        return *self.kinematics.arm(part, side), self.kinematics.number(f"{part.key}.{side}.z")
+
     def _slide_arms(self, joint: Prismatic):
         """Arms of both bodies to the same place, the sliding point b."""
-        return self.kinematics.reach(joint.a.body, joint, "b"), self.kinematics.arm(joint, "b")
+        height = self.kinematics.number(f"{joint.key}.a.z")
+        return (*self.kinematics.reach(joint.a.body, joint, "b"), height), self._arm(joint, "b")
+
+    def joint_rate(self, joint):
+        """Rate of body b against body a: of the angle, or of the displacement along the axis."""
+        if isinstance(joint, Prismatic):
+            return self.kinematics.slide_rate(joint, self.motion)
+        return self.motion[joint.b.body][2] - self.motion[joint.a.body][2]
 
     def drive_coordinate(self, load: Drive):
         """Driven coordinate and its rate, from poses and velocities."""
@@ -157,13 +197,17 @@ class Dynamics:
         if isinstance(target, Prismatic):
             dx, dy = k.axis(target, target.a.body)
             pa, pb = k.joint_point(target, "a"), k.joint_point(target, "b")
-            return dx * (pb[0] - pa[0]) + dy * (pb[1] - pa[1]), k.slide_rate(target, f)
+            return dx * (pb[0] - pa[0]) + dy * (pb[1] - pa[1]), self.joint_rate(target)
         if target in self.scene.bodies:
             return k.whole_angle(target), f[target][2]
-        a, b = target.a.body, target.b.body
-        return k.whole_angle(b) - k.whole_angle(a), f[b][2] - f[a][2]
+        return k.whole_angle(target.b.body) - k.whole_angle(target.a.body), self.joint_rate(target)
 
     # --- accelerations
+    def solution(self, applied: Applied, driven: dict) -> tuple[dict, Reactions]:
+        """Accelerations, and the reactions they come with."""
+        acceleration = self.accelerations(applied, driven)
+        return acceleration, self.reactions(applied, acceleration)
+
     def accelerations(self, applied: Applied, driven: dict) -> dict:
         """Acceleration of every body: per island M a = f, solved by an unrolled LDL^T.
 
@@ -236,13 +280,13 @@ class Dynamics:
         return x - turning * turning * arm[0], y - turning * turning * arm[1]
 
     # --- reactions
-    def reactions(self, applied: Applied, acceleration: dict) -> tuple[dict, dict]:
-        """Reactions of ideal joints, (force x, force y, moment about the joint's b point) on body b, and drive efforts.
+    def reactions(self, applied: Applied, acceleration: dict) -> Reactions:
+        """Reactions of joints without clearance, and drive efforts.
 
         Groups are walked backwards: closing forces from virtual work, then each body's balance gives the joint to its
         parent.
         """
-        open_wrench = Applied(self._unbalanced(applied, acceleration))
+        open_wrench = Applied(self._unbalanced(applied, acceleration), dict(applied.across))
         forces, efforts = {}, {}
         for index in reversed(range(len(self.plan.groups))):
             group = self.plan.groups[index]
@@ -259,7 +303,15 @@ class Dynamics:
                     self._apply_closure(joint, multipliers[2 * j], multipliers[2 * j + 1], open_wrench, forces)
             for attachment in reversed(group.attachments):
                 self._balance(attachment, open_wrench, forces, efforts)
-        return forces, {**applied.efforts, **efforts}
+        self.trace.section = "reactions out of the plane"
+        for body in self.scene.bodies:
+            moments = inertia_across(self.kinematics, body, acceleration[body], self.motion[body][2])
+            open_wrench.add_across(body, 0.0, *moments)
+        across = reactions_across(self.scene, self._flat_arms, open_wrench.across)
+        return Reactions(forces, {**applied.efforts, **efforts}, across)
+
+    def _flat_arms(self, joint):
+        return tuple(arm[:2] for arm in self._slide_arms(joint))
 
     def _apply_closure(self, joint, first, second, open_wrench: Applied, forces: dict) -> None:
         """A closing joint's forces on both its bodies, from the multipliers of its two equations."""

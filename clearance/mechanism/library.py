@@ -18,7 +18,7 @@ from clearance.mechanism.derivative import jacobian_text
 ALLOWED_BUILTINS = {"abs", "max", "min", "range", "float", "int", "pow"}
 _RESERVED = re.compile(
     r"(v\d+|par|work|out|t|y|math|plain|kernel|rhs|jacobian|events|commit|observe|FilmJoint|ask|_.*|[dw]\d+_.*|"
-    r"abs|max|min|range|float|int|pow|(solve|close)_\w+)$"
+    r"abs|max|min|range|float|int|pow|(solve|close|rub)_\w+)$"
 )
 
 

@@ -20,6 +20,7 @@ from clearance.mechanism.joint_forces import Calls, Memory
 from clearance.mechanism.kinematics import Kinematics, Propagation
 from clearance.mechanism.library import Library
 from clearance.mechanism.numbers import Numbers
+from clearance.mechanism.rubbing import rubbing
 from clearance.mechanism.topology import Plan
 from clearance.mechanism.trace import Slots, Trace
 from clearance.scene import Scene
@@ -116,17 +117,25 @@ class Structure:
         for joint in self.measured:
             offsets[joint], offset_rates[joint] = k.separation(joint, motion)
         self.dynamics = d = Dynamics(self.scene, k, motion, self.cut, self.calls, time)
-        self.applied = d.applied(offsets, offset_rates, memories)
-        self.acceleration = d.accelerations(self.applied, _of_drives(self.cut, driven, 2))
+        applied, second_rates = d.applied(offsets, offset_rates, memories), _of_drives(self.cut, driven, 2)
+        self.rubbing = rubbing(d, applied, second_rates)
+        self.applied = d.rubbed(applied, self.rubbing.efforts)
+        self.acceleration, self.reactions = d.solution(self.applied, second_rates)
+        self.efforts = self.reactions.efforts
         trace.section = "state"
         placed = {a.body: a.joint for g in self.plan.groups for a in g.attachments}
         second = [d.coordinate_acceleration(c, placed[c.body], self.acceleration) for c in self.plan.free]
         for joint in joints:
             second += d.offset_acceleration(joint, self.acceleration)
-        self.reactions, self.efforts = d.reactions(self.applied, self.acceleration)
         self.driven, self.motion = driven, motion
+        states = {trace.load(f"y[{i}]"): {i: 1.0} for i in range(2 * size)}
+        rates_found = trace.tangent(self.rubbing.rates.values(), states)
+        #: joints with friction whose rate is found from forces, by name
+        self.found = {j.name for j, slope in zip(self.rubbing.rates, rates_found, strict=True) if slope}
         self.state_rate = [*rate, *second, *(self.applied.joints[j].deflection_rate for j in self.bristles)]
         self.state_rate += [self.applied.joints[j].warming_rate for j in self.warm]
+        for joint, effort in self.rubbing.efforts.items():
+            self.applied.ledger.lose(joint, -effort * self.rubbing.rates[joint])
         losses = self.applied.ledger.losses if self.ledger else {}
         self.dissipated = {part: trace.load(f"y[{self.states + 1 + i}]") for i, part in enumerate(losses)}
         if self.ledger:
@@ -189,7 +198,7 @@ class Structure:
 
     def _channels(self) -> tuple[list[Channel], list]:
         rows = [*self._body_channels(), *self._joint_channels(), *self._spring_channels(), *self._drive_channels()]
-        rows += self._energy_channels()
+        rows += [*self._friction_channels(), *self._energy_channels()]
         wrapped = {f"bodies/{b.name}/theta" for b in self.scene.bodies if self.kinematics.poses[b].angle is None}
         return [Channel(*row[:3], row[0] in wrapped) for row in rows], [row[3] for row in rows]
 
@@ -220,13 +229,32 @@ class Structure:
                 yield from self._forces(joint, found.force)
                 for name, value in found.channels.items():
                     yield f"{here}/{name}", *_JOINT_CHANNELS[name], value
-                if joint in self.dissipated:
-                    yield f"{here}/dissipated", *_JOINT_CHANNELS["dissipated"], self.dissipated[joint]
             else:
-                fx, fy, moment = self.reactions[joint]
-                yield from self._forces(joint, (fx, fy))
-                if hasattr(joint, "axis"):
-                    yield f"{here}/moment", "N m", f"moment on {joint.b.body.name} about its joint point", moment
+                yield from self._reaction_channels(here, joint)
+            if joint in self.dissipated:
+                yield f"{here}/dissipated", *_JOINT_CHANNELS["dissipated"], self.dissipated[joint]
+
+    def _reaction_channels(self, here: str, joint):
+        """A joint without clearance: its reaction, in the plane and out of it, and its friction."""
+        fx, fy, moment = self.reactions.forces[joint]
+        slides, body, effort = hasattr(joint, "axis"), joint.b.body.name, self.rubbing.efforts.get(joint, 0.0)
+        if slides:
+            dx, dy = self.kinematics.axis(joint, joint.a.body)
+            fx, fy = fx + effort * dx, fy + effort * dy
+        yield from self._forces(joint, (fx, fy))
+        if slides:
+            yield f"{here}/moment", "N m", f"moment on {body} about its joint point", moment
+        if self.reactions.across:
+            rows = zip(("axial_force", "bending_x", "bending_y"), ("N", "N m", "N m"), "zxy", strict=True)
+            for (name, units, axis), value in zip(rows, self.reactions.across.get(joint, (0.0,) * 3), strict=True):
+                what = "force" if units == "N" else "moment about the joint point,"
+                yield f"{here}/{name}", units, f"{what} {axis} on {body}, out of the plane", value
+        if joint in self.rubbing.efforts:
+            what, units = ("force", "N") if slides else ("torque", "N m")
+            yield f"{here}/friction", units, f"friction {what} on {body}, positive along its motion", effort
+            if joint in self.rubbing.loads:
+                yield f"{here}/friction_load", units, "what friction makes of the reaction", self.rubbing.loads[joint]
+            yield f"{here}/power_loss", *_JOINT_CHANNELS["power_loss"], -effort * self.rubbing.rates[joint]
 
     def _spring_channels(self):
         for load in self.scene.loads:
@@ -248,7 +276,29 @@ class Structure:
             name, units = ("torque", "N m") if turns else ("force", "N")
             rate = self.driven[drive][1] if drive in self.driven else self.dynamics.drive_coordinate(drive)[1]
             yield f"drives/{drive.name}/{name}", units, f"driving {name}", effort
+            if drive in self.rubbing.ideal:
+                yield (
+                    f"drives/{drive.name}/{name}_ideal",
+                    units,
+                    f"driving {name} without joint friction",
+                    (self.rubbing.ideal[drive]),
+                )
             yield f"drives/{drive.name}/power", "W", "power put in by the drive", effort * rate
+
+    def _friction_channels(self):
+        if self.rubbing.iterations is not None:
+            yield (
+                "friction/iterations",
+                "1",
+                "iterations of the friction of coupled joints, after a first evaluation",
+                (self.rubbing.iterations),
+            )
+            yield (
+                "friction/contraction",
+                "1",
+                "change from one evaluation to the next over the one before",
+                (self.rubbing.contraction),
+            )
 
     def _energy_channels(self):
         ledger = self.applied.ledger

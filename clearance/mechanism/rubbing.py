@@ -1,0 +1,210 @@
+"""Friction of hinges and slides without clearance: what their reactions make of it, and it of their reactions.
+
+The reactions are linear in the friction efforts s: R = R_0 + G s, and friction is s = law(rate, Q(R)). Where no
+friction reaches a reaction that friction depends on, G has structural zeros only and s is explicit; that is so as long
+as only driven joints rub in a mechanism whose motion is prescribed. Elsewhere the kernel solves
+s = law(rate, Q(R_0 + G s)) by fixed point, and by Newton's method where that contracts slowly.
+"""
+
+from dataclasses import dataclass, field
+
+from clearance.joints import FrictionJoint, Prismatic
+from clearance.laws.joint_friction import pin_load, slide_load
+from clearance.mechanism import loops
+from clearance.mechanism.joint_forces import Calls
+from clearance.mechanism.trace import Trace, is_number, text
+
+#: change of the friction efforts over their sum at which they are found
+TOLERANCE = 1e-13
+#: contraction of the fixed point from which Newton's method takes over, and steps before that is judged
+SLOW, PATIENCE = 0.5, 4
+LIMIT = 60
+
+
+@dataclass
+class Rubbing:
+    """Friction of the joints that have some: efforts on body b, loads behind them, rates of b against a."""
+
+    efforts: dict = field(default_factory=dict)  # joint -> torque [N m] or force along the axis [N]
+    loads: dict = field(default_factory=dict)  # joint -> friction load [N m or N], where the law needs it
+    rates: dict = field(default_factory=dict)
+    ideal: dict = field(default_factory=dict)  # Drive -> effort without any joint friction
+    iterations: object = None  # of the coupled solve, where there is one
+    contraction: object = None
+
+
+def rubbing(dynamics, applied, driven: dict) -> Rubbing:
+    """Friction of all joints at the present state; `applied` is everything else that acts."""
+    d = dynamics
+    joints = [j for j in d.scene.joints if isinstance(j, FrictionJoint) and j.friction is not None]
+    found = Rubbing(rates={j: d.joint_rate(j) for j in joints})
+    if not joints:
+        return found
+    d.trace.section = "joint friction"
+    for joint in (j for j in joints if not j.rubs_by_load):
+        found.efforts[joint] = _law(d.calls, joint, found.rates[joint], 0.0)
+    bare = d.solution(applied, driven)
+    found.ideal = {drive: bare[1].efforts[drive] for drive in bare[1].efforts if drive.prescribes}
+    if loaded := [j for j in joints if j.rubs_by_load]:
+        base = d.solution(d.rubbed(applied, found.efforts), driven) if found.efforts else bare
+        _of_reactions(
+            d, loaded, base, lambda marks: d.solution(d.rubbed(applied, found.efforts | marks), driven), found
+        )
+    return found
+
+
+def _of_reactions(d, joints: list, base, solution, found: Rubbing) -> None:
+    """Efforts of the joints whose friction is made by their reactions."""
+    trace = d.trace
+    marks = {j: trace.load(f"rub_{i}") for i, j in enumerate(joints)}
+    marked = solution(marks)
+    seeds = {m: {i: 1.0} for i, m in enumerate(marks.values())}
+    start = {j: components(d, j, base) for j in joints}
+    slopes = {j: trace.tangent(components(d, j, marked), seeds) for j in joints}
+    coupled = sorted({k for j in joints for slope in slopes[j] for k in slope})
+    values = _coupled(d, [joints[k] for k in coupled], coupled, start, slopes, found) if coupled else []
+    for joint in joints:
+        reached = [
+            value + trace.sum(slope[k] * s for k, s in zip(coupled, values, strict=True) if k in slope)
+            for value, slope in zip(start[joint], slopes[joint], strict=True)
+        ]
+        found.loads[joint] = _load(d.calls, joint, reached)
+        if joint not in found.efforts:
+            found.efforts[joint] = _law(d.calls, joint, found.rates[joint], found.loads[joint])
+
+
+def components(d, joint, solution) -> list:
+    """What of a joint's reaction rubs: arguments of pin_load or slide_load."""
+    reactions, k = solution[1], d.kinematics
+    fx, fy, moment = reactions.forces[joint]
+    axial, mx, my = reactions.across.get(joint, (0.0, 0.0, 0.0))
+    if not isinstance(joint, Prismatic):
+        return [fx, fy, *_armed(joint, "friction_arm", "axial force", axial), *_bent(joint, mx, my)]
+    dx, dy = k.axis(joint, joint.a.body)
+    (twist,) = _armed(joint, "friction_arm", "a moment about its axis", mx * dx + my * dy)
+    return [dx * fy - dy * fx, axial, twist, moment, dx * my - dy * mx]
+
+
+def _armed(joint, arm: str, what: str, *values) -> tuple:
+    """Values that rub through an arm, which a joint must then have."""
+    if getattr(joint, arm) is None and any(not is_number(v) or v != 0.0 for v in values):
+        raise ValueError(
+            f"{joint.label()}: carries {what} from out of the plane, so friction {joint.friction.law.name} needs "
+            f"{arm} [m] (or self_aligning=True)"
+        )
+    return values
+
+
+def _bent(joint, mx, my) -> tuple:
+    return _armed(joint, "bending_arm", "a bending moment", mx, my)
+
+
+def _load(calls: Calls, joint, reached: list):
+    """Friction load of a reaction."""
+    function = slide_load if isinstance(joint, Prismatic) else pin_load
+    numbers = [calls.number(f"{joint.key}.{name}") for name in joint.geometry]
+    return calls.function(function, [*reached, *numbers], tuple(range(len(reached))))[0]
+
+
+def _law(calls: Calls, joint, rate, load):
+    return calls(joint.friction, f"{joint.key}.friction", [rate, load], 2)[0]
+
+
+def _coupled(d, joints: list, places: list[int], start: dict, slopes: dict, found: Rubbing) -> list:
+    """Efforts of joints whose friction acts back on their own loads, from a helper function of this structure."""
+    trace, library, size = d.trace, d.calls.library, len(joints)
+    inside = _Inside(d.calls)
+    unknowns = [inside.trace.load(f"z{i}") for i in range(size)]
+    results = []
+    for joint in joints:
+        reached = [
+            inside.value(v)
+            + inside.trace.sum(inside.value(s[k]) * z for k, z in zip(places, unknowns, strict=True) if k in s)
+            for v, s in zip(start[joint], slopes[joint], strict=True)
+        ]
+        results.append(_law(inside.calls, joint, inside.value(found.rates[joint]), _load(inside.calls, joint, reached)))
+    name = f"rub_{sum(n.startswith('rub_') for n in library.entries)}"
+    active = [i for i, a in enumerate(inside.outer) if not a.fixed]
+    loops.add_solver(library, size)
+    library.add_text(_solver_text(name, inside, unknowns, results))
+    library.add_text(_slope_text(f"{name}_d", inside, unknowns, results, active))
+
+    def rule(args, tangents):
+        found_slopes: list = [{} for _ in range(size + 2)]
+        for column in sorted({c for t in tangents for c in t}):
+            changes = [tangents[a].get(column, 0.0) for a in active]
+            for i, v in enumerate(trace.call(f"{name}_d", [*items[:size], *args, *changes], size)):
+                found_slopes[i][column] = v
+        return found_slopes
+
+    items = trace.call(name, inside.outer, size + 2, rule)
+    found.efforts |= dict(zip(joints, items[:size], strict=True))
+    found.iterations, found.contraction = items[size:]
+    return items[:size]
+
+
+class _Inside:
+    """A trace of its own whose leaves are values of the outer trace: the arguments of a helper function."""
+
+    def __init__(self, calls: Calls):
+        self.trace = Trace()
+        self.outer: list = []
+        self.inner: dict = {}
+        self.calls = Calls(self.trace, lambda name: self.value(calls.number(name)), calls.library)
+
+    def value(self, outer):
+        if is_number(outer):
+            return outer
+        if outer not in self.inner:
+            self.inner[outer] = self.trace.load(f"x{len(self.outer)}")
+            self.outer.append(outer)
+        return self.inner[outer]
+
+    @property
+    def names(self) -> list[str]:
+        return [f"x{i}" for i in range(len(self.outer))]
+
+
+def _solver_text(name: str, inside: _Inside, unknowns: list, results: list) -> str:
+    """Fixed point, then Newton's method: returns the efforts, iterations after the first evaluation, contraction."""
+    trace, size = inside.trace, len(unknowns)
+    z, n, step = ([f"{letter}{i}" for i in range(size)] for letter in "znd")
+    slopes = trace.tangent(results, {u: {i: 1.0} for i, u in enumerate(unknowns)})
+    matrix = [(1.0 if i == j else 0.0) - slopes[i].get(j, 0.0) for i in range(size) for j in range(size)]
+    evaluate = [*trace.statements(results), *(f"{a} = {text(r)}" for a, r in zip(n, results, strict=True))]
+    residual = [u - r for u, r in zip(unknowns, results, strict=True)]
+    changed = " + ".join(f"abs({a} - {b})" for a, b in zip(n, z, strict=True))
+    whole = " + ".join(f"abs({a})" for a in n)
+    lines = [f"def {name}({', '.join(inside.names)}):", f"    {' = '.join(z)} = 0.0", "    last = contraction = 0.0"]
+    lines += [f"    for i in range({LIMIT}):", *("        " + s for s in evaluate)]
+    lines += [f"        change, whole = {changed}, {whole}", *(f"        {a} = {b}" for a, b in zip(z, n, strict=True))]
+    lines += [
+        f"        if change <= {TOLERANCE!r} * whole:",
+        f"            return {', '.join(z)}, i + 0.0, contraction",
+    ]
+    lines += [f"        if i > 0 and last > {1e3 * TOLERANCE!r} * whole:", "            contraction = change / last"]
+    lines += [f"        if i >= {PATIENCE} and contraction > {SLOW!r}:", "            break", "        last = change"]
+    lines += [f"    for i in range({LIMIT}):", *("        " + s for s in trace.statements([*residual, *matrix]))]
+    system = ", ".join(text(v) for v in [*matrix, *residual])
+    lines += [f"        {', '.join(step)} = solve_{size}({system})"]
+    lines += [f"        {a} = {a} - {b}" for a, b in zip(z, step, strict=True)]
+    lines += [
+        f"        if {' + '.join(f'abs({b})' for b in step)} <= {TOLERANCE!r} * ({' + '.join(f'abs({a})' for a in z)}):"
+    ]
+    lines += [f"            return {', '.join(z)}, {PATIENCE} + i + 1.0, contraction"]
+    return "\n".join([*lines, f"    return {', '.join(['math.nan'] * (size + 2))}"])
+
+
+def _slope_text(name: str, inside: _Inside, unknowns: list, results: list, active: list[int]) -> str:
+    """Change of the efforts for a change of the arguments: (1 - dF/dz) dz = dF/dx dx."""
+    trace, size = inside.trace, len(unknowns)
+    seeds = {u: {i: 1.0} for i, u in enumerate(unknowns)}
+    names = list(inside.inner.values())
+    seeds |= {names[a]: {size: trace.load(f"e{i}")} for i, a in enumerate(active)}
+    slopes = trace.tangent(results, seeds)
+    matrix = [(1.0 if i == j else 0.0) - slopes[i].get(j, 0.0) for i in range(size) for j in range(size)]
+    right = [slopes[i].get(size, 0.0) for i in range(size)]
+    arguments = [*(f"z{i}" for i in range(size)), *inside.names, *(f"e{i}" for i in range(len(active)))]
+    lines = [f"def {name}({', '.join(arguments)}):", *("    " + s for s in trace.statements([*matrix, *right]))]
+    system = ", ".join(text(v) for v in [*matrix, *right])
+    return "\n".join([*lines, f"    return solve_{size}({system})"])
