@@ -74,8 +74,8 @@ __all__ = [
     "coulomb_viscous", "degree", "delivered_restitution", "effort", "exact_damping", "exact_restitution",
     "fast_film", "fem_film", "film", "film_torques", "flores", "flores_hybrid", "friction", "full_sommerfeld", "fuzzy",
     "gonthier", "greenwood_tripp", "greenwood_williamson", "grid", "ground", "harmonic", "herbert_mcwhannell", "hertz",
-    "hertz_stiffness", "hole_check", "hu_guo", "hunt_crossley", "hunt_crossley_memoryless", "impact", "johnson",
-    "kelvin_voigt", "lankarani_nikravesh", "laws", "layer_modulus", "lee_wang", "liu", "load_case", "load_sharing",
+    "hertz_stiffness", "hole_check", "hu_guo", "hunt_crossley", "hunt_crossley_memoryless", "impact",
+    "inverse_dynamics", "johnson", "kelvin_voigt", "lankarani_nikravesh", "laws", "layer_modulus", "lee_wang", "liu", "load_case", "load_sharing",
     "long_film", "lugre", "memberships", "mm", "open_result", "open_sweep", "pinkus_sternlicht", "pressure_flow_factor",
     "rpm", "sampled",
     "shear_flow_factor", "short_film", "signal", "simulate", "solve_film", "steel", "stribeck", "superposed", "sweep",
@@ -85,6 +85,7 @@ __all__ = [
 _LAZY = {
     "simulate": "clearance.simulation", "SimulationError": "clearance.simulation", "open_result": "clearance.results",
     "Result": "clearance.results", "load_case": "clearance.catalogue", "hole_check": "clearance.regimes",
+    "inverse_dynamics": "clearance.inverse.dynamics",
     "solve_film": "clearance.film.solvers", "sweep": "clearance.sweeping.driver",
     "SweepError": "clearance.sweeping.driver", "open_sweep": "clearance.sweeping.index",
     "Sweep": "clearance.sweeping.index", "grid": "clearance.sweeping.points", "zipped": "clearance.sweeping.points",

@@ -21,6 +21,7 @@ from clearance.checkpoint import PartsSink, restore, state_of
 from clearance.film.asking import Answerer
 from clearance.mechanism import store
 from clearance.mechanism.build import Mechanism, build
+from clearance.mechanism.closing import last_position
 from clearance.recording import FileSink, LedgerWatch, Recorder, chosen, filters
 from clearance.regimes import FULL_FILM, hole_warning
 from clearance.results import Result
@@ -139,7 +140,7 @@ def prepare(
     mechanism = build(scene, ledger=energy)
     if not store.is_known("rhs", mechanism.structure.texts["rhs"]):
         LOG.info("compiling: a structure this machine has not seen (the very first run also compiles the time loop)")
-    span = _span(mechanism, turns, until, samples_per_turn, samples)
+    span = span_of(scene, turns, until, samples, samples_per_turn)
     return Run(mechanism, span, rtol, choose_method(mechanism, method, rtol), max_step, max_steps)
 
 
@@ -150,10 +151,11 @@ def foreseen(mechanism: Mechanism) -> list[str]:
     return [f for f in found if f]
 
 
-def _span(mechanism: Mechanism, turns, until, samples_per_turn, samples) -> Span:
+def span_of(scene: Scene, turns, until, samples, samples_per_turn=SAMPLES_PER_TURN) -> Span:
+    """The length of a run from what was asked for. Raises ValueError naming the argument."""
     if (turns is None) == (until is None):
         raise ValueError("give the length of the run: either turns=N or until=SECONDS")
-    turn = mechanism.scene.turn
+    turn = scene.turn
     if until is None:
         turns = checks.positive("turns", turns)
         if turn is None:
@@ -435,6 +437,8 @@ class Run:
         if good < len(rows):
             channel = writer.channels[int(np.argmin(np.isfinite(rows[good])))].path
             self.spoilt = f"at t = {self.times[good]:.9g} s: {channel} is not finite; a law or motion has no value here"
+            before = self.times[good - 1] if good else writer.last[0] if writer.last else self.times[good]
+            self.spoilt = self._lost(before, self.times[good]) or self.spoilt
         writer.samples(self.times[:good], rows[:good])
         writer.impacts(self._names(), self.impacts[: place[loop.EVENTS]])
         writer.steps(self.log[: place[loop.LOGGED]])
@@ -485,7 +489,16 @@ class Run:
             code, ended = codes.FILM_LEFT, thin[0]
         where = f"joint {joints[ended].name}: " if code == codes.FILM_LEFT else ""
         time = self.clock[self.loop.TIME]
+        if code == codes.STEP_TOO_SMALL and (lost := self._lost(time, time + self.clock[self.loop.LARGEST])):
+            return lost
         return f"at t = {time:.9g} s: {where}{codes.MESSAGES[code]} ({'; '.join(states) or 'no free state'})"
+
+    def _lost(self, before: float, after: float) -> str | None:
+        """Where a mechanism whose motion is prescribed comes to an end between two times, if it does."""
+        if self.mechanism.size > 0 or not self.outputs or before >= after:
+            return None
+        found = last_position(self.mechanism, self.work, before, after)
+        return found and f"at t = {found[0]:.9g} s: {found[1]}"
 
     def _gap(self, joint) -> float:
         """Film left over the clearance."""

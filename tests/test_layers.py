@@ -15,7 +15,7 @@ LAYERS = [
     ["clearance.regimes"],
     ["clearance.mechanism", "clearance.stepping", "clearance.film"],
     ["clearance.results", "clearance.recording", "clearance.checkpoint"],
-    ["clearance.simulation"],
+    ["clearance.simulation", "clearance.inverse"],
     ["clearance.choices", "clearance.catalogue", "clearance.evidence", "clearance.sweeping"],
     ["clearance", "clearance.cli", "cases", "postprocess"],
 ]

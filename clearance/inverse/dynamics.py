@@ -1,0 +1,95 @@
+"""Prescribed motion in, driving efforts and all joint reactions out."""
+
+import time as clock
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from clearance.inverse import multipliers
+from clearance.inverse.explicit import Explicit, Singular
+from clearance.recording import FileSink, MemorySink, Recorder
+from clearance.results import Record, Result
+from clearance.scene import Scene
+from clearance.simulation import SimulationError, span_of
+
+ROUTES = ("explicit", "multipliers")
+
+
+def inverse_dynamics(
+    scene: Scene,
+    *,
+    until: float | None = None,
+    turns: float | None = None,
+    samples: int | None = None,
+    time: Sequence[float] | None = None,
+    route: str = "explicit",
+    path: str | Path | None = None,
+) -> Record:
+    """Driving efforts, joint reactions and joint friction of a scene whose motion is prescribed; nothing is integrated.
+
+    until: seconds from t = 0, or turns of the constant-speed drive, in `samples` rows (default 400 a turn, or 401); or
+    time: growing times [s] of one's own. route: "explicit", the compiled kernel that goes through the mechanism group by
+    group; "multipliers", one linear solve over all bodies and constraints, an independent formulation for checking.
+    path: write an HDF5 file there (default: the record stays in memory). The channels are those of `simulate` without
+    the energy ledger, which is an integral.
+    Raises ValueError for bad arguments and scenes with something left to find (clearance, a free coordinate, a torque
+    drive); SimulationError, with what had been computed as `result`, where the motion leads into a singular position.
+    """
+    if not isinstance(scene, Scene):
+        raise TypeError(f"inverse_dynamics needs a Scene, got {scene!r}; cl.load_case makes one from a case name")
+    if route not in ROUTES:
+        raise ValueError(f"route must be one of {', '.join(ROUTES)}; got {route!r}")
+    times = _times(scene, until, turns, samples, time)
+    began = clock.perf_counter()
+    solver = Explicit(scene)
+    failure = None
+    try:
+        rows = solver.rows(times)
+    except Singular as singular:
+        times, rows, failure = singular.times, singular.rows, str(singular)
+    if route == "multipliers" and times.size:
+        rows = _by_multipliers(solver, times, rows)
+    record = _recorded(solver, times, rows, failure, route, clock.perf_counter() - began, path)
+    if failure is not None:
+        raise SimulationError(failure, record)
+    return record
+
+
+def _by_multipliers(solver: Explicit, times: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """The same channels by the other route; positions are its own, polished from those of the kernel."""
+    place = {c.path: i for i, c in enumerate(solver.channels)}
+    poses = rows[:, [place[f"bodies/{b.name}/{n}"] for b in solver.scene.bodies for n in ("x", "y", "theta")]]
+    found = multipliers.inverse(solver.scene, times, poses.reshape(times.size, -1, 3))
+    rows = rows.copy()
+    for path, i in place.items():
+        if path in found:
+            rows[:, i] = found[path]
+    return rows
+
+
+def _recorded(solver: Explicit, times, rows, failure, route: str, wall: float, path) -> Record:
+    texts = solver.structure.texts
+    attributes = {"case": solver.scene.name, "scene": solver.scene.to_json(), "kernel": texts["observe"]}
+    channels = solver.channels
+    if path is None:
+        sink = MemorySink(channels, attributes)
+    else:
+        sink = FileSink(Path(path), channels, attributes, expected=times.size)
+    writer = Recorder(channels, sink)
+    writer.samples(times, rows)
+    summary = {"method": f"inverse dynamics, {route}", "samples": times.size, "wall_s": wall, "loop_s": solver.loop_s}
+    writer.close("complete" if failure is None else f"partial: {failure}", summary, [])
+    return sink.record if path is None else Result(path)
+
+
+def _times(scene: Scene, until, turns, samples, time) -> np.ndarray:
+    if sum(v is not None for v in (until, turns, time)) != 1:
+        raise ValueError("give exactly one of until=SECONDS, turns=N, time=[...]")
+    if time is not None:
+        times = np.asarray(time, dtype=float)
+        if times.ndim != 1 or times.size == 0 or not np.isfinite(times).all() or (np.diff(times) <= 0.0).any():
+            raise ValueError("time must be growing finite times [s], one after the other")
+        return times
+    span = span_of(scene, turns, until, samples)
+    return np.linspace(0.0, span.until, span.samples)

@@ -1,0 +1,94 @@
+"""Inverse dynamics by the compiled kernel: group by group, in the order in which the mechanism can be solved.
+
+What a scene prescribes fixes all positions, velocities and accelerations; each group of the plan (a single body, a dyad,
+a larger group) then gives its reactions to the groups before it, down to the drives. This is the route from subsystem to
+subsystem of Guo, Ju and Wang, Aerospace 11 (2024) 368, Algorithm 1, with the group as subsystem.
+"""
+
+import time as clock
+from collections.abc import Sequence
+
+import numpy as np
+
+from clearance.loads import Drive
+from clearance.mechanism import store
+from clearance.mechanism.build import Mechanism, build
+from clearance.mechanism.closing import last_position
+from clearance.scene import Scene
+from clearance.stepping.tour import tour
+from clearance.stepping.types import KERNEL
+
+#: longest way between two places followed, in rad at the typical frequency
+STRETCH = 0.1
+#: jump of a body between two samples, over the size of the mechanism and beyond what its speeds explain
+JUMP = 0.2
+
+
+class Singular(ValueError):
+    """The prescribed motion leads into a singular position; `times` and `rows` are what was computed before it."""
+
+    def __init__(self, message: str, times: np.ndarray, rows: np.ndarray):
+        super().__init__(message)
+        self.times, self.rows = times, rows
+
+
+class Explicit:
+    """A scene whose motion is prescribed, compiled; `rows(time)` gives all channels at any growing times."""
+
+    def __init__(self, scene: Scene):
+        self.scene, self.mechanism = scene, _prescribed(scene)
+        self.structure = self.mechanism.structure
+        self.channels = self.structure.channels
+        roles = ("observe", "commit" if self.structure.commits else "observe")
+        self.kernels = [store.address(self.mechanism.kernel(role), KERNEL) for role in roles]
+        self.loop_s = 0.0  # time spent in compiled code
+
+    def rows(self, time: Sequence[float]) -> np.ndarray:
+        """Channels (columns) at each time [s] (rows). Raises Singular where the motion cannot be followed."""
+        times = np.ascontiguousarray(time, dtype=float)
+        m, rows = self.mechanism, np.empty((times.size, len(self.channels)))
+        work, began = np.append(m.work0, 0.0), clock.perf_counter()
+        done = tour(*self.kernels, self.structure.commits, times, m.y0, m.par, work, STRETCH / m.frequency, rows)
+        self.loop_s = clock.perf_counter() - began
+        jumped = self._jump(times[:done], rows[:done])
+        if jumped < done:
+            raise Singular(self._over(times[jumped]), times[:jumped], rows[:jumped])
+        if done < times.size:
+            raise Singular(self._why(times, work, done), times[:done], rows[:done])
+        return rows
+
+    def _jump(self, times: np.ndarray, rows: np.ndarray) -> int:
+        """First sample at which a body is not where its speeds take it: the mechanism went over to another branch."""
+        if not any(g.closures for g in self.structure.plan.groups) or times.size < 2:
+            return times.size
+        place = {c.path: i for i, c in enumerate(self.channels)}
+        names = [(f"bodies/{b.name}/{x}", f"bodies/{b.name}/v{x}") for b in self.scene.bodies for x in "xy"]
+        at, speed = (rows[:, [place[n[i]] for n in names]] for i in (0, 1))
+        way = np.diff(times)[:, None] * np.maximum(np.abs(speed[1:]), np.abs(speed[:-1]))
+        jumped = (np.abs(np.diff(at, axis=0)) > 2.0 * way + JUMP * self.mechanism.start.size).any(axis=1)
+        return int(np.argmax(jumped)) + 1 if jumped.any() else times.size
+
+    def _over(self, time: float) -> str:
+        return f"before t = {time:.9g} s: a loop passes a singular position and jumps to its other branch"
+
+    def _why(self, times: np.ndarray, work: np.ndarray, done: int) -> str:
+        if done == 0:
+            return f"at t = {times[0]:.9g} s, the first sample: the scene has no finite position, speed or load here"
+        found = last_position(self.mechanism, work, times[done - 1], times[done])
+        if found is None:
+            return f"before t = {times[done]:.9g} s: the mechanism can no longer be followed"
+        return f"at t = {found[0]:.9g} s: {found[1]}"
+
+
+def _prescribed(scene: Scene) -> Mechanism:
+    """The mechanism of a scene whose whole motion is prescribed. Raises ValueError naming what is free."""
+    if scene.clearance_joints:
+        joint = scene.clearance_joints[0]
+        raise ValueError(f"{joint.label()} has clearance: its motion is found, not prescribed; use cl.simulate")
+    for drive in (d for d in scene.loads if isinstance(d, Drive) and not d.prescribes):
+        raise ValueError(f"{drive.label()} gives an effort, not a motion; inverse dynamics needs speed= or motion=")
+    mechanism = build(scene, ledger=False)
+    if free := mechanism.structure.plan.free:
+        names = ", ".join(f"{c.body.name} {c.what}" for c in free)
+        raise ValueError(f"no drive prescribes {names}: inverse dynamics needs a motion for every degree of freedom")
+    return mechanism

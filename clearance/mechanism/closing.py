@@ -1,0 +1,52 @@
+"""Where a mechanism with prescribed motion comes to an end: the time, the loop and its position."""
+
+import numpy as np
+
+from clearance.mechanism.build import Mechanism
+
+BISECTIONS = 60
+
+
+def last_position(mechanism: Mechanism, work: np.ndarray, before: float, after: float) -> tuple[float, str] | None:
+    """Last time at which all outputs have values, and what is lost there; None unless that is between the two times.
+
+    work: what the last accepted place left for the next.
+    """
+    known, lost = _outputs(mechanism, work, before), _outputs(mechanism, work, after)
+    if not _finite(known) or _finite(lost):
+        return None
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (before + after)
+        if not before < middle < after:
+            break
+        found = _outputs(mechanism, work, middle)
+        if _finite(found):
+            before, known = middle, found
+        else:
+            after, lost = middle, found
+    return before, _what(mechanism, known, lost)
+
+
+def _finite(outputs: dict[str, float]) -> bool:
+    return all(map(np.isfinite, outputs.values()))
+
+
+def _outputs(mechanism: Mechanism, work: np.ndarray, time: float) -> dict[str, float]:
+    channels = mechanism.structure.channels
+    out = np.empty(len(channels))
+    mechanism.kernel("observe")(time, mechanism.y0, mechanism.par, work.copy(), out)
+    return {c.path: float(v) for c, v in zip(channels, out, strict=True)}
+
+
+def _what(mechanism: Mechanism, known: dict, lost: dict) -> str:
+    """The first group that has no position any more, or the first output without a value."""
+    for group in mechanism.structure.plan.groups:
+        bodies = [a.body.name for a in group.attachments]
+        if group.closures and not all(np.isfinite(lost[f"bodies/{b}/{n}"]) for b in bodies for n in ("x", "omega")):
+            angles = ", ".join(f"{b} at {known[f'bodies/{b}/theta']:.6g} rad" for b in bodies)
+            joints = ", ".join(j.name for j in group.closures)
+            return f"the loop of {angles}, closed by joint {joints}, is in a singular position and cannot go on"
+    first = next(path for path, value in lost.items() if not np.isfinite(value))
+    if not np.isfinite(lost.get("friction/iterations", 0.0)):
+        return "the equations of joint friction have no solution (friction too large: the mechanism locks itself)"
+    return f"{first} is not finite; a law or motion has no value here"
