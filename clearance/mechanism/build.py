@@ -175,12 +175,14 @@ def _coordinate(c, joint, start: Start) -> tuple[float, float]:
 
 
 def _work(scene: Scene, structure: Structure, start: Start) -> np.ndarray:
-    """Impact speeds (from the start velocities), then the angles and slides that kernels carry from step to step."""
+    """Impact speeds (from the start velocities), then the angles and slides that kernels carry from step to step;
+    scratch for the equations of joint friction.
+    """
     angles = {body.name: pose[2] for body, pose in start.pose.items()}
     joints = {j.name: j for j in scene.joints}
     carried = [
         angles[name] if what == "angle" else start.slide(joints[name])[0]
         for what, name in structure.kinematics.remembered
     ]
-    carried += [0.0] * len(structure.remembering)
+    carried += [0.0] * (len(structure.remembering) + structure.rubbing.scratch)
     return np.array([math.hypot(*j.eccentricity_rate) for j in scene.clearance_joints] + carried)

@@ -19,11 +19,11 @@ def solve(kinematics, matrix: list[list], right: list) -> list:
         inverse = 1.0 / (a * d - b * c)
         return [(d * right[0] - b * right[1]) * inverse, (a * right[1] - c * right[0]) * inverse]
     name = f"solve_{size}"
-    add_solver(kinematics.library, size)
+    _add_solver(kinematics.library, size)
     return _solve_call(kinematics.trace, name, matrix, right)
 
 
-def add_solver(library, size: int) -> None:
+def _add_solver(library, size: int) -> None:
     if f"solve_{size}" not in library.entries:
         library.add_text(solver_source(size))
 
@@ -222,7 +222,7 @@ def solve_by_newton(k, group) -> None:
     active = [i for i, a in enumerate(inside.outer) if not a.fixed]
     seeds |= {inside.inner[i]: {size + i: 1.0} for i in active}
     slopes = inside.trace.tangent(residuals, seeds)
-    add_solver(k.library, size)
+    _add_solver(k.library, size)
     k.library.add_text(_newton_source(name, inside, residuals, slopes, size))
     k.library.add_text(_gradient_source(gradient, inside, slopes, size, active))
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 
 from clearance.joints import FrictionJoint, Prismatic
 from clearance.laws.joint_friction import pin_load, slide_load
-from clearance.mechanism import loops
 from clearance.mechanism.joint_forces import Calls
 from clearance.mechanism.trace import Trace, is_number, text
 
@@ -31,6 +30,7 @@ class Rubbing:
     ideal: dict = field(default_factory=dict)  # Drive -> effort without any joint friction
     iterations: object = None  # of the coupled solve, where there is one
     contraction: object = None
+    scratch: int = 0  # places at the end of `work` that the solve takes
 
 
 def rubbing(dynamics, applied, driven: dict) -> Rubbing:
@@ -125,21 +125,26 @@ def _coupled(d, joints: list, places: list[int], start: dict, slopes: dict, foun
         results.append(_law(inside.calls, joint, inside.value(found.rates[joint]), _load(inside.calls, joint, reached)))
     name = f"rub_{sum(n.startswith('rub_') for n in library.entries)}"
     active = [i for i, a in enumerate(inside.outer) if not a.fixed]
-    loops.add_solver(library, size)
-    library.add_text(_solver_text(name, inside, unknowns, results))
-    library.add_text(_slope_text(f"{name}_d", inside, unknowns, results, active))
+    wrap = f"work, {', '.join(['{}'] * len(inside.outer))}"
+    eliminate = library.add(eliminated)
+    library.add_text(_solver_text(name, inside, unknowns, results, eliminate))
+    library.add_text(_slope_text(f"{name}_d", inside, unknowns, results, eliminate, active))
 
     def rule(args, tangents):
         found_slopes: list = [{} for _ in range(size + 2)]
         for column in sorted({c for t in tangents for c in t}):
             changes = [tangents[a].get(column, 0.0) for a in active]
-            for i, v in enumerate(trace.call(f"{name}_d", [*items[:size], *args, *changes], size)):
+            every = [*items[:size], *args, *changes]
+            for i, v in enumerate(
+                trace.call(f"{name}_d", every, size, None, f"work, {', '.join(['{}'] * len(every))}")
+            ):
                 found_slopes[i][column] = v
         return found_slopes
 
-    items = trace.call(name, inside.outer, size + 2, rule)
+    items = trace.call(name, inside.outer, size + 2, rule, wrap)
     found.efforts |= dict(zip(joints, items[:size], strict=True))
     found.iterations, found.contraction = items[size:]
+    found.scratch = size * (size + 1)
     return items[:size]
 
 
@@ -165,7 +170,7 @@ class _Inside:
         return [f"x{i}" for i in range(len(self.outer))]
 
 
-def _solver_text(name: str, inside: _Inside, unknowns: list, results: list) -> str:
+def _solver_text(name: str, inside: _Inside, unknowns: list, results: list, eliminate: str) -> str:
     """Fixed point, then Newton's method: returns the efforts, iterations after the first evaluation, contraction."""
     trace, size = inside.trace, len(unknowns)
     z, n, step = ([f"{letter}{i}" for i in range(size)] for letter in "znd")
@@ -175,7 +180,8 @@ def _solver_text(name: str, inside: _Inside, unknowns: list, results: list) -> s
     residual = [u - r for u, r in zip(unknowns, results, strict=True)]
     changed = " + ".join(f"abs({a} - {b})" for a, b in zip(n, z, strict=True))
     whole = " + ".join(f"abs({a})" for a in n)
-    lines = [f"def {name}({', '.join(inside.names)}):", f"    {' = '.join(z)} = 0.0", "    last = contraction = 0.0"]
+    lines = [f"def {name}(work, {', '.join(inside.names)}):", f"    {' = '.join(z)} = 0.0"]
+    lines += ["    last = contraction = 0.0"]
     lines += [f"    for i in range({LIMIT}):", *("        " + s for s in evaluate)]
     lines += [f"        change, whole = {changed}, {whole}", *(f"        {a} = {b}" for a, b in zip(z, n, strict=True))]
     lines += [
@@ -185,8 +191,7 @@ def _solver_text(name: str, inside: _Inside, unknowns: list, results: list) -> s
     lines += [f"        if i > 0 and last > {1e3 * TOLERANCE!r} * whole:", "            contraction = change / last"]
     lines += [f"        if i >= {PATIENCE} and contraction > {SLOW!r}:", "            break", "        last = change"]
     lines += [f"    for i in range({LIMIT}):", *("        " + s for s in trace.statements([*residual, *matrix]))]
-    system = ", ".join(text(v) for v in [*matrix, *residual])
-    lines += [f"        {', '.join(step)} = solve_{size}({system})"]
+    lines += ["        " + s for s in _solving(eliminate, matrix, residual, step)]
     lines += [f"        {a} = {a} - {b}" for a, b in zip(z, step, strict=True)]
     lines += [
         f"        if {' + '.join(f'abs({b})' for b in step)} <= {TOLERANCE!r} * ({' + '.join(f'abs({a})' for a in z)}):"
@@ -195,7 +200,7 @@ def _solver_text(name: str, inside: _Inside, unknowns: list, results: list) -> s
     return "\n".join([*lines, f"    return {', '.join(['math.nan'] * (size + 2))}"])
 
 
-def _slope_text(name: str, inside: _Inside, unknowns: list, results: list, active: list[int]) -> str:
+def _slope_text(name: str, inside: _Inside, unknowns: list, results: list, eliminate: str, active: list[int]) -> str:
     """Change of the efforts for a change of the arguments: (1 - dF/dz) dz = dF/dx dx."""
     trace, size = inside.trace, len(unknowns)
     seeds = {u: {i: 1.0} for i, u in enumerate(unknowns)}
@@ -205,6 +210,43 @@ def _slope_text(name: str, inside: _Inside, unknowns: list, results: list, activ
     matrix = [(1.0 if i == j else 0.0) - slopes[i].get(j, 0.0) for i in range(size) for j in range(size)]
     right = [slopes[i].get(size, 0.0) for i in range(size)]
     arguments = [*(f"z{i}" for i in range(size)), *inside.names, *(f"e{i}" for i in range(len(active)))]
-    lines = [f"def {name}({', '.join(arguments)}):", *("    " + s for s in trace.statements([*matrix, *right]))]
-    system = ", ".join(text(v) for v in [*matrix, *right])
-    return "\n".join([*lines, f"    return solve_{size}({system})"])
+    lines = [f"def {name}(work, {', '.join(arguments)}):", *("    " + s for s in trace.statements([*matrix, *right]))]
+    step = [f"d{i}" for i in range(size)]
+    lines += ["    " + s for s in _solving(eliminate, matrix, right, step)]
+    return "\n".join([*lines, f"    return {', '.join(step)}"])
+
+
+def _solving(eliminate: str, matrix: list, right: list, names: list[str]) -> list[str]:
+    """Statements that solve matrix x = right in the scratch at the end of `work`."""
+    size = len(right)
+    lines = [f"first = len(work) - {size * (size + 1)}"]
+    for i in range(size):
+        row = [*matrix[i * size : (i + 1) * size], right[i]]
+        lines += [f"work[first + {i * (size + 1) + j}] = {text(v)}" for j, v in enumerate(row)]
+    lines += [f"done = {eliminate}(work, first, {size})"]
+    return lines + [f"{n} = work[first + {i * (size + 1) + size}]" for i, n in enumerate(names)]
+
+
+def eliminated(work, first, size):
+    """Gaussian elimination with partial pivoting of rows (matrix, right side) at work[first:]; the right side becomes
+    the solution.
+    """
+    width = size + 1
+    for k in range(size):
+        best = k
+        for i in range(k + 1, size):
+            if abs(work[first + i * width + k]) > abs(work[first + best * width + k]):
+                best = i
+        for j in range(k, width):
+            own, other = first + k * width + j, first + best * width + j
+            work[own], work[other] = work[other], work[own]
+        for i in range(k + 1, size):
+            factor = work[first + i * width + k] / work[first + k * width + k]
+            for j in range(k + 1, width):
+                work[first + i * width + j] -= factor * work[first + k * width + j]
+    for k in range(size - 1, -1, -1):
+        value = work[first + k * width + size]
+        for j in range(k + 1, size):
+            value -= work[first + k * width + j] * work[first + j * width + size]
+        work[first + k * width + size] = value / work[first + k * width + k]
+    return 1.0
