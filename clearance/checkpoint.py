@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.recording import FileSink, Recorder
-from clearance.results import Result
+from clearance.results import Result, replacing
 
 VERSION = 1
 #: what of a run changes as it goes, beside its arrays
@@ -135,12 +135,10 @@ def _digest(text: str) -> str:
 
 def save(path: Path, state: dict) -> None:
     """Write arrays and numbers, whole or not at all."""
-    temporary = path.with_name(f"{path.stem}.{os.getpid()}.tmp.npz")
-    with open(temporary, "wb") as file:
+    with replacing(path) as temporary, open(temporary, "wb") as file:
         np.savez(file, **state)
         file.flush()
         os.fsync(file.fileno())
-    os.replace(temporary, path)
 
 
 def load(path: Path) -> dict | None:

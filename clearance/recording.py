@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 
 from clearance.regimes import Regime, regime
-from clearance.results import Record, provenance
+from clearance.results import Record, provenance, replacing
 
 CHUNK = 2048  # rows
 
@@ -292,7 +292,6 @@ class ImageSink(FileSink):
     size = check = 0
 
     def _open(self) -> h5py.File:
-        self.partial = self.path.with_name(f"{self.path.name}.{os.getpid()}.partial")
         return h5py.File(self.partial, "w", driver="core", backing_store=False)
 
     def _place(self) -> None:
@@ -300,12 +299,8 @@ class ImageSink(FileSink):
         image = self.file.id.get_file_image()
         self.file.close()
         self.size, self.check = len(image), zlib.crc32(image)
-        try:
-            self.partial.write_bytes(image)
-            os.replace(self.partial, self.path)
-        except OSError:
-            self.partial.unlink(missing_ok=True)
-            raise
+        with replacing(self.path) as temporary:
+            temporary.write_bytes(image)
 
 
 class MemorySink:
@@ -332,7 +327,8 @@ class MemorySink:
     def close(self, status: str, solver: dict, warnings: list[str], facts: dict, ranges) -> None:
         times = np.concatenate([t for t, _ in self.pieces]) if self.pieces else np.zeros(0)
         rows = np.concatenate([r for _, r in self.pieces]) if self.pieces else np.zeros((0, len(self.channels)))
-        events = np.concatenate([r for _, r, _ in self.contacts]) if self.contacts else np.zeros((0, 7))
+        none = np.zeros((0, 1 + len(EVENT_COLUMNS)))
+        events = np.concatenate([none, *(r for _, r, _ in self.contacts)])
         table = {n: events[:, i] for i, n in enumerate(EVENT_COLUMNS, 1)}
         table["joint"] = np.array([j for joints, *_ in self.contacts for j in joints], dtype=str)
         table["kind"] = np.array([k for joints, _, k in self.contacts for _ in joints], dtype=str)

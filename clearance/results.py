@@ -11,6 +11,9 @@ import json
 import os
 import platform
 import shutil
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
 
@@ -38,6 +41,18 @@ def provenance() -> dict:
     }
 
 
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A temporary name to write to; what is there at the end becomes `path`, whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f"{path.name}.{os.getpid()}.partial")
+    try:
+        yield temporary
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
 #: name of a column -> (units, what it is, values)
 Table = dict[str, tuple[str, str, np.ndarray]]
 
@@ -45,9 +60,7 @@ Table = dict[str, tuple[str, str, np.ndarray]]
 def save_tables(path: str | Path, kind: str, attributes: dict, tables: dict[str, tuple[dict, Table]]) -> Path:
     """Write tables of a study (group -> attributes and columns) into one HDF5 file, whole or not at all."""
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f"{path.name}.{os.getpid()}.partial")
-    with h5py.File(temporary, "w") as file:
+    with replacing(path) as temporary, h5py.File(temporary, "w") as file:
         file.attrs.update(provenance() | {"format": kind} | attributes)
         for name, (own, columns) in tables.items():
             group = file.create_group(name, track_order=True)
@@ -57,7 +70,6 @@ def save_tables(path: str | Path, kind: str, attributes: dict, tables: dict[str,
                 kept = np.asarray(values, dtype=object) if text else values
                 data = group.create_dataset(column, data=kept, dtype=h5py.string_dtype() if text else None)
                 data.attrs["units"], data.attrs["long_name"] = units, what
-    os.replace(temporary, path)
     return path
 
 
@@ -88,7 +100,7 @@ class Channels:
         return f"<channels of {self._group}: {', '.join(self._record.names(self._group))}>"
 
 
-class Record:
+class Record(ABC):
     """What a run gave, by name: `run["slider"].ax`, `run.joint("B").force`, `run.energy.residual`.
 
     Subclasses say where it is (in a file, in memory) by `attributes`, `solver`, `warnings`, `events`, `names`,
@@ -100,20 +112,21 @@ class Record:
     warnings: list[str]
     events: dict[str, np.ndarray]
 
+    @abstractmethod
     def names(self, group: str) -> tuple[str, ...]:
         """What is in a group: the joints of "joints", the channels of "joints/B"; () where there is none."""
-        raise NotImplementedError
 
+    @abstractmethod
     def values(self, path: str) -> np.ndarray:
         """A channel by its path, such as "joints/B/gap". Raises KeyError for one the run has not got."""
-        raise NotImplementedError
 
+    @abstractmethod
     def facts(self, group: str) -> dict:
         """What is known of a group as a whole: `facts("joints/B")["peak_force"]`."""
-        raise NotImplementedError
 
+    @abstractmethod
     def units(self, path: str) -> str:
-        raise NotImplementedError
+        """SI units of a channel."""
 
     def __contains__(self, path: str) -> bool:
         group, _, name = path.rpartition("/")
@@ -224,10 +237,8 @@ class Result(Record):
     def save(self, path: str | Path) -> Path:
         """Copy the file to `path`, under a temporary name until it is whole."""
         path = Path(path)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary = path.with_name(f"{path.name}.{os.getpid()}.partial")
-        shutil.copyfile(self.path, temporary)
-        os.replace(temporary, path)
+        with replacing(path) as temporary:
+            shutil.copyfile(self.path, temporary)
         return path
 
     def close(self) -> None:
@@ -248,6 +259,10 @@ def _turns(target: str | dict) -> bool:
     return isinstance(target, str) or target["type"] != "Prismatic"
 
 
+class NewerFormat(ValueError):
+    """A file that a newer version of clearance wrote."""
+
+
 def open_checked(path: Path, kind: str, form: str, version: int) -> h5py.File:
     """Open an HDF5 file of ours. Raises FileNotFoundError, or ValueError for other, broken or newer files."""
     if not path.exists():
@@ -262,7 +277,7 @@ def open_checked(path: Path, kind: str, form: str, version: int) -> h5py.File:
         raise ValueError(f"{path} is not a {kind} (format {found!r})")
     if (newer := file.attrs["format_version"]) > version:
         file.close()
-        raise ValueError(f"{path} was written by a newer clearance (format {newer}; this one reads up to {version})")
+        raise NewerFormat(f"{path} was written by a newer clearance (format {newer}; this one reads up to {version})")
     return file
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 from clearance.postprocess.channels import drive_angle, name_of, series
-from clearance.postprocess.drawing import EDGE, MM, Drawing, Motion, name_joints, period
+from clearance.postprocess.drawing import EDGE, MM, Drawing, Motion, frame, name_joints, period
 from clearance.postprocess.figures import check_film, save_film, sheet
 from clearance.postprocess.labels import headline
 from clearance.postprocess.plots import FLIGHT, STATES, touched
@@ -228,12 +228,10 @@ def _scale_bar(drawing: Drawing) -> None:
 def _page(figure, drawing: Drawing, record: Record, fps: float, strongest: float, lenses: list[Lens]) -> None:
     """Fix limits and sizes, write title, clock and legend."""
     times, axes = drawing.motion.times, drawing.axes
-    margin = 0.06 * MM * drawing.size
-    (left, bottom), (right, top) = drawing.low - margin, drawing.high + margin
-    axes.set(xlim=(left, right), ylim=(bottom, top))
+    breadth, height = frame(drawing, 0.06)
     axes.axis("off")
-    scale = min(8.5 / (right - left), 7.0 / (top - bottom))
-    width, height = max(scale * (right - left), 6.5), scale * (top - bottom)
+    scale = min(8.5 / breadth, 7.0 / height)
+    width, height = max(scale * breadth, 6.5), scale * height
     said = headline([record], [""], width=width)
     above, below = 0.5 + 0.18 * len(said.splitlines()), 0.55 if lenses else 0.1
     total = height + above + below

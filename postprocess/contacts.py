@@ -18,6 +18,8 @@ from clearance.results import Record
 #: most joints on a page
 MOST_JOINTS = 3
 SECTORS = 36
+#: largest over smallest value from which axes are logarithmic
+FAR_APART = 100.0
 
 
 @dataclass(frozen=True)
@@ -74,10 +76,8 @@ def contacts_of(record: Record, joint: str, *, settle: float = 0.0, frame: str =
     touching = np.maximum(over - np.maximum(rows["time"], start), 0.0).sum()
     late = rows["time"] >= start - 1e-12 * end
     rows = {name: values[late] for name, values in rows.items()}
-    angle, share = (
-        _angles(record, joint, rows["time"], frame),
-        float(touching / (end - start)) if end > start else np.nan,
-    )
+    angle = _angles(record, joint, rows["time"], frame)
+    share = float(touching / (end - start)) if end > start else np.nan
     return Contacts(**rows, angle=angle, sampled=sampled, start=start, end=end, share=share)
 
 
@@ -234,17 +234,13 @@ def _histogram(axes, values: np.ndarray, label: str, otherwise: str | None) -> N
         axes.set_xlabel(label)
         return
     low, high, bins = 0.999 * values.min(), 1.001 * values.max(), int(np.clip(2.0 * np.sqrt(values.size), 5, 40))
-    space = np.geomspace if _wide(values) else np.linspace
-    axes.hist(values, space(low, high, bins + 1), color="0.6", edgecolor="black", lw=0.5)
+    log = figures.wide(values, FAR_APART)
+    edges = (np.geomspace if log else np.linspace)(low, high, bins + 1)
+    axes.hist(values, edges, color="0.6", edgecolor="black", lw=0.5)
     axes.axvline(np.median(values), color="#d55e00", lw=1.2, label=f"median {np.median(values):.3g}")
     axes.locator_params(axis="y", integer=True)
-    axes.set_xscale("log" if _wide(values) else "linear")
+    axes.set_xscale("log" if log else "linear")
     figures.finish(axes, "contacts [-]", label)
-
-
-def _wide(values: np.ndarray) -> bool:
-    """Whether positive values need a logarithmic axis."""
-    return bool(values.size and values.max() > 100.0 * values.min())
 
 
 def _forces(axes, found: Contacts) -> None:
@@ -253,8 +249,8 @@ def _forces(axes, found: Contacts) -> None:
     shown = (x > 0.0) & (found.peak_force > 0.0) & ~(found.sampled & found.open)  # their durations are cut off
     x, force = x[shown], found.peak_force[shown]
     axes.plot(x, force, "o", ms=3.0, mfc="none", mew=0.6, color="black")
-    axes.set_xscale("log" if _wide(x) else "linear")
-    axes.set_yscale("log" if _wide(force) else "linear")
+    axes.set_xscale("log" if figures.wide(x, FAR_APART) else "linear")
+    axes.set_yscale("log" if figures.wide(force, FAR_APART) else "linear")
     figures.finish(axes, "peak contact force [N]", label)
 
 

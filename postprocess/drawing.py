@@ -358,7 +358,7 @@ def sketch(record: Record, path: str | Path, *, at: float = 0.0, trails: bool = 
     name_bodies(drawing, k)
     name_joints(drawing, k)
     drawing.show(k)
-    width, height = frame(drawing, axes)
+    width, height = frame(drawing)
     figure.set_size_inches(8.0, np.clip(7.0 * height / width + 1.2, 3.0, 9.0))
     axes.set_xlabel("x [mm]")
     axes.set_ylabel("y [mm]")
@@ -367,9 +367,9 @@ def sketch(record: Record, path: str | Path, *, at: float = 0.0, trails: bool = 
     return save(figure, path)
 
 
-def frame(drawing: Drawing, axes) -> tuple[float, float]:
-    """Set limits with a margin round all that the mechanism sweeps; its width and height [mm]."""
-    margin = 0.08 * MM * drawing.size
+def frame(drawing: Drawing, share: float = 0.08) -> tuple[float, float]:
+    """Set limits with a margin, a share of the mechanism's size, round all that it sweeps; width and height [mm]."""
+    margin = share * MM * drawing.size
     (left, bottom), (right, top) = drawing.low - margin, drawing.high + margin
-    axes.set(xlim=(left, right), ylim=(bottom, top))
+    drawing.axes.set(xlim=(left, right), ylim=(bottom, top))
     return right - left, top - bottom

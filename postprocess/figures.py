@@ -144,10 +144,10 @@ FAR_APART = 30.0
 MOST_COLOURS = 16
 
 
-def wide(values: np.ndarray) -> bool:
+def wide(values: np.ndarray, ratio: float = FAR_APART) -> bool:
     """Whether values are positive and far enough apart for a logarithmic scale."""
     values = values[np.isfinite(values)]
-    return bool(values.size and values.min() > 0.0 and values.max() >= FAR_APART * values.min())
+    return bool(values.size and values.min() > 0.0 and values.max() >= ratio * values.min())
 
 
 def scale(values: np.ndarray, log: bool, whole: bool = False) -> Normalize:

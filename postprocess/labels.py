@@ -6,7 +6,6 @@ from collections.abc import Iterable
 
 from clearance.postprocess import figures
 from clearance.postprocess.channels import name_of
-from clearance.postprocess.plots import title
 
 from clearance.results import Record
 
@@ -40,22 +39,36 @@ def several(records: Record | Iterable[Record]) -> list[Record]:
     return found
 
 
+def about(record: Record) -> list[str]:
+    """Drive speed and clearance joints, in words."""
+    parts = [] if record.turn is None else [f"{60.0 / record.turn:.4g} rpm"]
+    for joint in record.scene["joints"]:
+        if joint["type"] == "ClearanceRevolute":
+            parts.append(f"{joint['name']} {_model(joint)} c = {joint['clearance'] * 1e3:.3g} mm")
+    return parts
+
+
+def title(record: Record) -> str:
+    """Drive speed, clearance joints and status in a line."""
+    return ", ".join([*about(record), *([] if record.complete else [record.status])])
+
+
 def headline(records: Iterable[Record], labels: Iterable[str], *more: str, width: float = 7.0) -> str:
     """Case, speed and clearances that all results share, then more lines and unfinished runs; for a `width` [inch]."""
     records, labels = list(records), list(labels)
     cases = dict.fromkeys(r.attributes["case"] for r in records)
-    parts = [title(r).removesuffix(r.status).split(", ") for r in records]
-    shared = [p for p in parts[0] if p and all(p in other for other in parts)]
+    parts = [about(r) for r in records]
+    shared = [p for p in parts[0] if all(p in other for other in parts)]
     first = ": ".join([" and ".join(cases), ", ".join(shared)]).removesuffix(": ")
     names = [f"{label}: " if len(records) > 1 else "" for label in labels]
     broken = [name + r.status for name, r in zip(names, records, strict=True) if not r.complete]
     return "\n".join(wrapped(text, width) for text in (first, *more, *broken) if text)
 
 
-def shown_in(units: str, values) -> tuple[str, float]:
+def shown_in(units: str, values, known: dict = SHOWN_IN) -> tuple[str, float]:
     """Unit in which SI values read well, and the factor to it."""
     largest = max((abs(v) for v in values if math.isfinite(v)), default=0.0) * (1.0 + 1e-9)
-    choices = SHOWN_IN.get(units, ((0.0, units, 1.0),))
+    choices = known.get(units, ((0.0, units, 1.0),))
     return next(((unit, factor) for least, unit, factor in choices if largest >= least))
 
 

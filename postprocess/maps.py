@@ -100,10 +100,8 @@ class Choice:
     @classmethod
     def of(cls, sweep: Sweep, at: dict | None) -> "Choice":
         points = sweep.definition.points
-        on_grid = [n for names, _ in points.axes for n in names]
-        drawn = tuple(n for n in points.columns if n not in on_grid)
         for name, value in (at or {}).items():
-            if name in drawn and sweep.columns[name].dtype.kind in "iuf":
+            if name in points.drawn and sweep.columns[name].dtype.kind in "iuf":
                 raise ValueError(f"at {name}={value!r}: {name} was drawn, no two points share a value of it")
         chosen = sweep.select(nearest=True, **(at or {}))
         if not chosen.size:
@@ -112,11 +110,11 @@ class Choice:
             raise ValueError(f"no point of {sweep.folder} has {wanted}; swept are {known}")
         places = np.unravel_index(chosen, sweep.shape) if sweep.shape else ()
         free = [
-            (drawn if names == ("run",) else names, place)
+            (points.varying(names), place)
             for (names, _), place in zip(points.axes, places, strict=True)
             if len(np.unique(place)) > 1
         ]
-        return cls(sweep, chosen, free, drawn, {n: sweep.columns[n][chosen[0]] for n in at or {}})
+        return cls(sweep, chosen, free, points.drawn, {n: sweep.columns[n][chosen[0]] for n in at or {}})
 
     @property
     def names(self) -> list[str]:

@@ -6,14 +6,15 @@ Every text is escaped on its way in; only `Markup`, made here, goes in as it is.
 import base64
 import html
 import math
-import os
 import re
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from clearance.postprocess.labels import NO_BREAK, SHOWN_IN
+from clearance.postprocess.labels import NO_BREAK, SHOWN_IN, shown_in
+
+from clearance.results import replacing
 
 DASH, MINUS = "\u2013", "\u2212"
 #: significant digits of a number
@@ -125,11 +126,11 @@ def number(value: float, digits: int = DIGITS) -> str:
 
 def scaled(units: str, *values: float) -> tuple[str, float]:
     """Unit in which values in SI units are shown, one that suits the largest of them, and the factor to it."""
-    largest = max((abs(v) for v in values if math.isfinite(v)), default=0.0) * (1.0 + 1e-9)
-    choices = SHOWN.get(units, ((0.0, ALIKE.get(units, units), 1.0),))
-    if largest == 0.0:
-        return next(((unit, factor) for _, unit, factor in choices if factor == 1.0), choices[0][1:])
-    return next((unit, factor) for least, unit, factor in choices if largest >= least)
+    if units not in SHOWN:
+        return ALIKE.get(units, units), 1.0
+    if not any(v and math.isfinite(v) for v in values):
+        return next(((unit, factor) for _, unit, factor in SHOWN[units] if factor == 1.0), SHOWN[units][0][1:])
+    return shown_in(units, values, SHOWN)
 
 
 def measured(value: float, units: str) -> tuple[str, str]:
@@ -256,13 +257,8 @@ class Page:
 
     def save(self, path: Path) -> Path:
         """Write the document, under a temporary name until it is whole."""
-        path.parent.mkdir(parents=True, exist_ok=True)
-        partial = path.with_name(f"{path.name}.{os.getpid()}.partial")
-        try:
-            partial.write_text(self.html(), encoding="utf-8")
-            os.replace(partial, path)
-        finally:
-            partial.unlink(missing_ok=True)
+        with replacing(path) as temporary:
+            temporary.write_text(self.html(), encoding="utf-8")
         return path
 
 

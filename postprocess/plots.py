@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from clearance.postprocess.figures import finish, line, save, sheet, trajectory
+from clearance.postprocess.labels import title
 
 from clearance.results import Record, Result
 
@@ -65,16 +66,6 @@ def orbits(result: Result, path: str | Path, *, joints: str | Iterable[str] | No
         orbit(result, name, figure.add_subplot(grid[len(mixed) + i // columns, i % columns]))
     figure.suptitle(": ".join(filter(None, (result.attributes["case"], title(result)))), fontsize="medium", wrap=True)
     return save(figure, path, dpi=130)
-
-
-def title(result: Result) -> str:
-    """Drive speed, clearance joints and status in a line."""
-    parts = [] if result.turn is None else [f"{60.0 / result.turn:.4g} rpm"]
-    for joint in result.scene["joints"]:
-        if joint["type"] == "ClearanceRevolute":
-            kind = "mixed" if joint.get("transition") else "lubricated" if joint["film"] else "dry"
-            parts.append(f"{joint['name']} {kind} c = {joint['clearance'] * 1e3:.3g} mm")
-    return ", ".join([*parts, *([] if result.complete else [result.status])])
 
 
 def motion(result: Result, axes) -> None:

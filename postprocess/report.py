@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from clearance.postprocess import plots, scenes, sections
+from clearance.postprocess import labels, plots, scenes, sections
 from clearance.postprocess.channels import KINDS
 from clearance.postprocess.contacts import SHOWN, contact_joints, contact_table, contacts
 from clearance.postprocess.drawing import sketch
@@ -108,9 +108,8 @@ def _head(run: Result) -> Markup:
     about, solver = run.attributes, run.solver
     versions = ", ".join(f"{n.removeprefix('version_')} {v}" for n, v in about.items() if n.startswith("version_"))
     title = element("h1", f"{about['case']}: {_how_long(run)}")
-    about_it = plots.title(run).removesuffix(run.status).removesuffix(", ")
     written = f"Written {date(about['created'])} by {versions}."
-    said = element("p", ". ".join(filter(None, (about_it, written))))
+    said = element("p", ". ".join(filter(None, (", ".join(labels.about(run)), written))))
     if run.complete:
         state = box("good", element("b", "complete"), f": {solver['steps']} steps in {quantity(solver['wall_s'], 's')}")
     else:

@@ -115,10 +115,8 @@ def poincare(
             figures.note(axes, "no samples")
     target, how = drive_angle(records[0])[2], _how(records, pairs, angle, settle)
     turns = " / ".join(dict.fromkeys(str(n) for n in counts))
-    said = f"{target} angle {np.degrees(angle):.4g}°, {turns} passages from turn {settle:g} on, {how}".removesuffix(
-        ", "
-    )
-    return _saved(figure, panels, records, labels, said, path)
+    said = [f"{target} angle {np.degrees(angle):.4g}°", f"{turns} passages from turn {settle:g} on", *how]
+    return _saved(figure, panels, records, labels, ", ".join(said), path)
 
 
 def bifurcation(
@@ -248,11 +246,10 @@ def _finish(axes, record: Record, pair: Pair) -> None:
         axes.set_yticks(np.linspace(-1.0, 1.0, 5))
 
 
-def _how(records: list[Record], pairs: list[Pair], angle: float, settle: float) -> str:
+def _how(records: list[Record], pairs: list[Pair], angle: float, settle: float) -> list[str]:
     """How the values of a section are found, in words."""
     times = [(r, section_times(r, angle, settle)) for r in records]
-    ways = [interpolation(r, name, t) for r, t in times if len(t) for pair in pairs for name in pair]
-    return ", ".join(dict.fromkeys(ways))
+    return list(dict.fromkeys(interpolation(r, name, t) for r, t in times if len(t) for pair in pairs for name in pair))
 
 
 def _saved(figure, panels: list, records: list[Record], labels: list[str], said: str, path: str | Path) -> Path:

@@ -74,24 +74,17 @@ def _axes(sweep: Sweep) -> str:
     """What was swept in a line."""
     found = []
     for names, count in sweep.definition.points.axes:
-        own = _of(sweep, names)
+        own = sweep.definition.points.varying(names)
         drawn = f"{count} samples of {', '.join(own)}"
         found.append(drawn if own != names else f"{' with '.join(own)} ({count})")
     return " × ".join(found) or "one point"
-
-
-def _of(sweep: Sweep, names: tuple[str, ...]) -> tuple[str, ...]:
-    """Parameters of an axis; those that were drawn for the axis of a sample."""
-    on_grid = {n for own, _ in sweep.definition.points.axes for n in own}
-    drawn = tuple(n for n in sweep.columns if n not in on_grid)
-    return drawn if names == ("run",) and "run" not in sweep.columns else names
 
 
 def _swept(sweep: Sweep) -> list[Markup]:
     """Axes with their values, what all points share, and how they were run."""
     d, rows = sweep.definition, []
     for names, _ in d.points.axes:
-        own = _of(sweep, names)
+        own = d.points.varying(names)
         drawn = own != names
         for name in own:
             values = list(dict.fromkeys(d.points.columns[name]))
@@ -102,14 +95,13 @@ def _swept(sweep: Sweep) -> list[Markup]:
             rows.append([name, len(values), _values(values, units), plain, how])
     head = ["parameter", "number", "values", "in SI units", "how"]
     axes = table(head, rows) if rows else element("p", "One point.")
-    fixed = [(n, v) for n, v in d.fixed.items()]
     options = [(n.replace("_", " "), v) for n, v in d.options.items() if v is not None]
-    options += [
-        ("turns left out of the metrics", "the first, where there is a second" if d.settle is None else d.settle)
-    ]
-    options += [("channels in run files", "all" if d.keep is None else ", ".join(d.keep) or "none: summaries only")]
-    options += [("metrics of one's own", ", ".join(d.own))] if d.own else []
-    same = facts(fixed) if fixed else element("p", "Nothing but the defaults of the case.")
+    settle = "the first, where there is a second" if d.settle is None else d.settle
+    options.append(("turns left out of the metrics", settle))
+    options.append(("channels in run files", "all" if d.keep is None else ", ".join(d.keep) or "none: summaries only"))
+    if d.own:
+        options.append(("metrics of one's own", ", ".join(reference for reference, _ in d.own)))
+    same = facts(d.fixed.items()) if d.fixed else element("p", "Nothing but the defaults of the case.")
     return [axes, element("h3", "The same at all points (SI units)"), same, element("h3", "Runs"), facts(options)]
 
 
@@ -175,8 +167,7 @@ def _pictures(page: Page, sweep: Sweep) -> list[Markup]:
     wide = [n for n in sweep.shape if n > 1]
     if not wide:
         return [missing("Nothing varies: there is nothing to draw.")]
-    on_grid = {n for names, _ in sweep.definition.points.axes for n in names}
-    drawn = any(n not in on_grid for n in sweep.columns)
+    drawn = sweep.definition.points.drawn
     parts = []
     if len(wide) > 1 and not drawn:
         parts.append(page.picture(partial(maps, sweep), "Metrics over two parameters"))

@@ -70,11 +70,16 @@ def scene_of(options):
         return case, values, case.scene(**values)
 
 
+def listed(text: str | None) -> list[str] | None:
+    """The parts of a comma list, where one is given."""
+    return text and [part.strip() for part in text.split(",") if part.strip()]
+
+
 def channel_patterns(text: str | None) -> list[str] | None:
     """--channels: a comma list of paths and patterns; "all", "none"."""
     if text is None or text == "all":
         return None
-    return [] if text == "none" else [p.strip() for p in text.split(",") if p.strip()]
+    return [] if text in ("none", "") else listed(text)
 
 
 def make_folder(options) -> None:

@@ -5,7 +5,7 @@ import json
 from contextlib import ExitStack
 from pathlib import Path
 
-from clearance.commands.common import DONE, number, quantity_of
+from clearance.commands.common import DONE, listed, number, quantity_of
 
 #: kinds of pictures of run files and of sweeps, each with the options that belong to it; the first is the default
 OF_RUNS = {
@@ -19,7 +19,8 @@ OF_SWEEPS = {
 }  # fmt: skip
 #: kinds that lay several runs over each other
 OF_SEVERAL = ("history", "phase", "poincare", "spectrum")
-OPTIONS = tuple(dict.fromkeys(o for own in (OF_RUNS | OF_SWEEPS).values() for o in own))
+KINDS = OF_RUNS | OF_SWEEPS
+OPTIONS = tuple(dict.fromkeys(o for own in KINDS.values() for o in own))
 FRAMES = 120
 EXAMPLES = """\
   clearance plot run.h5                                            overview
@@ -91,12 +92,11 @@ def run(options) -> int:
 
 def _inputs(words: list[str]) -> tuple[list[Path], str | None]:
     """Files or directory, and the kind of picture where one is named."""
-    known = OF_RUNS | OF_SWEEPS
-    kind = words[-1] if len(words) > 1 and words[-1] in known else None
+    kind = words[-1] if len(words) > 1 and words[-1] in KINDS else None
     paths = [Path(w) for w in (words[:-1] if kind else words)]
     for path in paths:
         if not path.exists():
-            hint = f", and {path} is no kind of picture; those are {', '.join(known)}" if path != paths[0] else ""
+            hint = f", and {path} is no kind of picture; those are {', '.join(KINDS)}" if path != paths[0] else ""
             raise FileNotFoundError(f"no file or directory {path}{hint}")
     folders = [p for p in paths if p.is_dir()]
     if folders and len(paths) > 1:
@@ -111,18 +111,14 @@ def _inputs(words: list[str]) -> tuple[list[Path], str | None]:
 
 def _check(options, kind: str) -> None:
     for name in OPTIONS:
-        if getattr(options, name) is not None and name not in (OF_RUNS | OF_SWEEPS)[kind]:
-            belongs = ", ".join(k for k, own in (OF_RUNS | OF_SWEEPS).items() if name in own)
+        if getattr(options, name) is not None and name not in KINDS[kind]:
+            belongs = ", ".join(k for k, own in KINDS.items() if name in own)
             raise ValueError(f"--{name} does not belong to {kind}; it belongs to {belongs}")
 
 
 def _given(options, *names: str) -> dict:
     """Options that were given, by the names of the drawing functions' arguments."""
     return {n: v for n in names if (v := getattr(options, n)) is not None}
-
-
-def _listed(text: str | None) -> list[str] | None:
-    return text and [part.strip() for part in text.split(",") if part.strip()]
 
 
 # --- pictures of runs
@@ -152,7 +148,7 @@ def _overview(options, records, output: Path) -> Path:
 def _history(options, records, output: Path) -> Path:
     from clearance.postprocess.histories import histories
 
-    channels = _listed(options.channels) or _telling(records[0])
+    channels = listed(options.channels) or _telling(records[0])
     return histories(records, output, channels=channels, **_given(options, "along", "last"))
 
 
@@ -168,7 +164,7 @@ def _telling(record) -> list[str]:
 def _orbit(options, records, output: Path) -> Path:
     from clearance.postprocess.plots import orbits
 
-    return orbits(records[0], output, joints=_listed(options.joint))
+    return orbits(records[0], output, joints=listed(options.joint))
 
 
 def _phase(options, records, output: Path) -> Path:
@@ -185,7 +181,7 @@ def _poincare(options, records, output: Path) -> Path:
 
 def _pairs(options) -> list[tuple[str, str]] | None:
     """Channels two by two."""
-    names = _listed(options.channels)
+    names = listed(options.channels)
     if names is None:
         return None
     if not names or len(names) % 2:
@@ -197,14 +193,14 @@ def _spectrum(options, records, output: Path) -> Path:
     from clearance.postprocess.channels import principal
     from clearance.postprocess.spectra import spectra
 
-    channels = _listed(options.channels) or [principal(records[0]).format("a")]
+    channels = listed(options.channels) or [principal(records[0]).format("a")]
     return spectra(records, output, channels=channels, **_given(options, "settle"))
 
 
 def _contacts(options, records, output: Path) -> Path:
     from clearance.postprocess.contacts import contacts
 
-    return contacts(records[0], output, joints=_listed(options.joint), **_given(options, "settle"))
+    return contacts(records[0], output, joints=listed(options.joint), **_given(options, "settle"))
 
 
 def _sketch(options, records, output: Path) -> Path:
@@ -244,11 +240,11 @@ def _of_sweep(options, folder: Path, kind: str | None) -> Path:
     if kind == "bifurcation":
         more = _given(options, "settle", "angle")
         return maps.bifurcation_of(
-            sweep, output, parameter=options.x, channels=_listed(options.channels), at=at, **more
+            sweep, output, parameter=options.x, channels=listed(options.channels), at=at, **more
         )  # fmt: skip
     if kind == "curves":
-        return maps.curves(sweep, output, metrics=_listed(options.metrics), x=options.x, at=at)
-    return maps.maps(sweep, output, metrics=_listed(options.metrics), x=options.x, y=options.y, at=at)
+        return maps.curves(sweep, output, metrics=listed(options.metrics), x=options.x, at=at)
+    return maps.maps(sweep, output, metrics=listed(options.metrics), x=options.x, y=options.y, at=at)
 
 
 def _at(sweep, texts: list[str]) -> dict:

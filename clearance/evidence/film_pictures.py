@@ -4,10 +4,9 @@ import math
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from clearance.evidence.pictures import saved, sheet
 from clearance.film.bearing import FilmSolution
 
 KINDS = {
@@ -15,19 +14,6 @@ KINDS = {
     "finite elements": ("#00843d", "D"),
 }  # fmt: skip
 WET = 0.999  # content above which a place counts as full
-
-
-def _figure(width: float, height: float) -> Figure:
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
-
-
-def _saved(figure: Figure, path: str | Path) -> Path:
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=130)
-    return path
 
 
 def unwrapped(solution: FilmSolution, axes, top: float | None = None, lowest: float | None = None):
@@ -54,7 +40,7 @@ def unwrapped(solution: FilmSolution, axes, top: float | None = None, lowest: fl
 
 def pressure(solution: FilmSolution, title: str, path: str | Path) -> Path:
     """The field, and along the middle the pressure beside the gap."""
-    figure = _figure(9.0, 6.2)
+    figure = sheet(9.0, 6.2)
     field, section = figure.subplots(2, 1, height_ratios=(3, 2), sharex=True)
     drawn = unwrapped(solution, field)
     figure.colorbar(drawn, ax=field, label="pressure above ambient [MPa]")
@@ -70,12 +56,12 @@ def pressure(solution: FilmSolution, title: str, path: str | Path) -> Path:
     section.grid(alpha=0.3)
     section.legend(fontsize=8, frameon=False)
     section.set_title("white edge, grey: cavitated", fontsize=8, loc="right")
-    return _saved(figure, path)
+    return saved(figure, path)
 
 
 def force_map(map_: dict, title: str, path: str | Path) -> Path:
     """Size and direction of the force over eccentricity and direction of the motion: what a table holds."""
-    figure = _figure(11.0, 4.4)
+    figure = sheet(11.0, 4.4)
     panels = figure.subplots(1, 3)
     y, angle = map_["y"], np.degrees(map_["angle"])
     shown = (
@@ -91,14 +77,14 @@ def force_map(map_: dict, title: str, path: str | Path) -> Path:
         axes.set_yticks([-math.log1p(-e) for e in ratios], [f"{e:g}" for e in ratios])
     panels[0].set_ylabel("eccentricity ratio")
     figure.suptitle(title, fontsize=10)
-    return _saved(figure, path)
+    return saved(figure, path)
 
 
 def snapshots(shots: list, joint: str, title: str, path: str | Path) -> Path:
     """Pressure fields along a run, all on one scale, with time and state above each."""
     columns = min(3, len(shots))
     rows = -(-len(shots) // columns)
-    figure = _figure(4.0 * columns, 2.6 * rows + 0.6)
+    figure = sheet(4.0 * columns, 2.6 * rows + 0.6)
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     top = max(s.solution.peak_pressure for s in shots) / 1e6
     lowest = min(float(s.solution.pressure.min()) for s in shots) / 1e6
@@ -117,12 +103,12 @@ def snapshots(shots: list, joint: str, title: str, path: str | Path) -> Path:
             axes.set_ylabel("")
     figure.colorbar(drawn, ax=panels, label="pressure above ambient [MPa]", shrink=0.8)
     figure.suptitle(f"{title}, joint {joint} (white: edge of the film)", fontsize=10)
-    return _saved(figure, path)
+    return saved(figure, path)
 
 
 def ladder(study, path: str | Path) -> Path:
     """Error against run time, left of single states and right of a whole run."""
-    figure = _figure(11.0, 5.4)
+    figure = sheet(11.0, 5.4)
     left, right = figure.subplots(1, 2)
     for axes, rungs, unit in ((left, study.states, 1e6), (right, study.runs, 1e3)):
         for kind, (colour, marker) in KINDS.items():
@@ -142,12 +128,12 @@ def ladder(study, path: str | Path) -> Path:
     right.set_ylabel("run time [ms]")
     right.set_title("six-bar feeder", fontsize=10)
     right.legend(fontsize=8, frameon=False)
-    return _saved(figure, path)
+    return saved(figure, path)
 
 
 def convergence(meshes, path: str | Path) -> Path:
     """Error of the force against unknowns, and against time."""
-    figure = _figure(10.0, 4.4)
+    figure = sheet(10.0, 4.4)
     panels = figure.subplots(1, 2, sharey=True)
     for solver in dict.fromkeys(m.solver for m in meshes):
         own = [m for m in meshes if m.solver == solver]
@@ -163,4 +149,4 @@ def convergence(meshes, path: str | Path) -> Path:
     panels[0].legend(fontsize=8, frameon=False)
     for axes in panels:
         axes.grid(True, which="major", color="0.9")
-    return _saved(figure, path)
+    return saved(figure, path)

@@ -13,10 +13,24 @@ COLOURS = ("#0b3d91", "#c8102e", "#00843d", "#6a1b9a")
 GREYS = ("#7f7f7f", "#b58900", "#2aa198", "#d33682", "#586e75", "#cb4b16", "#6c71c4", "#859900", "#93a1a1", "#000000")
 
 
+def sheet(width: float, height: float) -> Figure:
+    """An empty figure [inch], drawn without a screen."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def saved(figure: Figure, path: str | Path) -> Path:
+    """Write a picture; its folder is made."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=130)
+    return path
+
+
 def work_precision(study, path: str | Path) -> Path:
     """Error against run time, both logarithmic: own methods as thick lines, others thin and dashed."""
-    figure = Figure(figsize=(9.0, 5.2), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = sheet(9.0, 5.2)
     axes = figure.add_subplot()
     own = other = 0
     for c in study.curves:
@@ -35,18 +49,14 @@ def work_precision(study, path: str | Path) -> Path:
     axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
     span = f"{study.turns:.3g} turns" if study.turns else f"{study.until:.3g} s"
     axes.set_title(f"{study.title}, {span}", fontsize=10)
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=130)
-    return path
+    return saved(figure, path)
 
 
 def stress(verdicts, path: str | Path) -> Path:
     """The stress matrix: colour is the energy residual, grey a named stop, black a fault."""
     shown = [v for v in verdicts if "random" not in v.row] or list(verdicts)
     rows, columns = (list(dict.fromkeys(getattr(v, n) for v in shown)) for n in ("row", "column"))
-    figure = Figure(figsize=(2.2 + 1.35 * len(columns), 1.6 + 0.27 * len(rows)), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = sheet(2.2 + 1.35 * len(columns), 1.6 + 0.27 * len(rows))
     axes = figure.add_subplot()
     colours = colormaps["viridis_r"]
     for v in shown:
@@ -62,14 +72,12 @@ def stress(verdicts, path: str | Path) -> Path:
     axes.set_xlim(-0.5, len(columns) - 0.5)
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.set_title("energy residual over the energy turned over", fontsize=9)
-    figure.savefig(path, dpi=130)
-    return Path(path)
+    return saved(figure, path)
 
 
 def physics(study, path: str | Path) -> Path:
     """Distance from the finest choice of physics against run time."""
-    figure = Figure(figsize=(10.0, 6.2), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = sheet(10.0, 6.2)
     axes = figure.add_subplot()
     shown = [c for c in study.choices if math.isfinite(c.distance)]
     nearest = min((c.distance for c in shown if c.distance > 0.0), default=1.0)
@@ -84,14 +92,12 @@ def physics(study, path: str | Path) -> Path:
     axes.margins(0.1)
     axes.grid(True, which="major", color="0.9")
     axes.set_title(study.title, fontsize=10)
-    figure.savefig(path, dpi=130)
-    return Path(path)
+    return saved(figure, path)
 
 
 def lyapunov(found, path: str | Path) -> Path:
     """Running estimate of each exponent over turns, with the band of its error."""
-    figure = Figure(figsize=(9.0, 4.6), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = sheet(9.0, 4.6)
     axes = figure.add_subplot()
     for i, (name, x) in enumerate(found.items()):
         turns, running, band = range(1, x.turns + 1), x.running, x.band
@@ -106,7 +112,4 @@ def lyapunov(found, path: str | Path) -> Path:
     axes.set_ylabel("largest Lyapunov exponent per turn")
     axes.grid(True, which="major", color="0.9")
     axes.legend(fontsize=8, frameon=False)
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=130)
-    return path
+    return saved(figure, path)

@@ -2,11 +2,11 @@
 
 import hashlib
 import json
-import os
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
 
+from clearance.results import replacing
 from clearance.sweeping.points import Points
 
 FORMAT = "clearance-sweep"
@@ -108,9 +108,8 @@ def digest(path: Path) -> str:
 
 def write(definition: Definition, folder: Path) -> None:
     """Keep a definition, whole or not at all."""
-    temporary = folder / f"sweep.json.{os.getpid()}.tmp"
-    temporary.write_text(definition.to_json())
-    os.replace(temporary, folder / "sweep.json")
+    with replacing(folder / "sweep.json") as temporary:
+        temporary.write_text(definition.to_json())
 
 
 def read(folder: Path) -> Definition | None:

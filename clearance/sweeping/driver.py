@@ -17,7 +17,7 @@ from clearance.sweeping import definition as definitions
 from clearance.sweeping.definition import Definition
 from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.index import Sweep, outcomes, verified
-from clearance.sweeping.journal import DONE, FAILED, LOST, Journal, Outcome
+from clearance.sweeping.journal import DONE, FAILED, LOST, WAITING, Journal, Outcome
 from clearance.sweeping.order import Queue, shuffled
 from clearance.sweeping.points import Points, plain
 from clearance.sweeping.teams import Dask, Processes, prepare_start
@@ -29,9 +29,7 @@ ATTEMPTS = 3  # times that a point may lose its worker
 LOOK = 0.2  # seconds between two reports of the progress
 SAVE = 30.0  # seconds between two writings of the index
 REAL = ("turns", "until", "rtol", "samples_per_turn", "max_step")
-OPTIONS = (
-    "turns", "until", "rtol", "method", "samples_per_turn", "samples", "energy", "max_step", "max_steps"
-)  # fmt: skip
+OPTIONS = tuple(prepare.__kwdefaults__)  # of a run, by name
 
 
 class SweepError(RuntimeError):
@@ -294,11 +292,11 @@ class _Driver:
         for i in pending:
             if i in done and done[i].status != LOST:
                 self.counts[done[i].status] -= 1
-        return pending, [o for o in done.values() if o.only_in_file]
+        return pending, [o for o in done.values() if o.recovered]
 
     def _work(self, pending: list[int], workers: int | None, scheduler: str | None) -> None:
         queue = Queue(self.definition.points, pending)
-        stamp = f"{hash(self.definition.to_json()):x}"
+        stamp = definitions.digest(self.folder / "sweep.json")
         if scheduler is not None:
             team = Dask(str(self.folder), stamp, scheduler)
         else:
@@ -322,11 +320,11 @@ class _Driver:
     def _take(self, outcome: Outcome, queue: Queue) -> None:
         """Keep an outcome; a point that was lost with its worker is tried again."""
         index = outcome.index
+        if outcome.status == WAITING:
+            queue.put_back(index)
+            return
         if outcome.status == LOST:
-            if not outcome.reason:
-                queue.put_back(index)
-                return
-            self.in_a_row += outcome.key == ""
+            self.in_a_row += outcome.died
             self.deaths[index] = self.deaths.get(index, 0) + 1
             if outcome.reason == NO_SPACE:
                 self.stop = f"no space left in {self.folder}: make room and give the same command again"

@@ -12,12 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.results import Result, open_checked, open_result, save_tables
+from clearance.results import NewerFormat, Result, open_checked, open_result, save_tables
 from clearance.sweeping import definition as definitions
 from clearance.sweeping import journal as journals
 from clearance.sweeping.journal import DONE, FAILED, Outcome
 
 MISSING = "missing"
+PIECE = 2**24  # bytes of a run's file in memory at a time
 RUN_COLUMNS = {
     "wall": ("s", "time the run took in all"),
     "loop": ("s", "of it in the compiled loop"),
@@ -40,66 +41,21 @@ class Sweep:
             raise FileNotFoundError(f"no sweep in {self.folder}: it has no sweep.json")
         self.definition = found
         self.count = len(found.points)
-        if not self._from_index():
-            self._from_outcomes(*outcomes(self.folder, found))
-
-    # --- where the numbers come from
-    def _from_index(self) -> bool:
-        """Whether the index knows all that the journal does, and could be read."""
-        path = self.folder / "sweep.h5"
-        journal = _size(self.folder / "journal.jsonl")
-        if not path.exists():
-            return False
-        try:
-            with open_checked(path, "sweep index", definitions.FORMAT, definitions.FORMAT_VERSION) as file:
-                if journal and file.attrs["journal_bytes"] != journal:
-                    return False
-                if file.attrs["definition"] != self.definition.to_json():
-                    return False
-                runs = {n: data[()] for n, data in file["runs"].items()}
-                self.status, self.reason = (runs.pop(n).astype(str) for n in ("status", "reason"))
-                self.costs = {n: runs[n] for n in RUN_COLUMNS}
-                self.metrics = {n: data[()] for n, data in file["metrics"].items()}
-                self.known = {n: (str(d.attrs["units"]), str(d.attrs["long_name"])) for n, d in file["metrics"].items()}
-        except (OSError, KeyError):
-            return False
-        except ValueError as error:
-            if "newer" in str(error):
-                raise
-            return False
-        return True
-
-    def _from_outcomes(self, found: Iterable[Outcome], known: dict[str, tuple[str, str]]) -> None:
-        self.status = np.full(self.count, MISSING, dtype=object)
-        self.reason = np.full(self.count, "", dtype=object)
-        self.costs = {n: np.zeros(self.count) for n in RUN_COLUMNS}
-        self.metrics: dict[str, np.ndarray] = {}
-        self.known = known
-        for outcome in found:
-            i = outcome.index
-            self.status[i], self.reason[i] = outcome.status, outcome.reason
-            for name in RUN_COLUMNS:
-                self.costs[name][i] = getattr(outcome, name)
-            for name, value in outcome.metrics.items():
-                if name not in self.metrics:
-                    self.metrics[name] = np.full(self.count, np.nan)
-                self.metrics[name][i] = value
-        self.status, self.reason = self.status.astype(str), self.reason.astype(str)
+        numbers = _from_index(self.folder, found) or _from_outcomes(self.count, *outcomes(self.folder, found))
+        self.status, self.reason, self.costs, self.metrics, self.known = numbers
 
     def write(self) -> Path:
         """Keep the index as `sweep.h5`, whole or not at all."""
         definition = self.definition
-        places = {
-            f"place_{i}": ("1", f"place along axis {'_'.join(n)}") for i, (n, _) in enumerate(definition.points.axes)
-        }
-        indices = np.unravel_index(np.arange(self.count), self.shape or (1,))
+        places = np.unravel_index(np.arange(self.count), self.shape or (1,))
         runs = {
             "key": ("1", "name of the run's file", np.array(definition.keys)),
             "status": ("1", "done, failed, lost or missing", self.status),
             "reason": ("1", "why it is not done", self.reason),
         }
         runs |= {n: (*RUN_COLUMNS[n], values) for n, values in self.costs.items()}
-        runs |= {n: (*says, place) for (n, says), place in zip(places.items(), indices, strict=False)}
+        for i, (names, _) in enumerate(definition.points.axes):
+            runs[f"place_{i}"] = "1", f"place along axis {'_'.join(names)}", places[i]
         attributes = {
             "format_version": definitions.FORMAT_VERSION, "definition": definition.to_json(), "case": definition.case,
             "journal_bytes": _size(self.folder / "journal.jsonl"),
@@ -113,7 +69,7 @@ class Sweep:
         return save_tables(self.folder / "sweep.h5", definitions.FORMAT, attributes, tables)
 
     # --- what it holds
-    @property
+    @cached_property
     def columns(self) -> dict[str, np.ndarray]:
         """Values of the swept parameters over the points."""
         return {n: np.array(v) for n, v in self.definition.points.columns.items()}
@@ -151,19 +107,13 @@ class Sweep:
             dims.append(names[0] if single or names == ("run",) else "_".join(names))
             stride = int(np.prod(self.shape[i + 1 :], dtype=int))
             at = np.arange(count) * stride
-            swept = names if names != ("run",) else tuple(self._sampled())
-            for name in swept:
+            for name in self.definition.points.varying(names):
                 coordinates[name] = (dims[-1], self.columns[name][at], {"units": self.definition.units.get(name, "?")})
         data = {}
         for name, values in {"status": self.status, "reason": self.reason, **self.metrics}.items():
             units, text = self.known.get(name, ("", name))
             data[name] = (dims, values.reshape(self.shape), {"units": units, "long_name": text})
         return xarray.Dataset(data, coordinates, {"case": self.definition.case, "folder": str(self.folder)})
-
-    def _sampled(self) -> list[str]:
-        """Parameters that were drawn."""
-        named = {n for names, _ in self.definition.points.axes for n in names}
-        return [n for n in self.definition.points.columns if n not in named]
 
     def select(self, nearest: bool = False, **values) -> np.ndarray:
         """Places of the points where parameters have these values, numbers to six digits, or those nearest to them.
@@ -232,6 +182,46 @@ def _extra(package: str):
         raise ImportError(f"{package} is not installed: pip install 'clearance[xarray]'") from None
 
 
+#: status, reason, costs, metrics, and units and text of each metric
+Numbers = tuple[np.ndarray, np.ndarray, dict[str, np.ndarray], dict[str, np.ndarray], dict[str, tuple[str, str]]]
+
+
+def _from_index(folder: Path, definition: definitions.Definition) -> Numbers | None:
+    """What the index says; None where it does not know all that the journal does, or cannot be read."""
+    path, journal = folder / "sweep.h5", _size(folder / "journal.jsonl")
+    if not path.exists():
+        return None
+    try:
+        with open_checked(path, "sweep index", definitions.FORMAT, definitions.FORMAT_VERSION) as file:
+            if journal and file.attrs["journal_bytes"] != journal or file.attrs["definition"] != definition.to_json():
+                return None
+            status, reason = (file["runs"][n][()].astype(str) for n in ("status", "reason"))
+            costs = {n: file["runs"][n][()] for n in RUN_COLUMNS}
+            metrics = {n: data[()] for n, data in file["metrics"].items()}
+            known = {n: (str(d.attrs["units"]), str(d.attrs["long_name"])) for n, d in file["metrics"].items()}
+    except NewerFormat:
+        raise
+    except (OSError, KeyError, ValueError):
+        return None
+    return status, reason, costs, metrics, known
+
+
+def _from_outcomes(count: int, found: Iterable[Outcome], known: dict[str, tuple[str, str]]) -> Numbers:
+    status, reason = np.full(count, MISSING, dtype=object), np.full(count, "", dtype=object)
+    costs = {n: np.zeros(count) for n in RUN_COLUMNS}
+    metrics: dict[str, np.ndarray] = {}
+    for outcome in found:
+        i = outcome.index
+        status[i], reason[i] = outcome.status, outcome.reason
+        for name in RUN_COLUMNS:
+            costs[name][i] = getattr(outcome, name)
+        for name, value in outcome.metrics.items():
+            if name not in metrics:
+                metrics[name] = np.full(count, np.nan)
+            metrics[name][i] = value
+    return status.astype(str), reason.astype(str), costs, metrics, known
+
+
 def outcomes(folder: Path, definition: definitions.Definition) -> tuple[list[Outcome], dict[str, tuple[str, str]]]:
     """The last outcome of each point, of the journal and of run files that it does not know; units and text of each
     metric.
@@ -243,7 +233,7 @@ def outcomes(folder: Path, definition: definitions.Definition) -> tuple[list[Out
         if outcome.index < len(definition.keys) and outcome.key == definition.keys[outcome.index]:
             found[outcome.index] = outcome
     if not found:
-        found, known = _from_index(folder, definition)
+        found, known = _index_outcomes(folder, definition)
     for index, key in enumerate(definition.keys) if definition.files else ():
         if index not in found and (path := folder / "runs" / f"{key}.h5").exists():
             outcome = from_file(path, index, key)
@@ -253,21 +243,19 @@ def outcomes(folder: Path, definition: definitions.Definition) -> tuple[list[Out
     return list(found.values()), known
 
 
-def _from_index(folder: Path, definition: definitions.Definition) -> tuple[dict[int, Outcome], dict]:
+def _index_outcomes(folder: Path, definition: definitions.Definition) -> tuple[dict[int, Outcome], dict]:
     """What the index knows of a sweep that has lost its journal; where there are files, they tell."""
-    index = Sweep.__new__(Sweep)
-    index.folder, index.definition, index.count = folder, definition, len(definition.points)
-    if definition.files or not index._from_index():
+    if definition.files or (numbers := _from_index(folder, definition)) is None:
         return {}, {}
+    status, reason, costs, metrics, known = numbers
     found = {}
-    for i in np.flatnonzero(index.status != MISSING).tolist():
-        values = {n: float(v[i]) for n, v in index.metrics.items()}
-        costs = {n: index.costs[n][i].item() for n in RUN_COLUMNS}
+    for i in np.flatnonzero(status != MISSING).tolist():
+        values = {n: float(v[i]) for n, v in metrics.items()}
+        cost = {n: v[i].item() for n, v in costs.items()}
         found[i] = Outcome(
-            i, definition.keys[i], str(index.status[i]), str(index.reason[i]), values, index.known,
-            only_in_file=True, **costs,
+            i, definition.keys[i], str(status[i]), str(reason[i]), values, known, recovered=True, **cost
         )  # fmt: skip
-    return found, index.known
+    return found, known
 
 
 def from_file(path: Path, index: int, key: str) -> Outcome | None:
@@ -284,7 +272,7 @@ def from_file(path: Path, index: int, key: str) -> Outcome | None:
                 index, key, DONE if run.complete else FAILED, reason,
                 {n: float(v) for n, v in facts.items()}, {n: tuple(k) for n, k in says.items()}, len(run.warnings),
                 float(solver["wall_s"]), float(solver["loop_s"]), int(solver["steps"]), *checked(path),
-                only_in_file=True,
+                recovered=True,
             )  # fmt: skip
     except (OSError, ValueError, KeyError):
         return None
@@ -292,15 +280,18 @@ def from_file(path: Path, index: int, key: str) -> Outcome | None:
 
 def checked(path: Path) -> tuple[int, int]:
     """Bytes and CRC-32 of a file."""
-    content = path.read_bytes()
-    return len(content), zlib.crc32(content)
+    size = check = 0
+    with open(path, "rb") as file:
+        while piece := file.read(PIECE):
+            size, check = size + len(piece), zlib.crc32(piece, check)
+    return size, check
 
 
 def verified(folder: Path, definition: definitions.Definition, known: list[Outcome]) -> Iterator[Outcome]:
     """Outcomes whose files are what they were when they were written; a broken file is put aside."""
     for outcome in known:
         path = folder / "runs" / f"{outcome.key}.h5"
-        if not definition.files or not outcome.size or outcome.only_in_file:
+        if not definition.files or not outcome.size or outcome.recovered:
             yield outcome
         elif path.exists():
             if checked(path) == (outcome.size, outcome.check):

@@ -10,16 +10,17 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 DONE, FAILED, LOST = "done", "failed", "lost"
+WAITING = "waiting"  # given back by a dead worker that had not begun it; never in a journal
 
 
 @dataclass(frozen=True)
 class Outcome:
     """How one point ended.
 
-    status: done; failed (the run itself, which will fail again); lost (a worker died, a disk was full: try again).
-    metrics: values by name; known: units and text of metrics that this journal has not named before. wall: seconds in
-    all, loop: of these in the compiled loop; size and check: bytes and CRC-32 of the run's file; only_in_file: found in
-    the run's file, which the journal does not know.
+    key: the point's name, "" where no worker tells but its team. status: done; failed (the run itself, which will fail
+    again); lost (a worker died, a disk was full: try again). metrics: values by name; known: units and text of metrics
+    that this journal has not named before. wall: seconds in all, loop: of these in the compiled loop; size and check:
+    bytes and CRC-32 of the run's file; recovered: told by the run's file or the index, the journal does not know it.
     """
 
     index: int
@@ -34,7 +35,12 @@ class Outcome:
     steps: int = 0
     size: int = 0
     check: int = 0
-    only_in_file: bool = False
+    recovered: bool = False
+
+    @property
+    def died(self) -> bool:
+        """Whether its worker died with it."""
+        return self.status == LOST and not self.key
 
 
 class Journal:
@@ -55,7 +61,7 @@ class Journal:
         document = asdict(outcome)
         document["known"] = {n: k for n, k in outcome.known.items() if n not in self.named}
         self.named.update(document["known"])
-        del document["only_in_file"]
+        del document["recovered"]
         small = {n: v for n, v in document.items() if v or n in ("index", "status")}
         begin = self.file.tell()
         try:

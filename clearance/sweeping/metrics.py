@@ -154,14 +154,11 @@ def sliders(record: Record, window: Window, ideal: dict) -> Found:
         yield f"{body}_acceleration_max", a.max(), "m/s2", f"largest acceleration of {body} along its guide"
         if body in ideal:
             place, rate = (values[window.samples] for values in ideal[body])
-            far, name = np.abs(x * dx + y * dy - place).max(), f"{body}_acceleration_deviation_rms"
-            yield (
-                f"{body}_position_deviation_max",
-                far,
-                "m",
-                f"largest distance of {body} from where ideal joints have it",
-            )
-            yield name, window.rms(a - rate), "m/s2", f"root mean square of what {body} accelerates beyond ideal joints"
+            far, beyond = np.abs(x * dx + y * dy - place).max(), window.rms(a - rate)
+            text = f"largest distance of {body} from where ideal joints have it"
+            yield f"{body}_position_deviation_max", far, "m", text
+            text = f"root mean square of what {body} accelerates beyond ideal joints"
+            yield f"{body}_acceleration_deviation_rms", beyond, "m/s2", text
 
 
 def drives(record: Record, window: Window) -> Found:

@@ -35,6 +35,16 @@ class Points:
     def __getitem__(self, index: int) -> dict[str, object]:
         return {name: values[index] for name, values in self.columns.items()}
 
+    @property
+    def drawn(self) -> tuple[str, ...]:
+        """Parameters that were drawn rather than spread: no axis bears their names."""
+        named = {n for names, _ in self.axes for n in names}
+        return tuple(n for n in self.columns if n not in named)
+
+    def varying(self, names: Axis) -> Axis:
+        """Parameters that vary along an axis: those it is named after, or of samples those that were drawn."""
+        return self.drawn or names if names == ("run",) else names
+
     def __mul__(self, other: "Points") -> "Points":
         """Every point of one with every point of the other."""
         if twice := sorted(self.columns.keys() & other.columns.keys()):

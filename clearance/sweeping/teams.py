@@ -18,7 +18,7 @@ from contextlib import contextmanager, suppress
 from multiprocessing import forkserver
 from multiprocessing.connection import wait
 
-from clearance.sweeping.journal import LOST, Outcome
+from clearance.sweeping.journal import LOST, WAITING, Outcome
 from clearance.sweeping.worker import run_point, stay_quiet
 
 LOG = logging.getLogger("clearance.sweep")
@@ -104,10 +104,9 @@ class _Process:
         self.process.join()
         code = self.process.exitcode
         how = f"killed by {signal.Signals(-code).name}" if code and code < 0 else f"it ended with status {code}"
-        return [
-            Outcome(index, "", LOST, f"its worker died: {how}" if place == 0 else "")
-            for place, index in enumerate(self.hand)
-        ]
+        begun, waiting = list(self.hand)[:1], list(self.hand)[1:]
+        lost = [Outcome(index, "", LOST, f"its worker died: {how}") for index in begun]
+        return lost + [Outcome(index, "", WAITING) for index in waiting]
 
     def stop(self) -> None:
         """Let an idle worker end by itself; a busy one is not waited for."""

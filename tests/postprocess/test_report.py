@@ -1,5 +1,6 @@
 """Reports: whole HTML that needs nothing else, says what the file says, and what it cannot show."""
 
+import dataclasses
 import hashlib
 import math
 import re
@@ -401,6 +402,13 @@ def test_a_run_of_a_sweep_shows_what_the_sweep_kept(swept, tmp_path):
     assert found.row("slider_position_deviation_max")[1] == pages.measured(value, "m")[0].replace("\u00a0", " ")
 
 
+def test_metrics_of_ones_own_are_named(swept, tmp_path):
+    sweep = cl.open_sweep(swept.folder)
+    sweep.definition = dataclasses.replace(sweep.definition, own=(("/own/mine.py:travel", "0123456789abcdef"),))
+    page = Reader(report(sweep, tmp_path / "sweep.html"))
+    assert page.row("metrics of one's own")[1] == "/own/mine.py:travel"
+
+
 def test_many_points_are_cut_short(swept, tmp_path, monkeypatch):
     monkeypatch.setattr(sweep_report, "MOST", 5)
     monkeypatch.setattr(sweep_report, "FIRST", 3)
@@ -455,7 +463,7 @@ def test_a_report_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatc
     def full(*_):
         raise OSError("no space left")
 
-    monkeypatch.setattr(pages.os, "replace", full)
+    monkeypatch.setattr("os.replace", full)
     with pytest.raises(OSError, match="no space left"):
         pages.Page("new").save(tmp_path / "r.html")
     assert [p.name for p in tmp_path.iterdir()] == ["r.html"]
