@@ -315,7 +315,7 @@ def _summary(case, values: dict, result, began: tuple[float, float]) -> dict:
 
 SHARES = {"share_full_film": "full film", "share_mixed": "mixed", "share_dry": "dry"}
 JOINT_FACTS = (
-    "peak_force", "smallest_gap", "film_pressure", "piezoviscousnumber", "flattening_ratio", "mean_asperity_share",
+    "peak_force", "smallest_gap", "film_pressure", "piezoviscous_number", "flattening_ratio", "mean_asperity_share",
     "film_table_error_closing", *SHARES,
 )  # fmt: skip
 

@@ -1,0 +1,428 @@
+"""Friction of hinges and slides from their own reactions, and loads out of the plane, in the generated mechanics.
+
+Kernels run as plain Python where single states are looked at; runs use compiled ones.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import clearance as cl
+from clearance.laws.joint_friction import pin_load, slide_load
+from clearance.mechanism.build import build
+from tests import mechanisms as m
+from tests.plain import kernel
+
+LENGTHS = {"crank": 0.05, "coupler": 0.15, "rocker": 0.12}
+RATE = {"crank": 3.0}
+
+
+def bars():
+    return {
+        n: cl.Body(n, 10.0 * x, x**3, points={"near": (0, 0), "far": (x, 0)}, com=(0.4 * x, 0.01), angle=a)
+        for (n, x), a in zip(LENGTHS.items(), (0.0, 0.8, 1.6), strict=True)
+    }
+
+
+def four_bar(law=None, pin_radius=0.005, drive=None, gravity=(0.0, -9.81), **more):
+    """Crank-rocker with the same friction in all four pins; drive: of the crank (default 3 rad/s)."""
+    b = bars()
+    own = {"friction": law, "pin_radius": pin_radius} if law is not None else {}
+    ends = {
+        "A": (cl.ground.at(0, 0), b["crank"]["near"]), "B": (b["crank"]["far"], b["coupler"]["near"]),
+        "C": (b["coupler"]["far"], b["rocker"]["far"]), "D": (cl.ground.at(0.16, 0), b["rocker"]["near"]),
+    }  # fmt: skip
+    joints = [cl.Revolute(*e, name=n, **own, **more.get(n, {})) for n, e in ends.items()]
+    return cl.Scene(*joints, drive(b) if drive else cl.Drive(b["crank"], speed=3.0, start=0.3), gravity=gravity)
+
+
+def row(scene, time=0.0, y=None):
+    """Channels of the observe kernel, in plain Python."""
+    mechanism = build(scene, ledger=False)
+    out = np.zeros(len(mechanism.structure.channels))
+    work = np.append(mechanism.work0, 0.0)
+    kernel(mechanism, "observe")(time, mechanism.y0 if y is None else y, mechanism.par, work, out)
+    return {c.path: float(v) for c, v in zip(mechanism.structure.channels, out, strict=True)}
+
+
+def consistent(scene, found, tolerance=1e-11):
+    """The friction of each joint is what its law makes of its rate and of the reaction it leaves."""
+    for joint in (j for j in scene.joints if j.friction is not None):
+        here = {n.rpartition("/")[2]: v for n, v in found.items() if n.startswith(f"joints/{joint.name}/")}
+        spin = {b.name: found[f"bodies/{b.name}/omega"] for b in scene.bodies} | {"ground": 0.0}
+        if isinstance(joint, cl.Revolute):
+            rate = spin[joint.b.body.name] - spin[joint.a.body.name]
+            across = [here.get(n, 0.0) for n in ("axial_force", "bending_x", "bending_y")]
+            load = pin_load(here["force_x"], here["force_y"], *across, *joint.geometry.values())
+        else:
+            rate = found[f"bodies/{joint.b.body.name}/vx"]  # slides along x on ground here
+            load = slide_load(here["force_y"], 0.0, 0.0, here["moment"], 0.0, *joint.geometry.values())
+        assert here["friction_load"] == pytest.approx(load, rel=tolerance)
+        assert here["friction"] == pytest.approx(joint.friction(rate, load), rel=tolerance)
+        assert here["power_loss"] == pytest.approx(-here["friction"] * rate, rel=1e-13)
+
+
+def energy_rate(scene, found):
+    """Rate of kinetic energy and of potential energy of gravity [W]."""
+    total = 0.0
+    for b in scene.bodies:
+        x, y, theta = (found[f"bodies/{b.name}/{n}"] for n in ("vx", "vy", "omega"))
+        ax, ay, alpha = (found[f"bodies/{b.name}/{n}"] for n in ("ax", "ay", "alpha"))
+        total += b.mass * (x * (ax - scene.gravity[0]) + y * (ay - scene.gravity[1])) + b.inertia * theta * alpha
+    return total
+
+
+LAWS = {
+    "coulomb": cl.joint_coulomb(coefficient=0.1, viscous=0.01, load_viscous=0.002),
+    "smooth": cl.joint_coulomb(coefficient=0.1, transition_rate=0.5),
+    "stribeck": cl.joint_stribeck(static=0.3, kinetic=0.1, stribeck_rate=2.0, exponent=1.0, viscous=0.02),
+}
+
+
+# --- the coupled friction of all joints of a loop
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+@pytest.mark.parametrize("time", [0.0, 0.7, 1.9])
+def test_friction_in_every_pin_satisfies_its_own_equations(law, time):
+    """Tolerance 1e-11: the fixed point stops at 1e-13 of the efforts, the loads are sums of terms ten times larger."""
+    scene = four_bar(law)
+    found = row(scene, time)
+    consistent(scene, found)
+    assert 1.0 <= found["friction/iterations"] <= 12.0
+    assert 0.0 < found["friction/contraction"] < 0.2
+
+
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_driving_power_is_energy_and_losses(law):
+    """Tolerance 1e-12 of the power: rounding of some hundred operations."""
+    scene = four_bar(law)
+    for time in np.linspace(0.0, 2.0, 7):
+        found = row(scene, time)
+        lost = sum(found[f"joints/{n}/power_loss"] for n in "ABCD")
+        power = found["drives/crank/power"]
+        assert power == pytest.approx(energy_rate(scene, found) + lost, abs=1e-12 * max(abs(power), lost))
+
+
+def test_without_coefficients_nothing_changes_by_a_bit():
+    bare, zero = row(four_bar(), 0.4), row(four_bar(cl.joint_coulomb(coefficient=0.0)), 0.4)
+    assert {n: zero[n] for n in bare} == bare
+    assert zero["drives/crank/torque_ideal"] == bare["drives/crank/torque"]
+    small = row(four_bar(cl.joint_coulomb(coefficient=1e-9)), 0.4)
+    assert small["drives/crank/torque"] == pytest.approx(bare["drives/crank/torque"], rel=1e-7)  # linear in mu
+
+
+def test_newton_takes_over_where_the_fixed_point_contracts_slowly():
+    """Pins as large as the crank, close to locking: the same equations hold, in fewer steps than the fixed point's."""
+    scene = four_bar(cl.joint_coulomb(coefficient=1.0), pin_radius=0.05)
+    for time in (0.0, 0.25, 0.5, 0.75):
+        found = row(scene, time)
+        consistent(scene, found, 1e-10)
+        assert found["friction/contraction"] > 0.5
+        assert found["friction/iterations"] < 12.0  # a fixed point that contracts by 0.5 takes 43 to 1e-13
+
+
+def test_friction_that_locks_the_mechanism_is_said():
+    law = cl.joint_coulomb(coefficient=2.0)
+    scene = four_bar(law, pin_radius=0.025)  # by continuation in mu R_p from zero, the solution ends near 0.055 m here
+    with pytest.raises(cl.SimulationError, match="at t = .*joint friction have no solution.*locks") as stopped:
+        cl.inverse_dynamics(scene, turns=1.0, samples=50)
+    assert 0 < stopped.value.result.time.size < 50
+    assert stopped.value.result.status.startswith("partial")
+
+
+def test_driven_joints_rub_without_any_iteration():
+    law = LAWS["coulomb"]
+    own = {"A": {"friction": law, "pin_radius": 0.01}}
+    scene = four_bar(**own)
+    text = build(scene, ledger=False).structure.texts["observe"]
+    assert "pin_load" in text
+    assert "rub_" not in text
+    found, bare = row(scene, 0.4), row(four_bar(), 0.4)
+    consistent(scene, found, 1e-14)
+    assert "friction/iterations" not in found
+    for name in "ABCD":
+        for axis in "xy":
+            assert found[f"joints/{name}/force_{axis}"] == bare[f"joints/{name}/force_{axis}"]
+    assert found["drives/crank/torque"] == pytest.approx(
+        bare["drives/crank/torque"] - found["joints/A/friction"], rel=1e-14
+    )
+
+
+def test_laws_without_load_need_no_reaction():
+    law = cl.breakaway_linear(breakaway=0.025, coulomb=0.02, viscous=0.001)
+    scene = four_bar(**{n: {"friction": law} for n in "ABCD"})
+    text = build(scene, ledger=False).structure.texts["observe"]
+    assert "rub_" not in text
+    assert "pin_load" not in text
+    found = row(scene, 0.4)
+    assert "joints/B/friction_load" not in found
+    spin = found["bodies/coupler/omega"] - found["bodies/crank/omega"]
+    assert found["joints/B/friction"] == pytest.approx(law(spin, 0.0), rel=1e-14)
+
+
+def test_a_scene_without_friction_has_nothing_of_it():
+    texts = build(four_bar()).structure.texts
+    assert not any(word in text for text in texts.values() for word in ("pin_load", "rub_", "slide_load"))
+    assert not any("friction" in c.path or "ideal" in c.path for c in build(four_bar()).structure.channels)
+
+
+# --- slides
+def test_a_slide_rubs_with_its_normal_force_and_moment():
+    """A slider whose pin lies beside the guide: the force across and the tilting moment both rub."""
+    law = cl.joint_coulomb(coefficient=0.15)
+    crank = cl.Body("crank", 0.5, 1e-3, points={"near": (0, 0), "far": (0.05, 0)}, com=(0.02, 0))
+    rod = cl.Body("rod", 0.8, 2e-3, points={"near": (0, 0), "far": (0.2, 0)}, com=(0.1, 0))
+    block = cl.Body("block", 1.5, 1e-3, points={"pin": (0.0, 0.03), "shoe": (0, 0)})
+    scene = cl.Scene(
+        cl.Revolute(cl.ground.at(0, 0), crank["near"], name="A"), cl.Revolute(crank["far"], rod["near"], name="B"),
+        cl.Revolute(rod["far"], block["pin"], name="C"),
+        cl.Prismatic(cl.ground.at(0, -0.03), block["shoe"], name="guide", friction=law, overlap=0.06),
+        cl.Drive(crank, speed=20.0, start=0.4), cl.Force(block["shoe"], x=-50.0),
+    )  # fmt: skip
+    for time in (0.0, 0.1, 0.2):
+        found = row(scene, time)
+        rate = found["bodies/block/vx"]
+        normal, moment = found["joints/guide/force_y"], found["joints/guide/moment"]
+        load = abs(normal) + abs(moment) / 0.03
+        assert found["joints/guide/friction_load"] == pytest.approx(load, rel=1e-12)
+        assert found["joints/guide/friction"] == pytest.approx(-0.15 * load * math.copysign(1.0, rate), rel=1e-12)
+        # all that passes through the guide along it is friction
+        assert found["joints/guide/force_x"] == pytest.approx(found["joints/guide/friction"], rel=1e-12)
+        pushed = energy_rate(scene, found) + 50.0 * rate + found["joints/guide/power_loss"]
+        assert found["drives/crank/power"] == pytest.approx(pushed, rel=1e-11)
+
+
+# --- forward dynamics
+def sled(coefficient=0.2, transition_rate=1e-4, force=None):
+    block = cl.Body("block", 2.0, 0.01, points={"shoe": (0, 0)}, velocity=(1.0, 0.0))
+    law = cl.joint_coulomb(coefficient=coefficient, transition_rate=transition_rate)
+    guide = cl.Prismatic(cl.ground, block["shoe"], name="guide", friction=law, overlap=0.1)
+    return cl.Scene(guide, *([cl.Force(block["shoe"], x=force)] if force else []))
+
+
+def test_a_sliding_block_stops_where_and_when_coulomb_says():
+    """Stopping time v / (mu g), way v^2 / (2 mu g). The smoothed sign lags by about v_t: 1e-3 of the way."""
+    run = cl.simulate(sled(), until=1.0, rtol=1e-8)
+    way, stop = 1.0 / (2.0 * 0.2 * 9.81), 1.0 / (0.2 * 9.81)
+    x, v = run["block"].x, run["block"].vx
+    assert x[-1] == pytest.approx(way, rel=1e-3)
+    assert v[run.time < 0.99 * stop].min() > 0.0
+    assert np.abs(v[run.time > 1.01 * stop]).max() < 1e-4
+    assert np.abs(run.energy.residual).max() < 1e-6
+    assert run.joint("guide").dissipated[-1] == pytest.approx(1.0, rel=1e-5)  # the whole kinetic energy
+
+
+def test_a_block_pushed_less_than_it_can_resist_only_creeps():
+    """Below mu N the smoothed sign creeps at v_t atanh(F / mu N)."""
+    scene = sled(force=2.0)
+    run = cl.simulate(scene, until=2.0, rtol=1e-8)
+    creep = 1e-4 * math.atanh(2.0 / (0.2 * 2.0 * 9.81))
+    assert run["block"].vx[-1] == pytest.approx(creep, rel=1e-5)
+
+
+def pushed(b):
+    return cl.Drive(b["crank"], torque=0.8, start=0.3)
+
+
+def hanging():
+    """Two bars that fall, both hinges rubbing."""
+    law = cl.joint_stribeck(static=0.3, kinetic=0.1, stribeck_rate=0.5, viscous=0.003, transition_rate=0.2)
+    upper = cl.Body("upper", 1.0, 0.02, points={"near": (0, 0), "far": (0.3, 0)}, com=(0.15, 0.01), angle=0.2)
+    lower = cl.Body("lower", 0.7, 0.01, points={"near": (0, 0)}, com=(0.1, 0.0), angular_velocity=2.0, angle=-0.4)
+    own = {"friction": law, "pin_radius": 0.02}
+    return cl.Scene(
+        cl.Revolute(cl.ground, upper["near"], name="A", **own),
+        cl.Revolute(upper["far"], lower["near"], name="B", **own),
+    )
+
+
+def mixed():
+    """A crank and slider with a dry clearance joint; the other joints rub."""
+    law = cl.joint_coulomb(coefficient=0.1, viscous=1e-3, transition_rate=0.3)
+    crank = cl.Body("crank", 0.5, 1e-3, points={"near": (0, 0), "far": (0.05, 0)}, com=(0.02, 0))
+    rod = cl.Body("rod", 0.8, 2e-3, points={"near": (0, 0), "far": (0.2, 0)}, com=(0.1, 0))
+    block = cl.Body("block", 1.5, 1e-3, points={"pin": (0.0, 0.0)})
+    return cl.Scene(
+        cl.Revolute(cl.ground.at(0, 0), crank["near"], name="A", friction=law, pin_radius=0.01),
+        cl.Revolute(crank["far"], rod["near"], name="B", friction=law, pin_radius=0.01),
+        m.film(rod["far"], block["pin"], name="C"),
+        cl.Prismatic(cl.ground, block["pin"], name="guide", friction=law, overlap=0.05),
+        cl.Drive(crank, speed=20.0, start=0.4),
+    )
+
+
+FORWARD = {
+    "four_bar": lambda: four_bar(cl.joint_coulomb(coefficient=0.1, viscous=0.002, transition_rate=0.3), drive=pushed),
+    "chain": hanging, "sled": sled, "clearance": mixed,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FORWARD)
+def test_the_jacobian_is_that_of_the_right_side(name):
+    """Against central differences; tolerance 1e-6 of the largest entry of each column: what these are good for."""
+    mechanism = build(FORWARD[name]())
+    n, rng = mechanism.size, np.random.default_rng(3)
+    y = mechanism.y0.copy()
+    y[:n] += 0.3 * mechanism.scale * rng.uniform(-1.0, 1.0, n)
+    work, matrix = np.append(mechanism.work0, 0.0), np.zeros(n * n)
+    kernel(mechanism, "jacobian")(0.0, y, mechanism.par, work, matrix)
+    rhs, out = kernel(mechanism, "rhs"), np.zeros((2, y.size))
+    for i in range(n):
+        step = 1e-6 * mechanism.scale[i]
+        for k, sign in enumerate((1.0, -1.0)):
+            moved = y.copy()
+            moved[i] += sign * step
+            rhs(0.0, moved, mechanism.par, work, out[k])
+        slope = (out[0] - out[1])[:n] / (2.0 * step)
+        np.testing.assert_allclose(matrix.reshape(n, n)[:, i], slope, rtol=0.0, atol=1e-6 * np.abs(slope).max())
+
+
+@pytest.mark.parametrize("name", ["four_bar", "chain"])
+def test_energy_balance_closes_in_forward_motion(name):
+    """Residual over the energy turned over, at rtol 1e-8: 1e-6."""
+    run = cl.simulate(FORWARD[name](), until=1.0, rtol=1e-8)
+    energy = run.facts("energy")
+    assert energy["largest_residual"] < 1e-6 * energy["turned_over"]
+    assert run.energy.dissipated[-1] > 0.0
+    joints = [run.joint(j).dissipated[-1] for j in run.names("joints")]
+    assert run.energy.dissipated[-1] == pytest.approx(sum(joints), rel=1e-12)
+
+
+def test_forward_motion_from_inverse_torque():
+    """The torque that inverse dynamics gives makes the prescribed motion."""
+    law = cl.joint_coulomb(coefficient=0.1, viscous=0.002, transition_rate=2.0)
+    given_run = cl.inverse_dynamics(four_bar(law), until=1.0, samples=2001)
+    torque = given_run.values("drives/crank/torque")
+    # a Chebyshev series of the torque, smooth with this transition rate
+    series = np.polynomial.chebyshev.Chebyshev.fit(given_run.time, torque, 60, domain=[0.0, 1.0])
+    assert np.abs(series(given_run.time) - torque).max() < 1e-6 * np.abs(torque).max()
+    found = cl.simulate(four_bar(law, drive=lambda b: _series_drive(b, series.coef)), until=1.0, rtol=1e-10)
+    np.testing.assert_allclose(found["crank"].theta, 0.3 + 3.0 * found.time, rtol=0.0, atol=1e-4)
+
+
+def _series_drive(b, coefficients):
+    numbers = tuple(float(c) for c in coefficients)
+
+    @cl.effort
+    def of_series(time, position, rate):
+        x = 2.0 * time - 1.0
+        before, now, total = 1.0, x, numbers[0] + numbers[1] * x
+        for k in range(2, 61):
+            before, now = now, 2.0 * x * now - before
+            total += numbers[k] * now
+        return total
+
+    return cl.Drive(b["crank"], torque=of_series(), start=0.3, speed_start=3.0)
+
+
+def test_the_sign_function_is_refused_where_forces_decide_on_the_motion():
+    with pytest.raises(ValueError, match=r"joint A: friction joint_coulomb has a sign function.*transition_rate"):
+        build(four_bar(cl.joint_coulomb(coefficient=0.1), drive=pushed))
+    build(four_bar(cl.joint_coulomb(coefficient=0.1)))  # prescribed: fine
+
+
+# --- out of the plane
+def plate(**joint):
+    """A plate on two hinged bars, seen from above; centres of mass and pins at different heights."""
+    arm = cl.Body("arm", 2.0, 0.05, points={"near": (0, 0, 0.02), "far": (0.4, 0.0, 0.05)}, com=(0.1, 0.05, 0.01))
+    tool = cl.Body("tool", 1.0, 0.01, points={"near": (0, 0, 0.0), "tip": (0.2, 0, -0.1)}, com=(0.15, 0, -0.03),
+                   products=(2e-3, -1e-3), angle=0.7)  # fmt: skip
+    return cl.Scene(
+        cl.Revolute(cl.ground, arm["near"], name="shoulder", **joint),
+        cl.Revolute(arm["far"], tool["near"], name="elbow", **joint),
+        cl.Drive(arm, speed=2.0, start=0.3, name="arm"), cl.Drive(tool, speed=-1.0, start=1.0, name="tool"),
+        cl.Force(tool["tip"], x=5.0, y=-2.0, z=-30.0), gravity=(0.0, 0.0, -9.8),
+    )  # fmt: skip
+
+
+def spatial(scene, found):
+    """Newton and Euler in space about the centres of mass: what joints must carry, independently written."""
+    balance = {}
+    for b in scene.bodies:
+        c, s = math.cos(found[f"bodies/{b.name}/theta"]), math.sin(found[f"bodies/{b.name}/theta"])
+        turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+        w, alpha = (np.array([0, 0, found[f"bodies/{b.name}/{n}"]]) for n in ("omega", "alpha"))
+        pxz, pyz = b.products
+        inertia = turn @ np.array([[1.0, 0, -pxz], [0, 1.0, -pyz], [-pxz, -pyz, b.inertia]]) @ turn.T
+        a = np.array([found[f"bodies/{b.name}/ax"], found[f"bodies/{b.name}/ay"], 0.0])
+        force = b.mass * (a - np.array([*scene.gravity, 0.0][:3]))
+        balance[b.name] = [force, inertia @ alpha + np.cross(w, inertia @ w), turn]
+    return balance
+
+
+def test_loads_out_of_the_plane_of_a_chain():
+    """All six components of both joints against Newton and Euler in space; tolerance 1e-12 of rounding."""
+    scene = plate()
+    found = row(scene, 0.3)
+    balance = spatial(scene, found)
+    tool, arm = scene.bodies[1], scene.bodies[0]
+    height = {"arm": 0.01, "tool": -0.03}
+
+    def offset(body, point):
+        x, y, z = point
+        local = np.array([x - body.com[0], y - body.com[1], z - height[body.name]])
+        return balance[body.name][2] @ local
+
+    push, at = np.array([5.0, -2.0, -30.0]), offset(tool, (0.2, 0, -0.1))
+    elbow, shoulder = offset(tool, (0, 0, 0.0)), offset(arm, (0, 0, 0.02))
+    force = balance["tool"][0] - push
+    moment = balance["tool"][1] - np.cross(at, push) - np.cross(elbow, force)
+    far = offset(arm, (0.4, 0, 0.05))
+    force2 = balance["arm"][0] + force
+    moment2 = balance["arm"][1] + np.cross(far, force) + moment - np.cross(shoulder, force2)
+    for name, f, n in (("elbow", force, moment), ("shoulder", force2, moment2)):
+        here = {k: found[f"joints/{name}/{k}"] for k in ("force_x", "force_y", "axial_force", "bending_x", "bending_y")}
+        expected = [*f, *n[:2]]
+        np.testing.assert_allclose(
+            list(here.values()), expected, rtol=0.0, atol=1e-12 * np.abs(expected).max(), err_msg=name
+        )
+
+
+def test_friction_takes_axial_force_and_bending():
+    law = cl.joint_coulomb(coefficient=0.2)
+    scene = plate(friction=law, pin_radius=0.02, friction_arm=0.03, bending_arm=0.06)
+    consistent(scene, row(scene, 0.3))
+
+
+@pytest.mark.parametrize(
+    ("missing", "field"), [({"bending_arm": 0.05}, "friction_arm"), ({"friction_arm": 0.03}, "bending_arm")]
+)
+def test_arms_are_asked_for_where_they_rub(missing, field):
+    law = cl.joint_coulomb(coefficient=0.2)
+    with pytest.raises(ValueError, match=f"joint (elbow|shoulder): carries .* needs {field}"):
+        build(plate(friction=law, pin_radius=0.02, **missing))
+
+
+def test_loops_need_to_say_who_carries_loads_out_of_the_plane():
+    gravity = (0.0, -9.81, -2.0)
+    with pytest.raises(ValueError, match=r"closed loop \(joints .*self_aligning=True"):
+        build(four_bar(gravity=gravity))
+    scene = four_bar(gravity=gravity, C={"self_aligning": True})
+    found = row(scene, 0.2)
+    weights = {b.name: 2.0 * b.mass for b in scene.bodies}
+    assert found["joints/C/axial_force"] == 0.0
+    assert found["joints/B/axial_force"] == pytest.approx(weights["coupler"], rel=1e-14)
+    assert found["joints/A/axial_force"] == pytest.approx(weights["coupler"] + weights["crank"], rel=1e-14)
+    assert found["joints/D/axial_force"] == pytest.approx(weights["rocker"], rel=1e-14)
+    with pytest.raises(ValueError, match="body rocker: .* no joint carries them"):
+        build(four_bar(gravity=gravity, C={"self_aligning": True}, D={"self_aligning": True}))
+
+
+def test_a_planar_scene_has_no_loads_out_of_the_plane():
+    assert not any("axial" in c.path or "bending" in c.path for c in build(four_bar()).structure.channels)
+
+
+# --- properties
+@settings(max_examples=15, deadline=None)
+@given(
+    coefficient=st.floats(0.0, 0.4), radius=st.floats(1e-3, 0.015), viscous=st.floats(0.0, 0.1),
+    time=st.floats(0.0, 2.0),
+)  # fmt: skip
+def test_any_friction_in_every_pin(coefficient, radius, viscous, time):
+    law = cl.joint_coulomb(coefficient=coefficient, viscous=viscous)
+    scene = four_bar(law, pin_radius=radius)
+    found = row(scene, time)
+    consistent(scene, found, 1e-10)
+    assert all(found[f"joints/{n}/power_loss"] >= 0.0 for n in "ABCD")
