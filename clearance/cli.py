@@ -309,6 +309,7 @@ def _summary(case, values: dict, result, began: tuple[float, float]) -> dict:
         "contacts": contacts,
         "open_contacts": sum(str(k) == "open_contact" for k in events["kind"]),
         "joints": _joint_extremes(result),
+        "drives": _drive_extremes(result),
         "warnings": result.warnings,
     }
 
@@ -328,7 +329,27 @@ def _joint_extremes(result) -> dict:
         found[name] = {n: float(facts[n]) for n in JOINT_FACTS if n in facts}
         if result.time.size and "film_thickness_ratio" in joint and "film_radial" in joint:
             found[name]["smallest_film_thickness_ratio"] = result.range(f"joints/{name}/film_thickness_ratio")[0]
+        if result.time.size and f"joints/{name}/friction_load" in result:
+            found[name]["peak_friction"] = _peak(result, f"joints/{name}/friction")
+            found[name]["friction_units"] = result.units(f"joints/{name}/friction")
     return found
+
+
+def _drive_extremes(result) -> dict:
+    """Largest efforts of the drives, and of what they were without joint friction."""
+    found = {}
+    for name in result.names("drives") if result.time.size else ():
+        kinds = [k for k in ("torque", "force") if f"drives/{name}/{k}" in result]
+        for kind in kinds:
+            path = f"drives/{name}/{kind}"
+            found[name] = {"units": result.units(path), "peak": _peak(result, path)}
+            if f"{path}_ideal" in result:
+                found[name]["peak_ideal"] = _peak(result, f"{path}_ideal")
+    return found
+
+
+def _peak(result, path: str) -> float:
+    return float(max(map(abs, result.range(path))))
 
 
 def _readable(summary: dict) -> str:
@@ -352,9 +373,14 @@ def _readable(summary: dict) -> str:
             line += f", {', '.join(shares)}, {joint['mean_asperity_share']:.0%} of the load on the solids"
         if "film_table_error_closing" in joint:
             line += f", film table within {joint['film_table_error_closing']:.1e}"
+        if "peak_friction" in joint:
+            line += f", friction up to {joint['peak_friction']:.4g} {joint['friction_units']}"
         if name in s["contacts"]:
             line += f", {s['contacts'][name]} contacts"
         lines.append(line)
+    for name, drive in s["drives"].items():
+        ideal = f", {drive['peak_ideal']:.6g} without joint friction" if "peak_ideal" in drive else ""
+        lines.append(f"  drive {name:<6} peak effort {drive['peak']:.6g} {drive['units']}{ideal}")
     if s["contacts"]:
         still = f" ({s['open_contacts']} not over at the end)" if s["open_contacts"] else ""
         lines.append(f"  events       {sum(s['contacts'].values())} contacts{still}")

@@ -179,6 +179,8 @@ def choose_method(mechanism: Mechanism, method: str = "auto", rtol: float = 1e-6
         return _implicit(rtol, stages_only=True), "asked for radau; the number of stages suits rtol"
     if method != "auto":
         return method, "asked for"
+    if mechanism.size == 0:
+        return "dop853", "nothing is free to move: only the energy ledger is integrated"
     if not films:
         return "dop853", NOT_STIFF
     return _implicit(rtol), f"the film of joint {', '.join(films)} makes the scene stiff; the fastest for this rtol"
@@ -268,7 +270,7 @@ class Run:
         self.vector = np.zeros(max(states * states, 1))
         self.complexes = np.zeros((2 * (states + 2), max(states, 1)), np.complex128)
         self.scratch = np.zeros((7, max(size, 3 * joints, 1)))
-        self.place[loop.MAY_SWITCH] = self.reason == NOT_STIFF and mechanism.size > 0
+        self.place[loop.MAY_SWITCH] = self.reason == NOT_STIFF
         self.take(self.method)
         self.wall, self.contact_count = 0.0, 0
         self.spoilt = ""  # why the outputs cannot be trusted any more

@@ -62,7 +62,9 @@ def _states(mechanism: Mechanism) -> list[str]:
 
 def _joint(joint: Joint) -> dict:
     if not isinstance(joint, ClearanceRevolute):
-        return {"kind": type(joint).__name__, "reality": "ideal"}
+        made_of = {"friction": repr(joint.friction)} if joint.friction is not None else {}
+        made_of |= {n: f"{getattr(joint, n):g} m" for n in joint.arms if getattr(joint, n) is not None}
+        return {"kind": type(joint).__name__, "reality": "rubbing" if joint.friction else "ideal", **made_of}
     parts = {s: repr(getattr(joint, s)) for s in PARTS if getattr(joint, s) is not None}
     film = "lubricated" if joint.contact is None else "mixed"
     return {"kind": "ClearanceRevolute", "reality": film if joint.film is not None else "dry", **parts}
@@ -97,15 +99,22 @@ def _left_out(mechanism: Mechanism, roles: list[str]) -> list[str]:
     scene, joints = mechanism.scene, mechanism.scene.clearance_joints
     missing = []
     if not joints:
-        missing += ["clearance states", "contact events"]
-    for slot in PARTS:
+        missing += ["clearance states", "contact events", "contact, film and all other laws of clearance joints"]
+    structure = mechanism.structure
+    if not structure.rubbing.efforts:
+        missing.append("friction of joints without clearance")
+    elif structure.rubbing.iterations is None:
+        missing.append("iteration of joint friction (no friction acts back on what makes it)")
+    if not structure.reactions.across:
+        missing.append("loads out of the plane")
+    for slot in PARTS if joints else ():
         if not any(getattr(j, slot) is not None for j in joints):
             missing.append(slot)
     if "jacobian" not in roles:
         missing.append("jacobian kernel (explicit stepper)")
     if all(g.form != "newton" for g in mechanism.structure.plan.groups):
         missing.append("Newton loops")
-    if not scene.gravity[0] and not scene.gravity[1]:
+    if not any(scene.gravity):
         missing.append("gravity")
     missing += [n for n in ("SpringDamper", "TorsionSpring", "Force", "Torque") if not _has(scene, n)]
     return missing

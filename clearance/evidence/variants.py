@@ -37,10 +37,10 @@ def reduced(scene: Scene) -> dict[str, Scene]:
     """The scene, and what is left of it when parts are taken out, the smallest last: what each part costs."""
     found = {"as it is": scene}
     clearances = scene.clearance_joints
-    if any(j.friction is not None for j in clearances):
-        found["without friction"] = rebuilt(scene, joint=lambda j: _replaced(j, friction=None))
+    if any(j.friction is not None for j in scene.joints):
+        found["without friction"] = rebuilt(scene, joint=lambda j: dataclasses.replace(j, friction=None))
     if any(j.film is not None and j.film_torques for j in clearances):
-        found["without film torques"] = rebuilt(scene, joint=lambda j: _replaced(j, film_torques=False))
+        found["without film torques"] = rebuilt(scene, joint=_without_film_torques)
     if len(clearances) > 1:
         first = clearances[0].name
         found[f"clearance in {first} only"] = rebuilt(scene, joint=lambda j: j if j.name == first else _ideal(j))
@@ -50,13 +50,15 @@ def reduced(scene: Scene) -> dict[str, Scene]:
 
 
 def idealised(scene: Scene) -> Scene:
-    """The scene with an ideal hinge for every clearance joint."""
+    """The scene with an ideal hinge for every clearance joint, and no friction in any joint."""
     return rebuilt(scene, joint=_ideal)
 
 
-def _replaced(joint: Joint, **values) -> Joint:
-    return dataclasses.replace(joint, **values) if isinstance(joint, ClearanceRevolute) else joint
+def _without_film_torques(joint: Joint) -> Joint:
+    return dataclasses.replace(joint, film_torques=False) if isinstance(joint, ClearanceRevolute) else joint
 
 
 def _ideal(joint: Joint) -> Joint:
-    return Revolute(joint.a, joint.b, name=joint.name) if isinstance(joint, ClearanceRevolute) else joint
+    if isinstance(joint, ClearanceRevolute):  # which carries nothing out of the plane
+        return Revolute(joint.a, joint.b, name=joint.name, self_aligning=True)
+    return dataclasses.replace(joint, friction=None)
