@@ -248,12 +248,12 @@ class Run:
         self.control[t.NEWTON_TOLERANCE] = NEWTON_TOLERANCE
         self.clock, self.place = np.zeros(loop.CLOCK_SIZE), np.zeros(loop.PLACE_SIZE, np.int64)
         self.clock[loop.END] = span.until
-        self.clock[loop.LARGEST] = max_step or self._largest_step()
         online = [s for s in mechanism.sources.values() if isinstance(s, Answerer)]
         for source in online:
             source.reset()
         self.budget = SLOW_BUDGET if online else BUDGET
         self.clock[loop.SAMPLE_EVERY] = span.until / (span.samples - 1)
+        self.clock[loop.LARGEST] = max_step or self._largest_step()
         self.place[loop.SAMPLES] = span.samples
         self.place[loop.STEP_LIMIT] = max_steps or STEP_LIMIT
         self.place[loop.COMMITS] = mechanism.structure.commits
@@ -276,9 +276,15 @@ class Run:
         self.spoilt = ""  # why the outputs cannot be trusted any more
 
     def _largest_step(self) -> float:
-        """A share of a turn, or of the span; films with a memory are first order in it and need it short."""
+        """A share of a turn, or of the span; films with a memory are first order in it and need it short.
+
+        Prescribed motions may have corners that a long step would not see: no longer than the way between two samples.
+        """
         share = REMEMBERED_SHARE if self.mechanism.structure.remembering else LARGEST_SHARE
-        return min(self.mechanism.scene.turn or self.span.until, self.span.until) * share
+        longest = min(self.mechanism.scene.turn or self.span.until, self.span.until) * share
+        if any(getattr(load, "motion", None) is not None for load in self.mechanism.scene.loads):
+            longest = min(longest, self.clock[self.loop.SAMPLE_EVERY])
+        return longest
 
     def take(self, method: str) -> None:
         """Use a stepper: its functions, the kernels it needs, its scratch."""
