@@ -25,6 +25,11 @@ def test_sweep_example(tmp_path, monkeypatch, capsys):
     assert "slider_acceleration_max" in capsys.readouterr().out
 
 
+def test_joint_friction_example(capsys):
+    exec(compile(next(b for b in BLOCKS if "inverse_dynamics(" in b), "README", "exec"), {})
+    assert capsys.readouterr().out
+
+
 def test_own_mechanism(tmp_path, capsys):
     path = tmp_path / "my_mechanism.py"
     path.write_text(next(b for b in BLOCKS if "def scene(" in b))
