@@ -8,6 +8,7 @@ import numpy as np
 
 from clearance.inverse import multipliers
 from clearance.inverse.explicit import Explicit, Singular
+from clearance.loads import TorsionSpring
 from clearance.recording import FileSink, MemorySink, Recorder
 from clearance.results import Record, Result
 from clearance.scene import Scene
@@ -29,8 +30,8 @@ def inverse_dynamics(
     """Driving efforts, joint reactions and joint friction of a scene whose motion is prescribed; nothing is integrated.
 
     until: seconds from t = 0, or turns of the constant-speed drive, in `samples` rows (default 400 a turn, or 401); or
-    time: growing times [s] of one's own. route: "explicit", the compiled kernel that goes through the mechanism group by
-    group; "multipliers", one linear solve over all bodies and constraints, an independent formulation for checking.
+    time: growing times [s] of one's own. route: "explicit", the compiled kernel that goes through the mechanism group
+    by group; "multipliers", one linear solve over all bodies and constraints, an independent formulation for checking.
     path: write an HDF5 file there (default: the record stays in memory). The channels are those of `simulate` without
     the energy ledger, which is an integral.
     Raises ValueError for bad arguments and scenes with something left to find (clearance, a free coordinate, a torque
@@ -49,7 +50,11 @@ def inverse_dynamics(
     except Singular as singular:
         times, rows, failure = singular.times, singular.rows, str(singular)
     if route == "multipliers" and times.size:
-        rows = _by_multipliers(solver, times, rows)
+        try:
+            rows = _by_multipliers(solver, times, rows)
+        except multipliers.SingularPosition as singular:
+            done = next(iter(singular.done.values()), np.empty(0)).size
+            times, rows, failure = times[:done], _filled(solver, rows[:done], singular.done), str(singular)
     record = _recorded(solver, times, rows, failure, route, clock.perf_counter() - began, path)
     if failure is not None:
         raise SimulationError(failure, record)
@@ -57,14 +62,23 @@ def inverse_dynamics(
 
 
 def _by_multipliers(solver: Explicit, times: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """The same channels by the other route; positions are its own, polished from those of the kernel."""
-    place = {c.path: i for i, c in enumerate(solver.channels)}
-    poses = rows[:, [place[f"bodies/{b.name}/{n}"] for b in solver.scene.bodies for n in ("x", "y", "theta")]]
-    found = multipliers.inverse(solver.scene, times, poses.reshape(times.size, -1, 3))
+    """The same channels by the other route; positions are its own, polished from those of the kernel.
+
+    The kernel may know angles up to whole turns only: too little for a torsion spring.
+    """
+    place, poses = {c.path: i for i, c in enumerate(solver.channels)}, None
+    if not any(isinstance(load, TorsionSpring) for load in solver.scene.loads):
+        poses = rows[:, [place[f"bodies/{b.name}/{n}"] for b in solver.scene.bodies for n in ("x", "y", "theta")]]
+        poses = poses.reshape(times.size, -1, 3)
+    return _filled(solver, rows, multipliers.inverse(solver.scene, times, poses))
+
+
+def _filled(solver: Explicit, rows: np.ndarray, found: dict[str, np.ndarray]) -> np.ndarray:
+    """Rows with the channels found; springs and energies are those of the kernel."""
     rows = rows.copy()
-    for path, i in place.items():
-        if path in found:
-            rows[:, i] = found[path]
+    for i, channel in enumerate(solver.channels):
+        if channel.path in found:
+            rows[:, i] = found[channel.path]
     return rows
 
 

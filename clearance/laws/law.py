@@ -160,7 +160,10 @@ class BoundLaw:
         import numpy as np
 
         fixed = {i for i, name in enumerate(self.law.family.state) if name == "joint"}
-        return np.vectorize(lambda *s: self.law.function(*s, *self.numbers), excluded=fixed)(*state)
+        values = np.vectorize(
+            lambda *s: self.law.function(*s, *self.numbers), "d" * self.law.family.outputs, excluded=fixed
+        )
+        return values(*state)
 
     def _of_data(self, *state):
         """As a law whose parameters are this joint's numbers."""
