@@ -12,6 +12,7 @@ from clearance.laws.law import (
     contact,
     film,
     friction,
+    joint_bristle,
     joint_friction,
     memory_film,
     transition,
@@ -52,8 +53,9 @@ class Joint:
 class FrictionJoint(Joint):
     """Base of the joints without clearance: friction made by their own reaction, and what they carry.
 
-    friction: a bound `joint_friction` law, or None. self_aligning: the joint takes no axial force and no bending moment
-    and leaves loads out of the plane to others; in a closed loop some joint must, or they have no unique answer.
+    friction: a bound `joint_friction` or `joint_bristle` law, or None. self_aligning: the joint takes no axial force
+    and no bending moment and leaves loads out of the plane to others; in a closed loop some joint must, or they have
+    no unique answer.
     """
 
     #: fields that say how the reaction rubs, the ones every load-dependent law needs first
@@ -62,7 +64,7 @@ class FrictionJoint(Joint):
 
     def _check_friction(self):
         label = self.label()
-        self._set("friction", bound(f"{label}: friction", self.friction, joint_friction))
+        self._set("friction", bound(f"{label}: friction", self.friction, joint_friction, joint_bristle))
         for name in self.arms:
             if getattr(self, name) is not None:
                 self._set(name, checks.positive(f"{label}: {name}", getattr(self, name)))
@@ -73,6 +75,12 @@ class FrictionJoint(Joint):
             raise ValueError(f"{label}: friction {law.law.name} is made by the reaction and needs {missing[0]} [m]")
         if law.law.demand and (missing := law.law.demand(self, law.parameters)):
             raise ValueError(f"{label}: friction {law.law.name} {missing}")
+
+    def doubts(self) -> list[str]:
+        """What the joint's friction law says about being used here."""
+        law = self.friction
+        said = law is not None and law.law.doubt and law.law.doubt(self, law.parameters)
+        return [f"{self.label()}: {law.law.name} {said}"] if said else []
 
     @property
     def rubs_by_load(self) -> bool:

@@ -525,7 +525,7 @@ class Run:
     def _warnings(self, writer: Recorder) -> list[str]:
         """Doubts of the laws used, a method that does not suit the scene, films thinner than the surfaces are rough."""
         joints = self.mechanism.scene.clearance_joints
-        found = [doubt for j in joints for doubt in j.doubts()]
+        found = [doubt for j in self.mechanism.scene.joints for doubt in j.doubts()]
         if self.method == "dop853" and any(j.film is not None for j in joints):
             found.append("method dop853 is explicit: a thin film forces it to very small steps; radau suits this scene")
         elif self.method == "dop853" and self.place[self.loop.STIFF_STEPS] >= self.loop.STIFF_ENOUGH:

@@ -45,8 +45,7 @@ def explain(scene: Scene) -> dict:
 
 def scene_warnings(mechanism: Mechanism) -> list[str]:
     """What the joints' laws say about being used here, and force holes: known before anything runs."""
-    joints = mechanism.scene.clearance_joints
-    return [doubt for j in joints for doubt in j.doubts()] + foreseen(mechanism)
+    return [doubt for j in mechanism.scene.joints for doubt in j.doubts()] + foreseen(mechanism)
 
 
 def _states(mechanism: Mechanism) -> list[str]:

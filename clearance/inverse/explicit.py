@@ -91,4 +91,9 @@ def _prescribed(scene: Scene) -> Mechanism:
     if free := mechanism.structure.plan.free:
         names = ", ".join(f"{c.body.name} {c.what}" for c in free)
         raise ValueError(f"no drive prescribes {names}: inverse dynamics needs a motion for every degree of freedom")
+    if bristles := mechanism.structure.bristles:
+        joint = bristles[0]
+        raise ValueError(
+            f"{joint.label()}: friction {joint.friction.law.name} has a state that time integrates; use cl.simulate"
+        )
     return mechanism

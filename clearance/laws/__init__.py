@@ -53,6 +53,8 @@ from clearance.laws.joint_friction import (
     breakaway_linear,
     breakaway_smooth,
     joint_coulomb,
+    joint_lugre,
+    joint_lugre_loaded,
     joint_stribeck,
 )
 from clearance.laws.law import (
@@ -66,6 +68,7 @@ from clearance.laws.law import (
     effort,
     film,
     friction,
+    joint_bristle,
     joint_friction,
     signal,
     transition,
@@ -73,7 +76,7 @@ from clearance.laws.law import (
 from clearance.laws.transition import flores_hybrid, fuzzy, load_sharing, memberships, superposed
 
 #: the families, to decorate laws of one's own with, and the laws by family
-FAMILIES = (contact, friction, bristle, joint_friction, film, asperity, transition, signal, effort)
+FAMILIES = (contact, friction, bristle, joint_friction, joint_bristle, film, asperity, transition, signal, effort)
 
 __all__ = [
     "BoundLaw", "Derived", "FAMILIES", "FilmJoint", "Law", "ambrosio", "asperity", "bengisu_akay", "breakaway_linear",
@@ -81,8 +84,9 @@ __all__ = [
     "coulomb", "coulomb_tanh", "coulomb_viscous", "delivered_restitution", "effort", "exact_damping",
     "exact_restitution", "film", "film_torques", "flores", "flores_hybrid", "friction", "full_sommerfeld", "fuzzy",
     "gonthier", "greenwood_tripp", "greenwood_williamson", "harmonic", "herbert_mcwhannell", "hertz", "hertz_stiffness",
-    "hu_guo", "hunt_crossley", "hunt_crossley_memoryless", "impact", "johnson", "joint_coulomb", "joint_friction",
-    "joint_stribeck", "kelvin_voigt", "lankarani_nikravesh", "layer_modulus", "lee_wang", "liu", "load_sharing",
-    "long_film", "lugre", "memberships", "pinkus_sternlicht", "pressure_flow_factor", "shear_flow_factor", "short_film",
-    "signal", "stribeck", "superposed", "threlfall", "transition", "winkler", "zhiying_qishao",
+    "hu_guo", "hunt_crossley", "hunt_crossley_memoryless", "impact", "johnson", "joint_bristle", "joint_coulomb",
+    "joint_friction", "joint_lugre", "joint_lugre_loaded", "joint_stribeck", "kelvin_voigt", "lankarani_nikravesh",
+    "layer_modulus", "lee_wang", "liu", "load_sharing", "long_film", "lugre", "memberships", "pinkus_sternlicht",
+    "pressure_flow_factor", "shear_flow_factor", "short_film", "signal", "stribeck", "superposed", "threlfall",
+    "transition", "winkler", "zhiying_qishao",
 ]  # fmt: skip

@@ -4,13 +4,14 @@ A reaction comes to one number, the friction load Q, through the geometry of the
 and the rate an angular velocity [rad/s], for a slide Q is a force [N] and the rate a speed [m/s]. A law returns the
 torque on body b (the force on b along the axis), opposed to the rate of b against a. With transition_rate = 0 the sign
 function stands at rest (and 0 at exactly zero): right for prescribed motion. Where the motion is found from the forces,
-give a transition_rate, or a law that is smooth at rest.
+give a transition_rate, or a law that is smooth at rest. `joint_lugre` sticks: the deflection of its bristles is a state
+of the joint.
 """
 
 import math
 
 from clearance.checks import at_least_one, non_negative, positive
-from clearance.laws.law import joint_friction
+from clearance.laws.law import joint_bristle, joint_friction
 
 ROOT_2, ROOT_2E = math.sqrt(2.0), math.sqrt(2.0 * math.e)
 
@@ -113,7 +114,69 @@ def breakaway_smooth(rate, load, breakaway, coulomb, viscous=0.0, breakaway_rate
     return -hump - coulomb * math.tanh(10.0 * rate / breakaway_rate) - viscous * rate
 
 
-breakaway_linear.needs_load = breakaway_smooth.needs_load = False
+@joint_bristle(
+    static=positive, kinetic=positive, stribeck_rate=positive, stiffness=positive, damping=non_negative,
+    viscous=non_negative, exponent=at_least_one,
+)  # fmt: skip
+def joint_lugre(
+    deflection, rate, load, static, kinetic, stribeck_rate, stiffness, damping=0.0, viscous=0.0, exponent=2.0
+):
+    """LuGre friction of a joint at a fixed level, such as a preloaded ball joint; no load enters.
+
+    z' = w - s_0 |w| z / g(w),   g = T_c + (T_s - T_c) exp(-|w / w_s|^d),   T = -(s_0 z + s_1 z' + s_2 w)
+
+    Returns (z', T). deflection z [rad or m]; static T_s, kinetic T_c [N m or N]; stribeck_rate w_s [rad/s or m/s];
+    stiffness s_0 [N m/rad or N/m], damping s_1 and viscous s_2 [N m s/rad or N s/m]; exponent d. It sticks with the
+    stiffness s_0, breaks away at T_s and slides steadily at g + s_2 |w|. Passive at all rates if and only if
+    s_2 >= s_1 (T_s - T_c) / T_c.
+    Source: Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419; as joint friction
+    Pfitzer et al., Lubricants 13 (2025) 436 (1-D LuGre per axis).
+    """
+    level = kinetic + (static - kinetic) * math.exp(-(abs(rate / stribeck_rate) ** exponent))
+    bending = rate - stiffness * abs(rate) * deflection / level
+    return bending, -(stiffness * deflection + damping * bending + viscous * rate)
+
+
+@joint_bristle(
+    static=positive, kinetic=positive, stribeck_rate=positive, stiffness=positive, damping=non_negative,
+    viscous=non_negative, exponent=at_least_one,
+)  # fmt: skip
+def joint_lugre_loaded(
+    deflection, rate, load, static, kinetic, stribeck_rate, stiffness, damping=0.0, viscous=0.0, exponent=2.0
+):
+    """LuGre friction of a joint made by its reaction: T = -Q (s_0 z + s_1 z' + s_2 w), otherwise as joint_lugre.
+
+    Returns (z', T). static mu_s, kinetic mu_k; per unit of load: stiffness s_0 [1/rad or 1/m], damping s_1 and viscous
+    s_2 [s/rad or s/m].
+    Source: as joint_lugre, scaled by the load.
+    """
+    level = kinetic + (static - kinetic) * math.exp(-(abs(rate / stribeck_rate) ** exponent))
+    bending = rate - stiffness * abs(rate) * deflection / level
+    return bending, -load * (stiffness * deflection + damping * bending + viscous * rate)
+
+
+breakaway_linear.needs_load = breakaway_smooth.needs_load = joint_lugre.needs_load = False
+
+
+def _elastic_reach(parameters: dict) -> float:
+    """Deflection at which bristles break away."""
+    return parameters["static"] / parameters["stiffness"]
+
+
+joint_lugre.size = joint_lugre_loaded.size = _elastic_reach
+
+
+def _may_push(joint, parameters):
+    """Bristle damping beyond the passive limit can give energy back."""
+    if parameters["viscous"] * parameters["kinetic"] < parameters["damping"] * (
+        parameters["static"] - parameters["kinetic"]
+    ):
+        return "is passive at all rates only with viscous >= damping (static - kinetic) / kinetic"
+    return None
+
+
+joint_lugre.doubts(_may_push)
+joint_lugre_loaded.doubts(_may_push)
 
 
 def _has_slope(parameters: dict) -> bool:
@@ -123,7 +186,6 @@ def _has_slope(parameters: dict) -> bool:
 joint_coulomb.smooth = joint_stribeck.smooth = _has_slope
 
 
-@joint_stribeck.demands
 def _falls(joint, parameters):
     """Stribeck friction falls from the static to the kinetic level."""
     if parameters["static"] < parameters["kinetic"]:
@@ -138,5 +200,7 @@ def _breaks_away(joint, parameters):
     return None
 
 
+for _law in (joint_stribeck, joint_lugre, joint_lugre_loaded):
+    _law.demands(_falls)
 breakaway_linear.demands(_breaks_away)
 breakaway_smooth.demands(_breaks_away)

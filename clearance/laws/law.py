@@ -182,6 +182,8 @@ friction = Family("friction", ("sliding_speed", "normal_force"), 1)
 #: friction of a hinge (rate [rad/s], load and result [N m]) or a slide (rate [m/s], load and result [N]); `load` is
 #: what the joint's reaction comes to through its geometry, see laws/joint_friction.py
 joint_friction = Family("joint_friction", ("rate", "load"), 1)
+#: the same with a state of its own, the deflection of its bristles [rad or m]: returns (its rate, torque or force)
+joint_bristle = Family("joint_bristle", ("deflection", "rate", "load"), 2)
 #: friction with a state of its own, the deflection of its bristles [m]: returns (its rate [m/s], force [N])
 bristle = Family("bristle", ("deflection", "sliding_speed", "normal_force"), 2)
 film = Family("film", ("eccentricity_ratio", "radial_rate", "entrainment", "joint"), 2)

@@ -27,22 +27,24 @@ class Rubbing:
     efforts: dict = field(default_factory=dict)  # joint -> torque [N m] or force along the axis [N]
     loads: dict = field(default_factory=dict)  # joint -> friction load [N m or N], where the law needs it
     rates: dict = field(default_factory=dict)
+    deflections: dict = field(default_factory=dict)  # joint -> of its bristles [rad or m], where the law has some
+    deflection_rates: dict = field(default_factory=dict)
     ideal: dict = field(default_factory=dict)  # Drive -> effort without any joint friction
     iterations: object = None  # of the coupled solve, where there is one
     contraction: object = None
     scratch: int = 0  # places at the end of `work` that the solve takes
 
 
-def rubbing(dynamics, applied, driven: dict) -> Rubbing:
-    """Friction of all joints at the present state; `applied` is everything else that acts."""
+def rubbing(dynamics, applied, driven: dict, deflections: dict) -> Rubbing:
+    """Friction of all joints at the present state; `applied` is everything else that acts, deflections of bristles."""
     d = dynamics
     joints = [j for j in d.scene.joints if isinstance(j, FrictionJoint) and j.friction is not None]
-    found = Rubbing(rates={j: d.joint_rate(j) for j in joints})
+    found = Rubbing(rates={j: d.joint_rate(j) for j in joints}, deflections=deflections)
     if not joints:
         return found
     d.trace.section = "joint friction"
     for joint in (j for j in joints if not j.rubs_by_load):
-        found.efforts[joint] = _law(d.calls, joint, found.rates[joint], 0.0)
+        found.efforts[joint] = _effort(d.calls, joint, found, 0.0)
     bare = d.solution(applied, driven)
     found.ideal = {drive: bare[1].efforts[drive] for drive in bare[1].efforts if drive.prescribes}
     if loaded := [j for j in joints if j.rubs_by_load]:
@@ -69,8 +71,8 @@ def _of_reactions(d, joints: list, base, solution, found: Rubbing) -> None:
             for value, slope in zip(start[joint], slopes[joint], strict=True)
         ]
         found.loads[joint] = _load(d.calls, joint, reached)
-        if joint not in found.efforts:
-            found.efforts[joint] = _law(d.calls, joint, found.rates[joint], found.loads[joint])
+        effort = _effort(d.calls, joint, found, found.loads[joint])
+        found.efforts.setdefault(joint, effort)
 
 
 def components(d, joint, solution) -> list:
@@ -106,8 +108,13 @@ def _load(calls: Calls, joint, reached: list):
     return calls.function(function, [*reached, *numbers], tuple(range(len(reached))))[0]
 
 
-def _law(calls: Calls, joint, rate, load):
-    return calls(joint.friction, f"{joint.key}.friction", [rate, load], 2)[0]
+def _effort(calls: Calls, joint, found: Rubbing, load, value=lambda outer: outer):
+    """Friction effort of a joint; the rate of its bristles is noted. value: what stands for a value in these calls."""
+    own = [value(v) for v in (found.deflections.get(joint), found.rates[joint]) if v is not None]
+    *rate, effort = calls(joint.friction, f"{joint.key}.friction", [*own, load], len(own) + 1)
+    if rate:
+        found.deflection_rates[joint] = rate[0]
+    return effort
 
 
 def _coupled(d, joints: list, places: list[int], start: dict, slopes: dict, found: Rubbing) -> list:
@@ -122,7 +129,7 @@ def _coupled(d, joints: list, places: list[int], start: dict, slopes: dict, foun
             + inside.trace.sum(inside.value(s[k]) * z for k, z in zip(places, unknowns, strict=True) if k in s)
             for v, s in zip(start[joint], slopes[joint], strict=True)
         ]
-        results.append(_law(inside.calls, joint, inside.value(found.rates[joint]), _load(inside.calls, joint, reached)))
+        results.append(_effort(inside.calls, joint, found, _load(inside.calls, joint, reached), inside.value))
     name = f"rub_{sum(n.startswith('rub_') for n in library.entries)}"
     active = [i for i, a in enumerate(inside.outer) if not a.fixed]
     wrap = f"work, {', '.join(['{}'] * len(inside.outer))}"

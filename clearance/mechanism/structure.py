@@ -12,7 +12,7 @@ starts there) | times up to which films with a memory remember].
 
 from dataclasses import dataclass
 
-from clearance.laws.law import BoundLaw, bristle, memory_film
+from clearance.laws.law import BoundLaw, bristle, joint_bristle, memory_film
 from clearance.loads import Drive
 from clearance.mechanism import emission
 from clearance.mechanism.dynamics import Dynamics
@@ -71,7 +71,8 @@ class Structure:
     @property
     def bristles(self) -> list:
         """Joints whose friction law has a state of its own."""
-        return [j for j in self.scene.clearance_joints if j.friction is not None and j.friction.law.family is bristle]
+        rubbing = [j for j in self.scene.joints if j.friction is not None]
+        return [j for j in rubbing if j.friction.law.family in (bristle, joint_bristle)]
 
     @property
     def warm(self) -> list:
@@ -118,7 +119,9 @@ class Structure:
             offsets[joint], offset_rates[joint] = k.separation(joint, motion)
         self.dynamics = d = Dynamics(self.scene, k, motion, self.cut, self.calls, time)
         applied, second_rates = d.applied(offsets, offset_rates, memories), _of_drives(self.cut, driven, 2)
-        self.rubbing = rubbing(d, applied, second_rates)
+        self.rubbing = rubbing(
+            d, applied, second_rates, {j: m.deflection for j, m in memories.items() if j not in everyone}
+        )
         self.applied = d.rubbed(applied, self.rubbing.efforts)
         self.acceleration, self.reactions = d.solution(self.applied, second_rates)
         self.efforts = self.reactions.efforts
@@ -132,7 +135,8 @@ class Structure:
         rates_found = trace.tangent(self.rubbing.rates.values(), states)
         #: joints with friction whose rate is found from forces, by name
         self.found = {j.name for j, slope in zip(self.rubbing.rates, rates_found, strict=True) if slope}
-        self.state_rate = [*rate, *second, *(self.applied.joints[j].deflection_rate for j in self.bristles)]
+        bending = {j: f.deflection_rate for j, f in self.applied.joints.items()} | self.rubbing.deflection_rates
+        self.state_rate = [*rate, *second, *(bending[j] for j in self.bristles)]
         self.state_rate += [self.applied.joints[j].warming_rate for j in self.warm]
         for joint, effort in self.rubbing.efforts.items():
             self.applied.ledger.lose(joint, -effort * self.rubbing.rates[joint])
@@ -142,7 +146,7 @@ class Structure:
             self.state_rate += [self._input_power(), *losses.values()]
 
     def _memories(self, time) -> dict:
-        """What each clearance joint's force depends on beside position and velocity."""
+        """What a joint's force depends on beside position and velocity: of clearance joints, and of bristles."""
         trace, first = self.trace, 2 * self.size
         impact = {j: trace.load(f"work[{i}]") for i, j in enumerate(self.scene.clearance_joints) if j.contact}
         own = {j: trace.load(f"y[{first + i}]") for i, j in enumerate(self.bristles)}
@@ -150,7 +154,7 @@ class Structure:
         warming = {j: trace.load(f"y[{first + i}]") for i, j in enumerate(self.warm)}
         return {
             j: Memory(time, impact.get(j, 0.0), own.get(j, 0.0), warming.get(j, 0.0))
-            for j in self.scene.clearance_joints
+            for j in dict.fromkeys((*self.scene.clearance_joints, *own))
         }
 
     def _prescribed(self, drive: Drive, time):
@@ -252,6 +256,9 @@ class Structure:
         if joint in self.rubbing.efforts:
             what, units = ("force", "N") if slides else ("torque", "N m")
             yield f"{here}/friction", units, f"friction {what} on {body}, positive along its motion", effort
+            if joint in self.rubbing.deflections:
+                what = "deflection of the friction law's bristles"
+                yield f"{here}/bristle_deflection", "m" if slides else "rad", what, self.rubbing.deflections[joint]
             if joint in self.rubbing.loads:
                 yield f"{here}/friction_load", units, "what friction makes of the reaction", self.rubbing.loads[joint]
             yield f"{here}/power_loss", *_JOINT_CHANNELS["power_loss"], -effort * self.rubbing.rates[joint]
