@@ -278,12 +278,13 @@ class Run:
     def _largest_step(self) -> float:
         """A share of a turn, or of the span; films with a memory are first order in it and need it short.
 
-        Prescribed motions may have corners that a long step would not see: no longer than the way between two samples.
+        Prescribed motions may have corners that a long step would not see: no longer than the way between two samples,
+        and where nothing else moves, which costs next to nothing, a tenth of it.
         """
         share = REMEMBERED_SHARE if self.mechanism.structure.remembering else LARGEST_SHARE
         longest = min(self.mechanism.scene.turn or self.span.until, self.span.until) * share
         if any(getattr(load, "motion", None) is not None for load in self.mechanism.scene.loads):
-            longest = min(longest, self.clock[self.loop.SAMPLE_EVERY])
+            longest = min(longest, self.clock[self.loop.SAMPLE_EVERY] * (1.0 if self.mechanism.size else 0.1))
         return longest
 
     def take(self, method: str) -> None:

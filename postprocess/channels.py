@@ -14,11 +14,14 @@ import numpy as np
 from clearance.results import Record
 
 KINDS = ("bodies", "joints", "springs", "drives")
+#: groups of channels that belong to the whole mechanism
+WHOLE = ("energy", "friction")
 WORDS = {
     "x": "position x", "y": "position y", "theta": "angle", "vx": "velocity x", "vy": "velocity y", "v": "speed",
     "omega": "angular velocity", "ax": "acceleration x", "ay": "acceleration y", "a": "acceleration",
     "alpha": "angular acceleration", "epsilon": "eccentricity / c", "epsilon_x": "eccentricity x / c",
-    "epsilon_y": "eccentricity y / c",
+    "epsilon_y": "eccentricity y / c", "torque_ideal": "torque without friction",
+    "force_ideal": "force without friction",
 }  # fmt: skip
 ENERGIES = {"input": "energy put in", "residual": "energy residual"}
 #: recorded time derivatives of recorded channels
@@ -57,7 +60,7 @@ def _places(record: Record, path: str) -> list[tuple[str, str]]:
         return [tuple(path.rsplit("/", 1))]
     owner, _, name = path.rpartition(".")
     groups = [f"{kind}/{owner}" for kind in KINDS if owner in record.names(kind)]
-    return [(group, name) for group in (["energy"] if owner == "energy" else groups)]
+    return [(group, name) for group in ([owner] if owner in WHOLE else groups)]
 
 
 def _channel(record: Record, group: str, name: str) -> Channel | None:
@@ -79,6 +82,8 @@ def _label(group: str, name: str) -> str:
     what = WORDS.get(name, name.replace("_", " "))
     if kind == "energy":
         return ENERGIES.get(name, f"{what} energy")
+    if kind == "friction":
+        return f"friction {what}"
     return f"joint {owner} {what}" if kind == "joints" else f"{owner} {what}"
 
 
@@ -93,7 +98,7 @@ def _known(record: Record, path: str) -> str:
 
 def _groups(record: Record) -> list[str]:
     groups = [f"{kind}/{owner}" for kind in KINDS for owner in record.names(kind)]
-    return groups + (["energy"] if record.names("energy") else [])
+    return groups + [group for group in WHOLE if record.names(group)]
 
 
 def expand(record: Record, names: str | Iterable[str]) -> list[str]:

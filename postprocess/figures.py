@@ -18,6 +18,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 POINTS = 20000
 #: kinds of file a picture can be saved as
 KINDS = (".png", ".pdf", ".svg")
+#: breadth of an entry of a small legend: its stroke and each of its characters [inch]
+ENTRY = (0.55, 0.07)
 #: units as they are printed
 PRINTED = {"m/s2": "m/s²", "rad/s2": "rad/s²", "m3/s": "m³/s", "N m": "N m", "1": "-"}
 
@@ -60,9 +62,33 @@ def finish(axes, ylabel: str, xlabel: str = "time [s]", legend: bool = True) -> 
     axes.set_xlabel(xlabel)
     axes.set_ylabel(ylabel)
     axes.grid(alpha=0.3)
-    names = axes.get_legend_handles_labels()[1]
-    if names and legend:
-        axes.legend(fontsize="small", loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(names), frameon=False)
+    if legend:
+        legend_above(axes)
+
+
+def legend_above(axes, *others) -> None:
+    """Legend of the named curves of axes, and of `others` below them, above it in as many rows as its breadth needs."""
+    handles, names = _named(axes, *others)
+    if names:
+        room = axes.get_subplotspec().get_position(axes.figure).width * axes.figure.get_size_inches()[0]
+        fitting = (n for n in range(len(names), 1, -1) if _breadth(names, n) <= room)
+        style = {"fontsize": "small", "loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "frameon": False}
+        axes.legend(handles, names, ncols=next(fitting, 1), **style)
+
+
+def _breadth(names: list[str], columns: int) -> float:
+    """Breadth of a small legend, its names in columns one below the other [inch]."""
+    return sum(ENTRY[0] + ENTRY[1] * max(map(len, part)) for part in np.array_split(np.array(names), columns))
+
+
+def _named(axes, *others) -> tuple[list, list[str]]:
+    """Handles and names of the curves of axes, and of those of others that have further names."""
+    handles, names = axes.get_legend_handles_labels()
+    for other in others:
+        for handle, name in zip(*other.get_legend_handles_labels(), strict=True):
+            if name not in names:
+                handles, names = [*handles, handle], [*names, name]
+    return handles, names
 
 
 #: strokes that stay apart in grey: each darker or lighter than its neighbours, and dashed differently
@@ -127,9 +153,9 @@ def note(axes, text: str) -> None:
     axes.set_yticks([])
 
 
-def legend_below(figure: Figure, axes) -> None:
+def legend_below(figure: Figure, *axes) -> None:
     """One legend for the whole page, under its panels, in up to three columns that fit; none where nothing is named."""
-    handles, names = axes.get_legend_handles_labels()
+    handles, names = _named(*axes)
     if names:
         fit = max(int(figure.get_size_inches()[0] / (0.7 + 0.1 * max(map(len, names)))), 1)
         columns = min(fit, 3, len(names))

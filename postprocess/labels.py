@@ -12,6 +12,8 @@ from clearance.results import Record
 NO_BREAK = "\u00a0"
 #: characters of a title per inch of its figure
 DENSITY = 13
+#: joints that a title names at most
+NAMED = 5
 
 #: SI units -> units in which numbers read well: (from which largest value on, unit, factor)
 SHOWN_IN = {
@@ -40,12 +42,21 @@ def several(records: Record | Iterable[Record]) -> list[Record]:
 
 
 def about(record: Record) -> list[str]:
-    """Drive speed and clearance joints, in words."""
+    """Drive speed, clearance joints and joint friction, in words."""
     parts = [] if record.turn is None else [f"{60.0 / record.turn:.4g} rpm"]
     for joint in record.scene["joints"]:
         if joint["type"] == "ClearanceRevolute":
             parts.append(f"{joint['name']} {_model(joint)} c = {joint['clearance'] * 1e3:.3g} mm")
+    rubbing = _rubbing(record)
+    for law in dict.fromkeys(_law(j["friction"]) for j in rubbing):
+        names = [j["name"] for j in rubbing if _law(j["friction"]) == law]
+        parts.append(f"{law} in {' '.join(names) if len(names) <= NAMED else f'{len(names)} joints'}")
     return parts
+
+
+def _rubbing(record: Record) -> list[dict]:
+    """Hinges and slides without clearance that have friction."""
+    return [j for j in record.scene["joints"] if j["type"] != "ClearanceRevolute" and j.get("friction")]
 
 
 def title(record: Record) -> str:
@@ -54,7 +65,7 @@ def title(record: Record) -> str:
 
 
 def headline(records: Iterable[Record], labels: Iterable[str], *more: str, width: float = 7.0) -> str:
-    """Case, speed and clearances that all results share, then more lines and unfinished runs; for a `width` [inch]."""
+    """Case and what about it all results share, then more lines and unfinished runs; for a `width` [inch]."""
     records, labels = list(records), list(labels)
     cases = dict.fromkeys(r.attributes["case"] for r in records)
     parts = [about(r) for r in records]
@@ -115,6 +126,7 @@ def _facts(record: Record) -> dict[str, str]:
     """What users vary in a scene, in print."""
     scene = record.scene
     joints = [j for j in scene["joints"] if j["type"] == "ClearanceRevolute"]
+    rubbing = _rubbing(record)
     speeds = [d["speed"] for d in scene["loads"] if d.get("speed")]
     return {
         "case": record.attributes["case"],
@@ -127,6 +139,9 @@ def _facts(record: Record) -> dict[str, str]:
         "roughness": _each((1e6 * j["roughness"] for j in joints if j["roughness"]), "µm"),
         "restitution": _each(v for v in _law_numbers(joints, "contact", "restitution")),
         "friction coefficient": _each(v for v in _law_numbers(joints, "friction", "coefficient")),
+        "joint friction": _each(_law(j["friction"]) for j in rubbing) or "none",
+        "coefficient of joint friction": _each(_law_numbers(rubbing, "friction", "coefficient")),
+        "pin radius": _each((1e3 * j["pin_radius"] for j in rubbing if j.get("pin_radius")), "mm"),
         **{slot: _each(_law(j[slot]) for j in joints) for slot in ("contact", "friction", "film", "transition")},
     }
 

@@ -5,8 +5,10 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-from clearance.postprocess.figures import finish, line, save, sheet, trajectory
+from clearance.postprocess import efforts
+from clearance.postprocess.figures import finish, legend_above, line, save, sheet, trajectory
 from clearance.postprocess.labels import title
+from matplotlib.figure import Figure
 
 from clearance.results import Record, Result
 
@@ -19,14 +21,25 @@ MEMBERSHIPS = [f"membership_{state.replace(' ', '_')}" for state in STATES]
 OF_STATES = {"film_thickness_ratio", "asperity_share", *MEMBERSHIPS}
 
 
-def overview(result: Result, path: str | Path) -> Path:
-    """One page: motion, drive, joint forces, journal orbits and the energy balance. Saved under `path`."""
-    clearance_joints = [n for n in result.file["joints"] if "eccentricity_x" in result.file["joints"][n]]
-    shown = clearance_joints[:3]
-    mixed = [n for n in shown if "membership_dry" in result.file["joints"][n]]
+def overview(result: Record, path: str | Path) -> Path:
+    """One page: motion, drive, joint forces, journal orbits and the energy balance. Saved under `path`.
+
+    Of a mechanism whose joints rub and have no clearance: efforts, joint friction, reactions and losses instead.
+    """
+    clearance_joints = [n for n in result.clearances if "eccentricity_x" in result.names(f"joints/{n}")]
+    rubbing = efforts.joint_friction(result)
+    figure = _friction_page(result) if rubbing and not clearance_joints else _page(result, clearance_joints[:3])
+    figure.suptitle(textwrap.fill(": ".join(filter(None, (result.attributes["case"], title(result)))), 110))
+    return save(figure, path, dpi=130)
+
+
+def _page(result: Record, shown: list[str]) -> Figure:
+    """Motion, drive, forces and energy, then `shown` joints with clearance, and the friction of those without."""
+    mixed = [n for n in shown if "membership_dry" in result.names(f"joints/{n}")]
+    rubbing = efforts.friction_panels(result, reactions=False)
     rows = 2 + (len(mixed) if mixed else bool(shown))
-    figure = sheet(11.0, 3.4 * rows)
-    grid = figure.add_gridspec(rows, 6)
+    figure = sheet(11.0, 3.4 * (rows + bool(rubbing)))
+    grid = figure.add_gridspec(rows + bool(rubbing), 6)
     panels = [(grid[0, :3], motion), (grid[0, 3:], drive), (grid[1, :3], joint_forces), (grid[1, 3:], energy)]
     for place, draw in panels:
         draw(result, figure.add_subplot(place))
@@ -36,8 +49,29 @@ def overview(result: Result, path: str | Path) -> Path:
         regimes(result, name, figure.add_subplot(grid[2 + i, 2:]))
     for i, name in enumerate(shown if not mixed else ()):
         orbit(result, name, figure.add_subplot(grid[2, i * width : (i + 1) * width]))
-    figure.suptitle(textwrap.fill(": ".join(filter(None, (result.attributes["case"], title(result)))), 110))
-    return save(figure, path, dpi=130)
+    width = 6 // max(len(rubbing), 1)
+    for i, draw in enumerate(rubbing):
+        axes = figure.add_subplot(grid[rows, i * width : (i + 1) * width])
+        draw(result, axes)
+        legend_above(axes)
+    return figure
+
+
+def _friction_page(result: Record) -> Figure:
+    """Efforts, motion and energy on the left; friction, reactions and losses on the right."""
+    columns = [[*(efforts.driving_panels(result) or [drive]), motion, energy], efforts.friction_panels(result)]
+    figure = sheet(13.0, 2.3 * max(map(len, columns)) + 0.8)
+    parts = figure.add_gridspec(1, 2)
+    for part, panels in zip(parts, columns, strict=True):
+        grid = part.subgridspec(len(panels), 1)
+        axes = grid.subplots(sharex=True)
+        for place, draw in zip(axes, panels, strict=True):
+            draw(result, place)
+        for place in axes[:-1]:
+            place.set_xlabel("")
+        axes[-1].margins(x=0.01)
+        legend_above(*[place for place, draw in zip(axes, panels, strict=True) if draw not in (motion, energy)])
+    return figure
 
 
 def orbits(result: Result, path: str | Path, *, joints: str | Iterable[str] | None = None) -> Path:
@@ -79,32 +113,35 @@ def motion(result: Result, axes) -> None:
 
 def drive(result: Result, axes) -> None:
     """Driving torques and forces, or the angles where nothing drives."""
-    found = result.file.get("drives")
-    if found is None:
-        for name in result.file["bodies"]:
-            line(axes, result.time, result[name].theta, label=name)
-        finish(axes, "angle [rad]")
+    paths = efforts.drive_efforts(result)
+    if not paths:
+        _largest(result, axes, {name: result[name].theta for name in result.names("bodies")}, "angle [rad]")
         return
-    units = []
-    for name, group in found.items():
-        channel = "torque" if "torque" in group else "force"
-        units.append(f"{channel} [{group[channel].attrs['units']}]")
-        line(axes, result.time, group[channel][()], label=name)
-    finish(axes, "driving " + " and ".join(dict.fromkeys(units)))
+    units = [f"{path.rpartition('/')[2]} [{result.units(path)}]" for path in paths.values()]
+    values = {name: result.values(path) for name, path in paths.items()}
+    _largest(result, axes, values, "driving " + " and ".join(dict.fromkeys(units)))
 
 
 def joint_forces(result: Result, axes) -> None:
     """Magnitude of every joint force."""
-    for name in result.file["joints"]:
-        force = np.hypot(*result.joint(name).force.T)
-        line(axes, result.time, force, label=name)
-    finish(axes, "joint force [N]")
+    forces = {name: np.hypot(*result.joint(name).force.T) for name in result.names("joints")}
+    _largest(result, axes, forces, "joint force [N]")
+
+
+def _largest(result: Record, axes, values: dict[str, np.ndarray], label: str) -> None:
+    """Curves (samples,) by name; of many, those that reach furthest, which the label says."""
+    kept, remark = efforts.largest(values)
+    for name, own in kept.items():
+        line(axes, result.time, own, label=name)
+    finish(axes, f"{label}\n{remark}".strip())
 
 
 def energy(result: Result, axes) -> None:
-    """Kinetic energy and, on an axis of its own, the residual of the energy ledger."""
+    """Kinetic energy and, on an axis of its own, the residual of the energy ledger where one was integrated."""
     line(axes, result.time, result.energy.kinetic, color="tab:gray", label="kinetic energy")
     finish(axes, "kinetic energy [J]")
+    if "energy/residual" not in result:
+        return
     right = axes.twinx()
     line(right, result.time, result.energy.residual, color="tab:red")
     right.set_ylabel("energy residual [J]", color="tab:red")

@@ -12,9 +12,10 @@ from pathlib import Path
 
 import numpy as np
 from clearance.postprocess import labels, plots, scenes, sections
-from clearance.postprocess.channels import KINDS
+from clearance.postprocess.channels import KINDS, WHOLE
 from clearance.postprocess.contacts import SHOWN, contact_joints, contact_table, contacts
 from clearance.postprocess.drawing import sketch
+from clearance.postprocess.efforts import drive_efforts, efforts, friction, joint_friction
 from clearance.postprocess.histories import MOST_PANELS, histories
 from clearance.postprocess.pages import (
     Markup,
@@ -92,6 +93,8 @@ def run_page(run: Result) -> Page:
     page.section("Integration", _integration(run))
     page.section("Summary", *_summary(run))
     page.section("Overview", _overview(page, run), apart=True)
+    if rubbing := _rubbing(page, run):
+        page.section("Efforts and joint friction", *rubbing, apart=True)
     for joint in (j for j in run.scene["joints"] if j["type"] == "ClearanceRevolute"):
         page.section(f"Joint {joint['name']}", *_joint(page, run, joint["name"]), apart=True)
     page.section("Motion in phase space", *_phase(page, run))
@@ -216,7 +219,7 @@ def kept_metrics(run: Result) -> dict[str, Metric]:
 def kept_channels(run: Result) -> list[str]:
     """Paths of all channels that were kept."""
     owners = [f"{kind}/{name}" for kind in KINDS for name in run.names(kind)]
-    return [f"{owner}/{name}" for owner in [*owners, "energy"] for name in run.names(owner)]
+    return [f"{owner}/{name}" for owner in [*owners, *WHOLE] for name in run.names(owner)]
 
 
 def _ranges(run: Result) -> Markup:
@@ -233,6 +236,8 @@ def _overview(page: Page, run: Result) -> Markup:
     """The overview, or where it needs more channels than were kept, those that were."""
     wanted, kept = overview_channels(run), kept_channels(run)
     said = "Motion, drive, joint forces, energies, and journal paths of the joints with clearance"
+    if joint_friction(run) and not run.clearances:
+        said = "Driving efforts, motion, energies, joint friction, reactions of the joints with friction, power lost"
     drawn = page.picture(_needing(run, wanted, partial(plots.overview, run)), said, run.time.size)
     if all(p in run for p in wanted) or not kept or run.time.size < 2:
         return drawn
@@ -242,13 +247,26 @@ def _overview(page: Page, run: Result) -> Markup:
 
 def overview_channels(run: Result) -> list[str]:
     """Paths of the channels that the overview draws."""
-    scene = run.scene
+    scene, rubbing = run.scene, joint_friction(run)
     paths = [f"bodies/{scene['bodies'][-1]['name']}/{c}" for c in ("ax", "ay")]
     drives = run.names("drives")
     paths += [f"drives/{d}/{'force' if f'drives/{d}/force' in run else 'torque'}" for d in drives]
     paths += [] if drives else [f"bodies/{b}/theta" for b in run.names("bodies")]
     paths += [f"joints/{j}/force_{axis}" for j in run.names("joints") for axis in "xy"]
-    return [*paths, "energy/kinetic", "energy/residual"]
+    return [*paths, *(f"joints/{j}/power_loss" for j in rubbing), "energy/kinetic"]
+
+
+def _rubbing(page: Page, run: Result) -> list[Markup]:
+    """Driving efforts where no joint has clearance, or joints without it rub; friction of these."""
+    rubbing, parts = joint_friction(run), []
+    if drive_efforts(run) and (rubbing or not run.clearances):
+        draw = _needing(run, [], partial(efforts, run))
+        said = "Driving torques and forces" + (", dashed without joint friction; what friction adds" if rubbing else "")
+        parts.append(page.picture(draw, said, run.time.size))
+    if rubbing:
+        said = "Friction of hinges and slides and its load along time, and friction over the rate of the joint"
+        parts.append(page.picture(_needing(run, [], partial(friction, run)), said, run.time.size))
+    return parts
 
 
 def _joint(page: Page, run: Result, joint: str) -> list[Markup]:

@@ -14,7 +14,7 @@ UNITS = {
     "eccentricity_rate": "m/s", "viscosity": "Pa s", "pressure_viscosity": "1/Pa", "young": "Pa", "poisson": "1",
     "density": "kg/m3", "capacity": "J/K", "conductance": "W/K", "surroundings": "K", "volumetric": "J/(m3 K)",
     "vogel": "K", "vogel_zero": "K", "torque": "N m", "force": "N", "free_length": "m", "free_angle": "rad",
-    "x": "N", "y": "N",
+    "x": "N", "y": "N", "z": "N", "pin_radius": "m", "friction_arm": "m", "bending_arm": "m", "overlap": "m",
     "damping": "N s/m", "dissipation": "s/m", "grazing_speed": "m/s", "modulus": "Pa", "layer_modulus": "Pa/m",
     "radius_difference": "m", "depth": "m", "transition_speed": "m/s", "dead_speed": "m/s", "full_speed": "m/s",
     "stribeck_speed": "m/s", "decay": "s/m", "viscous": "s/m", "ambient": "Pa", "liner": "m/Pa", "pressure": "Pa",
@@ -31,6 +31,14 @@ MADE_OF = (
     "radius", "clearance", "length", "contact", "friction", "film", "transition", "asperity", "lubricant", "roughness",
     "heat", "material", "layer", "film_torques", "eccentricity", "eccentricity_rate",
 )  # fmt: skip
+#: what makes friction of the reaction of a hinge or slide without clearance, in the order of its table
+RUBS_BY = ("pin_radius", "overlap", "friction_arm", "bending_arm")
+#: units of the friction laws of such joints: of hinges, of slides
+OF_FRICTION = {
+    "viscous": ("N m s/rad", "N s/m"), "load_viscous": ("s/rad", "s/m"), "breakaway": ("N m", "N"),
+    "coulomb": ("N m", "N"), "decay": ("s/rad", "s/m"), "threshold": ("rad/s", "m/s"),
+    "transition_rate": ("rad/s", "m/s"), "stribeck_rate": ("rad/s", "m/s"), "breakaway_rate": ("rad/s", "m/s"),
+}  # fmt: skip
 HERE = ("clearance.laws.", "clearance.film.")  # modules of laws whose units are known
 
 
@@ -46,13 +54,21 @@ def described(scene: dict) -> Markup:
     driven = "; ".join(f"{_target(d)} is driven {_drive(d)}" for d in drives) or "nothing drives it"
     others = [f"{LOADS.get(load['type'], load['type'])} {load['name']}" for load in loads if load["type"] != "Drive"]
     acting = f" Also acting: {', '.join(others)}." if others else ""
-    x, y = (number(g) for g in scene["gravity"])
-    return element("p", f"{', '.join(counted)}; {driven}.{acting} Gravity is ({x}, {y}) m/s².")
+    rubbing = [j["name"] for j in _rubbing(scene)]
+    friction = f" Friction acts in {', '.join(rubbing)}." if rubbing else ""
+    gravity = ", ".join(number(g) for g in scene["gravity"])
+    return element("p", f"{', '.join(counted)}; {driven}.{acting}{friction} Gravity is ({gravity}) m/s².")
+
+
+def _rubbing(scene: dict) -> list[dict]:
+    """Hinges and slides without clearance that have friction."""
+    return [j for j in scene["joints"] if j["type"] != "ClearanceRevolute" and j.get("friction")]
 
 
 def tables(scene: dict) -> Markup:
-    """Bodies, joints, what joints with clearance are made of, and loads."""
+    """Bodies, joints, what their friction and joints with clearance are made of, and loads."""
     parts = [bodies(scene), joints(scene)]
+    parts += [frictions(own)] if (own := _rubbing(scene)) else []
     parts += [clearances(own)] if (own := [j for j in scene["joints"] if j["type"] == "ClearanceRevolute"]) else []
     parts += [loads(scene)] if scene["loads"] else []
     return join(parts)
@@ -68,16 +84,20 @@ def bodies(scene: dict) -> Markup:
             f"{name.replace('_', ' ')} {words(b[name], UNITS[name])}" for name in ("angular_velocity", "velocity")
             if any(b[name] if isinstance(b[name], list) else [b[name]])
         ]  # fmt: skip
-        rows.append([b["name"], kg * b["mass"], kgm2 * b["inertia"], _place(b["com"]), marks, "; ".join(start)])
+        products = b.get("products") or (0.0, 0.0)
+        across = f"({', '.join(number(kgm2 * v) for v in products)})" if any(products) else ""
+        row = [b["name"], kg * b["mass"], kgm2 * b["inertia"], across, _place(b["com"]), marks, "; ".join(start)]
+        rows.append(row)
     head = [
         "body",
         f"mass [{mass}]",
         f"inertia [{inertia}]",
+        f"products xz, yz [{inertia}]",
         "centre of mass [mm]",
         "points in its frame [mm]",
         "starts with",
     ]
-    used = range(len(head) if any(row[-1] for row in rows) else len(head) - 1)
+    used = [i for i in range(len(head)) if i not in (3, 6) or any(row[i] for row in rows)]
     return table([head[i] for i in used], [[row[i] for i in used] for row in rows], says="Bodies")
 
 
@@ -91,13 +111,45 @@ def joints(scene: dict) -> Markup:
         kind = KINDS.get(joint["type"], joint["type"])
         more = f"axis ({', '.join(map(number, joint['axis']))}) of {joint['a']['body']}" if "axis" in joint else ""
         more += f", turned {quantity(joint['angle'], 'rad')}" if joint.get("angle") else ""
-        rows.append([joint["name"], kind, _end(joint["a"]), _end(joint["b"]), more])
+        more += ", self-aligning" if joint.get("self_aligning") else ""
+        rows.append([joint["name"], kind, _end(joint["a"]), _end(joint["b"]), more.removeprefix(", ")])
     return table(["joint", "kind", "a (bearing)", "b (journal)", ""], rows, says="Joints, places in mm")
 
 
 def _end(end: dict) -> str:
-    place = _place((end["x"], end["y"]))
+    place = _place((end["x"], end["y"], *([end["z"]] if end.get("z") else [])))
     return f"{end['body']} {'' if end['point'].startswith('(') else end['point']} {place}".replace("  ", " ")
+
+
+def frictions(found: list[dict]) -> Markup:
+    """Friction of hinges and slides, a column for all that have the same: law, the lengths that make its load."""
+    alike: dict[str, list[dict]] = {}
+    for joint in found:
+        own = [joint["type"], joint["friction"], joint.get("self_aligning"), *(joint.get(n) for n in RUBS_BY)]
+        alike.setdefault(repr(own), []).append(joint)
+    first = [same[0] for same in alike.values()]
+    rows = [[element("b", "friction"), *(_friction(j["friction"], j["type"] == "Prismatic") for j in first)]]
+    for name in RUBS_BY:
+        if any(j.get(name) is not None for j in first):
+            shown = (words(j[name], "m") if j.get(name) is not None else "" for j in first)
+            rows.append([element("b", name.replace("_", " ")), *shown])
+    if any(j.get("self_aligning") for j in first):
+        rows.append([element("b", "self-aligning"), *(words(bool(j.get("self_aligning"))) for j in first)])
+    kinds = [KINDS[same[0]["type"]] + ("s" if len(same) > 1 else "") for same in alike.values()]
+    heads = [f"{k} {', '.join(j['name'] for j in same)}" for k, same in zip(kinds, alike.values(), strict=True)]
+    return table(["", *heads], rows, says="Friction of hinges and slides")
+
+
+def _friction(law: dict, slides: bool) -> str:
+    """A friction law of a hinge or slide; rates in the units in which they are given."""
+    known = law["law"].startswith(HERE)
+    said = []
+    for name, value in law.items():
+        if name != "law":
+            units = OF_FRICTION.get(name, ("", ""))[slides] if known else ""
+            shown = f"{number(value)} {units}".strip() if isinstance(value, int | float) else words(value)
+            said.append(f"{name.replace('_', ' ')} {shown}")
+    return ": ".join(filter(None, (law["law"].rpartition(":")[2], ", ".join(said))))
 
 
 def clearances(found: list[dict]) -> Markup:
@@ -120,6 +172,8 @@ def loads(scene: dict) -> Markup:
             continue
         on = " to ".join(_body(load[e]) for e in ("a", "b", "point", "body") if load.get(e) is not None)
         given = {n: v for n, v in load.items() if n not in ("type", "name", "a", "b", "point", "body")}
+        if given.get("z") == 0.0:
+            del given["z"]
         rows.append([load["name"], kind, on, _listed(given, load["type"])])
     return table(["load", "kind", "on", "given"], rows, says="Drives and loads")
 

@@ -27,6 +27,7 @@ ONLY_IN = {
     "distributed": {"clearance.sweeping.teams"},
     "xarray": {"clearance.sweeping.index"},
     "pandas": {"clearance.sweeping.index"},
+    "pinocchio": {"clearance.evidence.pinocchio"},
     "matplotlib": {"postprocess.figures", "clearance.evidence.pictures", "clearance.evidence.film_pictures"},
     "h5py": {"clearance.results", "clearance.recording"},
     "tqdm": {"clearance.cli", "clearance.commands.sweep", "clearance.film.table"},

@@ -11,7 +11,8 @@ from clearance.commands.common import DONE, listed, number, quantity_of
 OF_RUNS = {
     "overview": (), "history": ("channels", "along", "last"), "orbit": ("joint",), "phase": ("channels", "settle"),
     "poincare": ("channels", "joint", "settle", "angle"), "spectrum": ("channels", "settle"),
-    "contacts": ("joint", "settle"), "sketch": ("turns",), "animation": ("turns", "frames", "magnify"),
+    "contacts": ("joint", "settle"), "efforts": (), "friction": ("joint",), "sketch": ("turns",),
+    "animation": ("turns", "frames", "magnify"),
 }  # fmt: skip
 OF_SWEEPS = {
     "map": ("metrics", "x", "y", "at"), "curves": ("metrics", "x", "at"),
@@ -49,7 +50,8 @@ def add(commands) -> argparse.ArgumentParser:
     )  # fmt: skip
     p.add_argument("--channels", metavar="NAMES", help="comma list of channels: history, phase, poincare, spectrum, "
                    "bifurcation")  # fmt: skip
-    p.add_argument("--joint", metavar="NAMES", help="comma list of clearance joints: orbit, contacts; one: poincare")
+    p.add_argument("--joint", metavar="NAMES", help="comma list of clearance joints: orbit, contacts; one: poincare; "
+                   "of hinges and slides with friction: friction")  # fmt: skip
     p.add_argument("--along", help="time, turns or angle of the drive: history")
     p.add_argument("--last", type=number, metavar="TURNS", help="only the last turns: history")
     p.add_argument(
@@ -203,6 +205,18 @@ def _contacts(options, records, output: Path) -> Path:
     return contacts(records[0], output, joints=listed(options.joint), **_given(options, "settle"))
 
 
+def _efforts(_options, records, output: Path) -> Path:
+    from clearance.postprocess.efforts import efforts
+
+    return efforts(records[0], output)
+
+
+def _friction(options, records, output: Path) -> Path:
+    from clearance.postprocess.efforts import friction
+
+    return friction(records[0], output, joints=listed(options.joint))
+
+
 def _sketch(options, records, output: Path) -> Path:
     from clearance.postprocess.drawing import sketch
 
@@ -222,7 +236,8 @@ def _animation(options, records, output: Path) -> Path:
 
 DRAW = {
     "overview": _overview, "history": _history, "orbit": _orbit, "phase": _phase, "poincare": _poincare,
-    "spectrum": _spectrum, "contacts": _contacts, "sketch": _sketch, "animation": _animation,
+    "spectrum": _spectrum, "contacts": _contacts, "efforts": _efforts, "friction": _friction, "sketch": _sketch,
+    "animation": _animation,
 }  # fmt: skip
 
 
