@@ -148,9 +148,6 @@ def scene(
 ) -> cl.Scene:
     """Boom, stick and bucket moved by three actuators; 40 s, which is the whole dig pattern.
 
-    The corners of the dig pattern are as short as the time constant; given as max_step in simulation 3 (10 ms) it lets
-    the energy ledger see all of them.
-
     simulation: 1 (sinusoids), 2 (slowly filtered dig pattern) or 3 (fast filtered dig pattern) [-]
     time_constant: of the input filter (default: 0.1, 0.1, 0.01 by simulation); 0, in simulation 1: no filter [s]
     load_x: force on the tooth tip along x [N]

@@ -19,6 +19,7 @@ import numpy as np
 from clearance import checks
 from clearance.checkpoint import PartsSink, restore, state_of
 from clearance.film.asking import Answerer
+from clearance.joints import Prismatic
 from clearance.mechanism import store
 from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.closing import last_position
@@ -181,6 +182,9 @@ def choose_method(mechanism: Mechanism, method: str = "auto", rtol: float = 1e-6
         return method, "asked for"
     if mechanism.size == 0:
         return "dop853", "nothing is free to move: only the energy ledger is integrated"
+    if rubbing := sorted(mechanism.structure.found):
+        said = f"the friction of joint {', '.join(rubbing)} is stiff where it comes to rest"
+        return _implicit(rtol), f"{said}; the fastest for this rtol"
     if not films:
         return "dop853", NOT_STIFF
     return _implicit(rtol), f"the film of joint {', '.join(films)} makes the scene stiff; the fastest for this rtol"
@@ -531,6 +535,7 @@ class Run:
             found.append("method dop853 is explicit: a thin film forces it to very small steps; radau suits this scene")
         elif self.method == "dop853" and self.place[self.loop.STIFF_STEPS] >= self.loop.STIFF_ENOUGH:
             found.append("method dop853 is explicit and its steps are held up by stability; radau suits this scene")
+        found += filter(None, map(self._too_sharp, self.mechanism.scene.joints))
         residual = writer.residual_share()
         if residual > max(LOST_ENERGY, 100.0 * self.rtol):
             found.append(
@@ -549,6 +554,19 @@ class Run:
                 found += filter(None, [hole_warning(joint, self.mechanism.frequency, writer.peaks.get(group, 0.0))])
             found += filter(None, [_beyond(joint, max(writer.depths.get(group, 0.0), -writer.lowest(f"{group}/gap")))])
         return found
+
+    def _too_sharp(self, joint) -> str | None:
+        """Friction that turns round within less than the tolerance resolves of the joint's rate."""
+        mechanism = self.mechanism
+        if joint.name not in mechanism.structure.found or "transition_rate" not in joint.friction.values:
+            return None
+        slides = isinstance(joint, Prismatic)
+        seen = self.rtol * mechanism.frequency * (mechanism.start.size if slides else 1.0)
+        if (rate := joint.friction.values["transition_rate"]) >= seen:
+            return None
+        units = "m/s" if slides else "rad/s"
+        sharp = f"{joint.label()}: transition_rate {rate:g} {units} is finer than rtol {self.rtol:g} sees"
+        return f"{sharp}, {seen:.2g} {units}"
 
     def _identity(self, channels, compression: int) -> dict:
         """What two runs must share for one to go on where the other stopped."""

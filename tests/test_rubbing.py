@@ -426,3 +426,23 @@ def test_any_friction_in_every_pin(coefficient, radius, viscous, time):
     found = row(scene, time)
     consistent(scene, found, 1e-10)
     assert all(found[f"joints/{n}/power_loss"] >= 0.0 for n in "ABCD")
+
+
+# --- stiff and extreme
+@pytest.mark.parametrize("transition_rate", [1e-1, 1e-3, 1e-5])
+def test_a_linkage_that_comes_to_rest_stays_there(transition_rate):
+    """However sharp the sign: the energy goes into friction, to 1e-5 of what was turned over, in few steps."""
+    law = cl.joint_coulomb(coefficient=0.2, transition_rate=transition_rate)
+    free = four_bar(law, pin_radius=0.01, drive=lambda b: cl.Drive(b["crank"], torque=0.0, start=0.3))
+    run = cl.simulate(free, until=5.0)
+    energy = run.facts("energy")
+    assert energy["largest_residual"] < 1e-5 * energy["turned_over"]
+    assert abs(run["crank"].omega[-1]) < 10.0 * transition_rate
+    assert run.solver["steps"] < 5000
+    assert run.solver["method"] == "radau5"
+    assert run.warnings == []
+
+
+def test_a_sign_sharper_than_the_tolerance_is_said():
+    run = cl.simulate(sled(transition_rate=1e-7), until=0.1)
+    assert any("joint guide: transition_rate 1e-07 m/s is finer than rtol 1e-06 sees" in w for w in run.warnings)
