@@ -124,7 +124,7 @@ def test_a_folder_that_cannot_be_made_is_known_before_the_work(tmp_path, capsys)
 def test_unknown_case(case, capsys):
     status, _, err = run("run", case, capsys=capsys)
     assert status == 2
-    assert "known: double_pendulum, four_bar" in err or "no case file" in err
+    assert "known: double_pendulum, five_axis_chain, four_bar" in err or "no case file" in err
 
 
 @pytest.mark.parametrize(

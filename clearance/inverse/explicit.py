@@ -20,8 +20,8 @@ from clearance.stepping.types import KERNEL
 
 #: longest way between two places followed, in rad at the typical frequency
 STRETCH = 0.1
-#: jump of a body between two samples, over the size of the mechanism and beyond what its speeds explain
-JUMP = 0.2
+#: way of a body between two samples, over the size of the mechanism, that its speeds need not explain
+SLACK = 0.05
 
 
 class Singular(ValueError):
@@ -48,30 +48,25 @@ class Explicit:
         times = np.ascontiguousarray(time, dtype=float)
         m, rows = self.mechanism, np.empty((times.size, len(self.channels)))
         work, began = np.append(m.work0, 0.0), clock.perf_counter()
-        done = tour(*self.kernels, self.structure.commits, times, m.y0, m.par, work, STRETCH / m.frequency, rows)
+        done = tour(
+            *self.kernels, self.structure.commits, times, m.y0, m.par, work, STRETCH / m.frequency, self._places(),
+            SLACK * m.start.size, rows,
+        )  # fmt: skip
         self.loop_s = clock.perf_counter() - began
-        jumped = self._jump(times[:done], rows[:done])
-        if jumped < done:
-            raise Singular(self._over(times[jumped]), times[:jumped], rows[:jumped])
         if done < times.size:
-            raise Singular(self._why(times, work, done), times[:done], rows[:done])
+            raise Singular(self._why(times, rows, work, done), times[:done], rows[:done])
         return rows
 
-    def _jump(self, times: np.ndarray, rows: np.ndarray) -> int:
-        """First sample at which a body is not where its speeds take it: the mechanism went over to another branch."""
-        if not any(g.closures for g in self.structure.plan.groups) or times.size < 2:
-            return times.size
+    def _places(self) -> np.ndarray:
+        """Columns of positions, speeds and accelerations, in turn, of the bodies that close loops."""
         place = {c.path: i for i, c in enumerate(self.channels)}
-        names = [(f"bodies/{b.name}/{x}", f"bodies/{b.name}/v{x}") for b in self.scene.bodies for x in "xy"]
-        at, speed = (rows[:, [place[n[i]] for n in names]] for i in (0, 1))
-        way = np.diff(times)[:, None] * np.maximum(np.abs(speed[1:]), np.abs(speed[:-1]))
-        jumped = (np.abs(np.diff(at, axis=0)) > 2.0 * way + JUMP * self.mechanism.start.size).any(axis=1)
-        return int(np.argmax(jumped)) + 1 if jumped.any() else times.size
+        closing = [a.body.name for g in self.structure.plan.groups if g.closures for a in g.attachments]
+        names = [f"bodies/{b}/{n}" for b in closing for x in "xy" for n in (x, "v" + x, "a" + x)]
+        return np.array([place[n] for n in names], np.int64)
 
-    def _over(self, time: float) -> str:
-        return f"before t = {time:.9g} s: a loop passes a singular position and jumps to its other branch"
-
-    def _why(self, times: np.ndarray, work: np.ndarray, done: int) -> str:
+    def _why(self, times: np.ndarray, rows: np.ndarray, work: np.ndarray, done: int) -> str:
+        if np.isfinite(rows[done]).all():
+            return f"before t = {times[done]:.9g} s: a loop passes a singular position and jumps to its other branch"
         if done == 0:
             return f"at t = {times[0]:.9g} s, the first sample: the scene has no finite position, speed or load here"
         found = last_position(self.mechanism, work, times[done - 1], times[done])

@@ -42,7 +42,9 @@ def _what(mechanism: Mechanism, known: dict, lost: dict) -> str:
     """The first group that has no position any more, or the first output without a value."""
     for group in mechanism.structure.plan.groups:
         bodies = [a.body.name for a in group.attachments]
-        if group.closures and not all(np.isfinite(lost[f"bodies/{b}/{n}"]) for b in bodies for n in ("x", "omega")):
+        if group.closures and not all(
+            np.isfinite(lost[f"bodies/{b}/{n}"]) for b in bodies for n in ("x", "omega", "alpha")
+        ):
             angles = ", ".join(f"{b} at {known[f'bodies/{b}/theta']:.6g} rad" for b in bodies)
             joints = ", ".join(j.name for j in group.closures)
             return f"the loop of {angles}, closed by joint {joints}, is in a singular position and cannot go on"

@@ -1,0 +1,155 @@
+"""`clearance inverse`: prescribed motion in, driving efforts and joint reactions out."""
+
+import argparse
+import json
+import time
+from pathlib import Path
+
+from clearance.commands.common import (
+    DONE,
+    FAILED,
+    Line,
+    complain,
+    make_folder,
+    number,
+    publish,
+    quantity_of,
+    scene_of,
+)  # fmt: skip
+
+
+def add(commands) -> argparse.ArgumentParser:
+    """The command and its options."""
+    p = commands.add_parser("inverse", help="driving efforts and joint reactions of a prescribed motion, with friction")
+    p.add_argument("case", metavar="CASE", help="name of a case, or path to your own case file")
+    p.add_argument(
+        "-p", dest="parameters", metavar="NAME=VALUE", action="append", default=[],
+        help="a case parameter, such as speed=300rpm or clearance=0.1mm; may be repeated",
+    )  # fmt: skip
+    length = p.add_mutually_exclusive_group()
+    length.add_argument("--turns", type=number, help="length in turns of the drive (default 2, or 2 s)")
+    length.add_argument("--until", type=quantity_of("s"), metavar="S", help="length in seconds")
+    p.add_argument("--samples", type=int, metavar="N", help="output rows in all (default 400 a turn, or 401)")
+    p.add_argument("--route", metavar="ROUTE", help="explicit (default), or multipliers: slow and independent")
+    p.add_argument("--compare", action="store_true", help="run time, operations and agreement of the routes instead")
+    p.add_argument("--peers", action="store_true", help="with --compare: also Pinocchio, where installed")
+    p.add_argument(
+        "-o", dest="output", metavar="OUT",
+        help="result file (default CASE_inverse.h5); with --compare a folder for table, picture and HDF5",
+    )  # fmt: skip
+    return p
+
+
+def run(options) -> int:
+    """Solve and summarise; exit status 1 where the motion leads into a singular position part-way."""
+    if options.peers and not options.compare:
+        raise ValueError("--peers goes with --compare")
+    if options.route and options.compare:
+        raise ValueError("--compare measures all routes: leave out --route")
+    from clearance.simulation import SimulationError
+
+    case, values, scene = scene_of(options)
+    length = {"turns": options.turns, "until": options.until, "samples": options.samples}
+    if options.turns is None and options.until is None:
+        length["until" if scene.turn is None else "turns"] = 2.0
+    if options.compare:
+        return _compare(options, case, values, scene, length)
+    from clearance.inverse.dynamics import inverse_dynamics
+
+    path, failure, began = Path(options.output or f"{case.name}_inverse.h5"), None, time.perf_counter()
+    try:
+        result = inverse_dynamics(scene, **length, route=options.route or "explicit", path=path)
+    except SimulationError as error:
+        failure, result = str(error), error.result
+    summary = {"case": case.name, "parameters": values, **_summary(scene, result)}
+    summary["wall_s"] = time.perf_counter() - began
+    if failure is not None:
+        summary.pop("status")
+        return complain(options, failure, FAILED, **summary)
+    print(json.dumps(summary) if options.json else "\n".join(_readable(summary)))
+    return DONE
+
+
+def _compare(options, case, values: dict, scene, length: dict) -> int:
+    import numpy as np
+
+    from clearance.evidence import routes
+    from clearance.simulation import SimulationError, span_of
+
+    make_folder(options)
+    span, title = span_of(scene, **length), " ".join([case.name, *options.parameters])
+    try:
+        study = routes.compare(
+            scene, np.linspace(0.0, span.until, span.samples), options.peers, title, progress=Line(options)
+        )
+    except SimulationError as error:
+        return complain(options, str(error), FAILED)
+    document = {"parameters": values, **routes.plain(study)}
+    return publish(
+        options, [*routes.table(study), "", *routes.describe(study)], document,
+        lambda folder: routes.save(study, folder), routes.picture, study, "routes",
+    )  # fmt: skip
+
+
+def _summary(scene, result) -> dict:
+    """What inverse dynamics gave, as plain data; only its size for a motion that ended before its first sample."""
+    found = {
+        "status": result.status, "file": str(result.path), "method": result.solver["method"],
+        "samples": int(result.time.size), "solved_s": float(result.solver["wall_s"]),
+        "loop_s": float(result.solver["loop_s"]), "until_s": float(result.time[-1]) if result.time.size else 0.0,
+    }  # fmt: skip
+    if not result.time.size:
+        return found
+    from clearance.evidence.routes import power_residual
+
+    found["drives"] = {n: _largest(result, f"drives/{n}", DRIVE) for n in result.names("drives")}
+    found["joints"] = {n: _largest(result, f"joints/{n}", JOINT) for n in result.names("joints")}
+    if "friction/iterations" in result:
+        found["friction"] = {n: result.range(f"friction/{n}")[1] for n in ("iterations", "contraction")}
+    found["power_residual"] = float(abs(power_residual(scene, result)).max())
+    found["power"] = max(x["power"] for x in found["drives"].values())
+    return found
+
+
+DRIVE = ("torque", "torque_ideal", "force", "force_ideal", "power")
+JOINT = ("force", "moment", "axial_force", "bending", "friction", "power_loss")
+
+
+def _largest(result, group: str, names: tuple[str, ...]) -> dict[str, float]:
+    """Largest absolute values of channels, or lengths of pairs, by name; of those that there are."""
+    found = {}
+    for name in names:
+        if f"{group}/{name}_x" in result:
+            x, y = (result.values(f"{group}/{name}_{axis}") for axis in "xy")
+            found[name] = float((x * x + y * y).max() ** 0.5)
+        elif f"{group}/{name}" in result:
+            found[name] = max(map(abs, result.range(f"{group}/{name}")))
+    return found
+
+
+def _readable(summary: dict) -> list[str]:
+    s = summary
+    lines = [
+        f"{s['case']}: {s['samples']} samples over {s['until_s']:.6g} s in {1e3 * s['solved_s']:.3g} ms "
+        f"({1e3 * s['loop_s']:.3g} ms in compiled code), {s['status']}",
+        f"  method       {s['method']}",
+    ]
+    width = max(6, *(len(n) for group in ("drives", "joints") for n in s[group]))
+    for name, drive in s["drives"].items():
+        kind, unit = ("torque", "N m") if "torque" in drive else ("force", "N")
+        ideal = f" ({drive[f'{kind}_ideal']:.6g} {unit} without joint friction)" if f"{kind}_ideal" in drive else ""
+        largest = f"largest {kind} {drive[kind]:.6g} {unit}{ideal}, largest power {drive['power']:.4g} W"
+        lines.append(f"  drive {name:<{width}} {largest}")
+    for name, joint in s["joints"].items():
+        line = f"  joint {name:<{width}} largest force {joint['force']:.6g} N"
+        for kind, unit in (("moment", "N m"), ("axial_force", "N"), ("bending", "N m")):
+            line += f", {kind.replace('_', ' ')} {joint[kind]:.4g} {unit}" if joint.get(kind) else ""
+        line += f", friction {joint['friction']:.4g}" if "friction" in joint else ""
+        lines.append(line)
+    if "friction" in s:
+        lines.append(
+            f"  friction     coupled: at most {s['friction']['iterations']:.0f} iterations, "
+            f"contraction {s['friction']['contraction']:.2g}"
+        )
+    lines.append(f"  power        residual {s['power_residual']:.2g} W, largest of a drive {s['power']:.4g} W")
+    return [*lines, f"  file         {s['file']}"]

@@ -1,0 +1,99 @@
+"""What inverse dynamics costs: `python tests/benchmarks/inverse.py [--update README.md]`.
+
+The routes of `clearance inverse --compare --peers` over 10,000 samples (install the extra `peers`), warm, medians of
+repeats taken in turn in one run. Loops in Python are timed over 1000 samples and told for 10,000.
+"""
+
+import argparse
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+sys.path.insert(0, str(ROOT))
+
+import clearance as cl  # noqa: E402
+from clearance.evidence import routes  # noqa: E402
+
+BEGIN, END = "<!-- inverse:begin -->", "<!-- inverse:end -->"
+SAMPLES = 10_000
+#: what is solved -> (case, parameters, seconds of motion)
+CASES = {
+    "three-loop chain, driven joint rubs": ("three_loop_chain", {}, 10.0),
+    "three-loop chain, all ten joints rub": ("three_loop_chain", {"where": "all"}, 10.0),
+    "five-axis chain, all five joints rub": ("five_axis_chain", {}, 5.0),
+    "mobile manipulator, all twelve joints rub": ("mobile_manipulator", {}, 40.0),
+    "mobile manipulator, no friction": ("mobile_manipulator", {"friction": "none"}, 40.0),
+}
+SHOWN = ("explicit, whole call", "multipliers", "multipliers, solve", "Pinocchio", "Pinocchio, reactions")
+
+
+def milliseconds(study: routes.RouteStudy, name: str) -> float:
+    return 1e3 * SAMPLES * study.route(name).per_sample
+
+
+def row(name: str, study: routes.RouteStudy) -> str:
+    """Times for all samples, ratios to the whole call, agreement and operations of one scene."""
+    loop, (whole, *others) = milliseconds(study, "explicit"), (milliseconds(study, n) for n in SHOWN)
+    times = [f"{loop:.1f} ms", f"**{whole:.1f} ms**", *(f"{t:.0f} ms ({t / whole:.1f}x)" for t in others)]
+    apart = [d for r in study.routes[2:] for d in (r.efforts, r.reactions) if not math.isnan(d)]
+    own, dense = study.route("explicit").operations.total, study.route("multipliers, solve").operations.total
+    return f"| {name} | {' | '.join(times)} | {max(apart):.0e} | {own:.0f} | {dense:.0f} ({dense / own:.1f}x) |"
+
+
+def table() -> list[str]:
+    lines = [
+        f"| {SAMPLES} samples | explicit: compiled loop | explicit: whole call | multipliers, numpy "
+        "| their dense solve alone, LAPACK | Pinocchio from Python: efforts | and all reactions "
+        "| largest difference | operations a sample: explicit | dense solve |",
+        "|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for name, (case, parameters, until) in CASES.items():
+        scene = cl.load_case(case, **parameters)
+        study = routes.compare(scene, np.linspace(0.0, until, SAMPLES), peers=True)
+        lines.append(row(name, study))
+        check(name, study)
+    return lines
+
+
+def check(name: str, study: routes.RouteStudy) -> None:
+    """Note what is asked for and not met."""
+    for r in study.routes:
+        for what, apart in (("efforts", r.efforts), ("reactions", r.reactions)):
+            require(not apart > 1e-10, f"{name}: {what} of {r.name} are {apart:.0e} away")
+    whole = milliseconds(study, "explicit, whole call")
+    if name.startswith("three-loop chain, driven"):
+        require(whole < 20.0, f"{name}: a call takes {whole:.1f} ms, above 20")
+        ratio = milliseconds(study, "Pinocchio") / whole
+        require(ratio > 5.0, f"{name}: only {ratio:.1f} times faster than Pinocchio called from Python")
+    own, dense = study.route("explicit").operations.total, study.route("multipliers, solve").operations.total
+    require(own < dense, f"{name}: {own:.0f} operations, a dense solve {dense:.0f}")
+
+
+missed = []
+
+
+def require(met, what):
+    """Note a number that is not met; the script then ends with exit status 1."""
+    if not met:
+        missed.append(what)
+
+
+def main():
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--update", metavar="FILE", help=f"put the table into FILE, between {BEGIN} and {END}")
+    path = options.parse_args().update
+    lines = table()
+    print("\n".join(lines))
+    if path:
+        head, _, rest = Path(path).read_text().partition(BEGIN)
+        tail = rest[rest.index(END) :]
+        Path(path).write_text(f"{head}{BEGIN}\n\n" + "\n".join(lines) + f"\n\n{tail}")
+    print("\n".join(["", *(f"missed: {m}" for m in missed)]))
+    sys.exit(1 if missed else 0)
+
+
+if __name__ == "__main__":
+    main()

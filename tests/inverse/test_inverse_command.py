@@ -1,0 +1,148 @@
+"""`clearance inverse`: summary, file, JSON, comparison, exit status."""
+
+import json
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from tests.test_cli import run
+
+
+def inverse(*arguments, capsys):
+    return run("inverse", *arguments, capsys=capsys)
+
+
+def test_summary_and_file(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    status, text, err = inverse("three_loop_chain", "--until", "10s", "--samples", "51", capsys=capsys)
+    assert (status, err) == (0, "")
+    assert "three_loop_chain: 51 samples over 10 s" in text
+    assert "drive crank    largest torque 2.07177 N m (1.9993 N m without joint friction)" in text
+    assert "joint ground-g largest force 243.681 N, friction 0.1228" in text
+    assert "power        residual" in text
+    with cl.open_result("three_loop_chain_inverse.h5") as result:
+        assert result.complete
+        assert result.time.size == 51
+
+
+def test_json(tmp_path, capsys):
+    out = tmp_path / "all.h5"
+    status, text, err = inverse(
+        "three_loop_chain", "-p", "where=all", "-p", "pin_radius=5mm", "--until", 10, "-o", out, "--json",
+        capsys=capsys,
+    )  # fmt: skip
+    assert (status, err) == (0, "")
+    found = json.loads(text)
+    assert (found["status"], found["file"], found["samples"]) == ("complete", str(out), 401)
+    assert found["parameters"] == {"where": "all", "pin_radius": 0.005}
+    assert 1 <= found["friction"]["iterations"] <= 20
+    assert 0.0 < found["friction"]["contraction"] < 0.1
+    assert found["power_residual"] < 1e-12 * max(1.0, found["power"])
+    assert found["loop_s"] < found["solved_s"] < found["wall_s"]
+    with cl.open_result(out) as result:
+        force, torque = result.joint("e-f").force, result.drive("crank").torque
+    assert found["joints"]["e-f"]["force"] == pytest.approx(np.linalg.norm(force, axis=1).max(), rel=1e-12)
+    assert found["drives"]["crank"]["torque"] == np.abs(torque).max()
+    assert torque[[0, -1]] == pytest.approx([0.999011, 1.164278], abs=5e-7)  # found before, outside this package
+
+
+def test_routes_give_the_same(tmp_path, capsys):
+    found = {}
+    for route in ("explicit", "multipliers"):
+        _, text, _ = inverse(
+            "five_axis_chain", "--until", "3s", "--route", route, "-o", tmp_path / f"{route}.h5", "--json",
+            capsys=capsys,
+        )  # fmt: skip
+        found[route] = json.loads(text)
+        assert found[route]["method"] == f"inverse dynamics, {route}"
+    for kind in ("drives", "joints"):
+        for name, values in found["explicit"][kind].items():
+            assert found["multipliers"][kind][name] == pytest.approx(values, rel=1e-9, abs=1e-12)
+    assert found["explicit"]["joints"]["1"]["axial_force"] == pytest.approx(107.8)
+
+
+def test_turns_of_a_constant_drive(tmp_path, capsys):
+    _, text, _ = inverse("four_bar", "--turns", 1, "-o", tmp_path / "r.h5", "--json", capsys=capsys)
+    found = json.loads(text)
+    assert (found["samples"], found["until_s"]) == (401, pytest.approx(0.2))
+    assert "friction" not in found
+    assert "torque_ideal" not in found["drives"]["crank"]
+
+
+@pytest.mark.parametrize("route", ["explicit", "multipliers"])
+def test_a_motion_that_ends_part_way(route, tmp_path, capsys):
+    """Exit status 1, one line, and what was computed is kept."""
+    out = tmp_path / "part.h5"
+    status, text, err = inverse(
+        "three_loop_chain", "--until", "20s", "--route", route, "-o", out, "--json", capsys=capsys
+    )
+    assert status == 1
+    assert err.startswith("clearance: at t = 15.8")
+    assert err.count("\n") == 1
+    found = json.loads(text)
+    assert found["status"] == "failed"
+    assert "singular position" in found["message"]
+    with cl.open_result(out) as result:
+        assert result.status.startswith("partial: ")
+        assert result.time[-1] == found["until_s"] == pytest.approx(15.8)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["three_loop_chain", "--peers"], "--peers goes with --compare"),
+        (["three_loop_chain", "--compare", "--route", "explicit"], "--compare measures all routes: leave out --route"),
+        (["three_loop_chain", "--route", "fast"], "route must be one of explicit, multipliers; got 'fast'"),
+        (["three_loop_chain", "--samples", "1"], "samples must be at least 2, got 1"),
+        (["three_loop_chain", "--samples", "many"], "invalid int value: 'many'"),
+        (["three_loop_chain", "--until", "0"], "until must be positive, got 0.0"),
+        (["three_loop_chain", "--until", "0", "--compare"], "until must be positive, got 0.0"),
+        (["three_loop_chain", "--turns", "1"], "turns needs a constant-speed rotating drive"),
+        (["three_loop_chain", "--turns", "1", "--until", "1s"], "not allowed with argument"),
+        (["three_loop_chain", "-p", "where=none"], "where must be one of driven, all; got 'none'"),
+        (["three_loop_chain", "-p", "drive=torque"], "gives an effort, not a motion"),
+        (["three_loop_chain", "-p", "drive=torque", "--compare"], "gives an effort, not a motion"),
+        (["six_bar_feeder", "-p", "model=dry"], "has clearance: its motion is found, not prescribed"),
+        (["double_pendulum"], "no drive prescribes"),
+        (["nosuch"], "known: double_pendulum"),
+    ],
+)
+def test_wrong_input_is_one_clear_line(arguments, line, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    status, text, err = inverse(*arguments, capsys=capsys)
+    assert (status, text) == (2, "")
+    assert line in err
+    assert err.startswith("clearance: ")
+    assert err.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+class TestCompare:
+    def test_files_and_json(self, tmp_path, capsys):
+        status, text, err = inverse(
+            "four_bar", "-p", "speed=200rpm", "--turns", 1, "--samples", 40, "--compare", "-o", tmp_path / "new",
+            "--json", capsys=capsys,
+        )  # fmt: skip
+        assert (status, err) == (0, "")
+        found = json.loads(text)
+        assert found["title"] == "four_bar speed=200rpm"
+        assert found["parameters"]["speed"] == pytest.approx(cl.rpm(200))
+        assert found["samples"] == 40
+        assert [r["name"] for r in found["routes"]][0] == "explicit"
+        assert {p.name for p in (tmp_path / "new").iterdir()} == {"routes.h5", "routes.md", "routes.png"}
+
+    def test_peers_and_text(self, capsys):
+        pytest.importorskip("pinocchio")
+        status, text, _ = inverse(
+            "five_axis_chain", "--until", "5s", "--samples", 30, "--compare", "--peers", capsys=capsys
+        )
+        assert status == 0
+        assert "| Pinocchio, reactions | " in text
+        assert "times as many" in text
+
+    def test_a_motion_that_ends_part_way(self, capsys, tmp_path):
+        status, text, err = inverse("three_loop_chain", "--until", "20s", "--compare", "--json", capsys=capsys)
+        assert status == 1
+        assert json.loads(text)["status"] == "failed"
+        assert err.count("\n") == 1

@@ -1,0 +1,235 @@
+"""The study of routes: agreement, operations that are counted and not guessed, power balance, what is shown."""
+
+import json
+import math
+
+import h5py
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance.evidence import routes
+from clearance.inverse.explicit import Explicit
+from clearance.mechanism.rubbing import eliminated
+from tests import mechanisms
+
+TIMES = np.linspace(0.0, 10.0, 120)
+
+
+@pytest.fixture(scope="module")
+def study():
+    return routes.compare(cl.load_case("three_loop_chain"), TIMES, peers=True, title="chain")
+
+
+class TestCompare:
+    def test_routes_agree(self, study):
+        """All are exact: 1e-10 is asked for, rounding leaves some 1e-15."""
+        assert [r.name for r in study.routes][:4] == [
+            "explicit", "explicit, whole call", "multipliers", "multipliers, solve alone",
+        ]  # fmt: skip
+        for r in study.routes[2:]:
+            assert r.efforts < 1e-10
+            assert r.reactions < 1e-10 or r.name == "Pinocchio"
+
+    def test_pinocchio(self, study):
+        pytest.importorskip("pinocchio")
+        full = study.route("Pinocchio, reactions")
+        assert max(full.efforts, full.reactions) < 1e-10
+        assert math.isnan(study.route("Pinocchio").reactions)
+        for r in (full, study.route("Pinocchio")):  # some 40 times slower: no load of the machine hides that
+            assert min(r.seconds) > 5.0 * min(study.route("explicit").seconds)
+
+    def test_explicit_needs_fewer_operations(self, study):
+        """The source's claim: 483 operations, the motion's among them, against 6980 of a dense solve."""
+        own, dense = study.route("explicit"), study.route("multipliers, solve")
+        assert own.operations.total < own.output_operations.total
+        assert all(getattr(own.operations, kind) > 0 for kind in routes.KINDS)
+        assert dense.operations.total / own.operations.total == pytest.approx(14.5, abs=1.5)
+
+    def test_times(self, study):
+        for r in study.routes:
+            assert 1 <= len(r.seconds) <= routes.REPEATS
+            assert min(r.seconds) <= r.per_sample <= max(r.seconds)
+        assert min(study.route("multipliers").seconds) > 5.0 * min(study.route("explicit").seconds)
+
+    def test_reactions_that_friction_changes_are_not_compared(self):
+        scene = cl.load_case("mobile_manipulator")
+        found = routes.compare(scene, np.linspace(0.0, 4.0, 40))
+        alone = found.route("multipliers, solve")
+        assert alone.efforts < 1e-10
+        assert math.isnan(alone.reactions)
+        assert found.route("multipliers").reactions < 1e-9  # the same friction in both, found to 1e-9 by iteration
+        assert any("are not compared" in remark for remark in found.remarks)
+
+    def test_motion_that_ends(self):
+        with pytest.raises(cl.SimulationError, match="singular position"):
+            routes.compare(cl.load_case("three_loop_chain"), np.linspace(0.0, 20.0, 50))
+
+    def test_without_pinocchio(self, monkeypatch):
+        monkeypatch.setattr(routes.importlib.util, "find_spec", lambda name: None)
+        found = routes.compare(cl.load_case("four_bar"), np.linspace(0.0, 0.1, 9), peers=True)
+        assert "Pinocchio: not installed (pip install clearance[peers])" in found.remarks
+        assert len(found.routes) == 4
+
+    def test_self_aligning_slides_are_no_scene_for_pinocchio(self):
+        pytest.importorskip("pinocchio")
+        crank = mechanisms.body("crank", {"A": (0, 0), "B": (0.05, 0)})
+        rod = mechanisms.body("rod", {"B": (0, 0), "C": (0.2, 0)})
+        slider = mechanisms.body("slider", {"C": (0, 0)}, mass=0.3, position=(0.24, 0.0))
+        scene = cl.Scene(
+            cl.Revolute(cl.ground, crank["A"], name="A"),
+            cl.Revolute(crank["B"], rod["B"], name="B"),
+            cl.Revolute(rod["C"], slider["C"], name="C"),
+            cl.Prismatic(cl.ground, slider["C"], name="guide", self_aligning=True),
+            cl.Drive(crank, speed=10.0, start=0.4),
+        )
+        found = routes.compare(scene, np.linspace(0.0, 0.3, 9), peers=True)
+        assert any(r.startswith("Pinocchio: joint guide is self-aligning") for r in found.remarks)
+
+
+class TestOperations:
+    @pytest.mark.parametrize("bodies", [1, 5, 7])
+    def test_formula_of_the_dense_solve(self, bodies):
+        """Counted while the package's own elimination runs on a full matrix."""
+        size, count = 3 * bodies, routes.Counting()
+        rng = np.random.default_rng(bodies)
+        work = [count.number(v) for v in rng.standard_normal(size * (size + 1))]
+        eliminated(work, 0, size)
+        formula = routes.dense_operations(bodies, 0)
+        assert count.tally["divisions"] == formula.divisions
+        assert count.tally["multiplications"] == formula.multiplications - 3 * bodies
+        assert count.tally["additions"] == formula.additions - 2 * bodies
+
+    def test_counting(self):
+        text = (
+            "def f(x, y):\n    z = 2.0 * x - y / 4.0\n    for i in range(3):\n        z = z + math.sin(abs(-z)) ** 2\n"
+        )
+        count = routes.Counting()
+        f = count.function("f", "import math\n" + text + "    return z if z > 0.0 else -z\n")
+        z = 2.0 * 0.3 - 0.8 / 4.0
+        for _ in range(3):
+            z += math.sin(abs(z)) ** 2
+        assert f(count.number(0.3), count.number(0.8)) == abs(z)
+        assert dict(count.tally) == {"additions": 4, "multiplications": 1, "divisions": 1, "functions": 6}
+
+    @pytest.mark.parametrize("case", ["three_loop_chain", "mobile_manipulator"])
+    def test_what_is_counted_is_what_runs(self, case):
+        """The pruned code in counting Python gives the numbers of the compiled kernel."""
+        scene = cl.load_case(case)
+        solver = Explicit(scene)
+        row, m, count = solver.rows([0.0])[0], solver.mechanism, routes.Counting()
+        wanted = routes.needed_channels(solver)
+        look = count.function("observe", routes.pruned(solver.structure.texts["observe"], set(wanted)))
+        out = [None] * row.size
+        numbers = ([count.number(v) for v in x] for x in (m.y0, m.par, np.append(m.work0, 0.0)))
+        look(count.number(0.0), *numbers, out)
+        assert [i for i, v in enumerate(out) if v is not None] == sorted(wanted)
+        size = np.abs(row[wanted]).max()
+        np.testing.assert_allclose([out[i] for i in wanted], row[wanted], rtol=1e-12, atol=1e-12 * size)
+        names = {solver.channels[i].path.split("/")[0] for i in wanted}
+        assert names == {"drives", "joints"}
+
+    def test_friction_of_all_joints_costs_its_iterations(self):
+        found = {}
+        for where in ("driven", "all"):
+            solver = Explicit(cl.load_case("three_loop_chain", where=where))
+            found[where] = routes.counted_operations(solver, TIMES[:3], routes.needed_channels(solver)).total
+        assert found["all"] > 5.0 * found["driven"]
+
+    def test_positions_carried_on_count(self):
+        """A chain closed by Newton's method: longer ways between samples are followed in stretches, which cost."""
+        solver = Explicit(cl.load_case("mobile_manipulator", friction="none"))
+        wanted = routes.needed_channels(solver)
+        near, far = (routes.counted_operations(solver, np.array([0.0, t]), wanted).total for t in (0.01, 1.0))
+        assert far > 1.5 * near
+
+
+class TestAgreement:
+    def test_units_are_not_mixed(self):
+        record = cl.inverse_dynamics(mechanisms.actuator(), until=0.2, samples=20)
+        path = "joints/cylinder/moment"
+        wrong = {p: record.values(p) for p in ("drives/oil/force", path)}
+        assert routes.largest_difference(wrong, record) == 0.0
+        wrong[path] = wrong[path] * 1.01  # small beside the force
+        assert routes.largest_difference(wrong, record) == pytest.approx(0.01)
+
+    @pytest.mark.parametrize("wrong", [math.inf, math.nan])
+    def test_what_is_not_finite_is_far_away(self, wrong):
+        record = cl.inverse_dynamics(cl.load_case("five_axis_chain"), until=0.2, samples=5)
+        moved = {"joints/1/bending_x": record.values("joints/1/bending_x") + wrong}
+        assert routes.largest_difference(moved, record) == math.inf
+
+
+class TestPower:
+    @pytest.mark.parametrize(
+        ("case", "parameters", "until"),
+        [
+            ("three_loop_chain", {"where": "all", "friction": "stribeck"}, 12.0),
+            ("five_axis_chain", {}, 5.0),
+            ("mobile_manipulator", {}, 20.0),
+            ("slider_crank", {"model": "ideal"}, 0.1),
+        ],
+    )
+    def test_balance(self, case, parameters, until):
+        """Drives, loads and gravity against inertia and friction; rounding only, of the powers that are summed."""
+        scene = cl.load_case(case, **parameters)
+        record = cl.inverse_dynamics(scene, until=until, samples=200)
+        power = max(np.abs(record.values(f"drives/{d}/power")).max() for d in record.names("drives"))
+        assert np.abs(routes.power_residual(scene, record)).max() < 1e-11 * power
+
+    def test_balance_by_the_other_route(self):
+        scene = cl.load_case("three_loop_chain", where="all")
+        record = cl.inverse_dynamics(scene, until=10.0, samples=50, route="multipliers")
+        assert np.abs(routes.power_residual(scene, record)).max() < 1e-11
+
+    def test_against_the_energy_channels(self):
+        """The rate of energy behind the residual is that of the energy channels, by a fine difference quotient."""
+        scene = cl.load_case("three_loop_chain")
+        record = cl.inverse_dynamics(scene, time=np.linspace(2.0, 2.2, 401))
+        energy = record.energy.kinetic + record.energy.potential
+        rate = (energy[2:] - energy[:-2]) / (record.time[2:] - record.time[:-2])
+        balance = record.values("drives/crank/power") - record.values("joints/ground-g/power_loss")
+        np.testing.assert_allclose(balance[1:-1], rate, atol=1e-7 * np.abs(rate).max())
+
+    def test_sees_what_is_missing(self):
+        light, heavy = (cl.load_case("five_axis_chain", reading=r) for r in "PQ")
+        record = cl.inverse_dynamics(light, until=5.0, samples=50)
+        assert np.abs(routes.power_residual(heavy, record)).max() > 0.1
+
+    def test_springs_and_dampers(self):
+        scene = cl.load_case("four_bar")
+        rocker = next(b for b in scene.bodies if b.name == "rocker")
+        spring = cl.SpringDamper(cl.ground.at(0.3, 0.1), rocker["far"], stiffness=500.0, damping=20.0, free_length=0.1)
+        twist = cl.TorsionSpring(cl.ground, rocker, stiffness=3.0, damping=0.5)
+        loaded = cl.Scene(*scene.joints, *scene.loads, spring, twist)
+        record = cl.inverse_dynamics(loaded, until=0.2, samples=50)
+        power = np.abs(record.values("drives/" + record.names("drives")[0] + "/power")).max()
+        assert np.abs(routes.power_residual(loaded, record)).max() < 1e-11 * power
+
+
+class TestShowing:
+    def test_table_and_text(self, study):
+        lines = routes.table(study)
+        assert lines[0].startswith("| chain, 120 samples | us a sample |")
+        assert len(lines) == 2 + len(study.routes)
+        assert {line.count("|") for line in lines} == {7}
+        text = "\n".join(routes.describe(study))
+        assert "14 times as many" in text
+        assert "n = 21" in text
+        assert "friction in ground-g: the routes without friction are compared with the ideal efforts" in text
+
+    def test_document(self, study):
+        document = json.loads(json.dumps(routes.plain(study), allow_nan=False))
+        assert document["equations"] == 21
+        first = document["routes"][0]
+        assert first["operations"]["total"] == pytest.approx(study.routes[0].operations.total)
+        assert document["routes"][1]["operations"] is None
+
+    def test_files(self, study, tmp_path):
+        with h5py.File(routes.save(study, tmp_path)) as file:
+            group = file["multipliers, solve alone"]
+            assert group.attrs["operations_divisions"] == 231
+            np.testing.assert_array_equal(group["seconds"][()], study.route("multipliers, solve").seconds)
+            assert group["seconds"].attrs["units"] == "s"
+            assert file.attrs["format"] == "clearance-inverse-routes"
+        assert routes.picture(study, tmp_path / "new" / "routes.png").stat().st_size > 10_000
