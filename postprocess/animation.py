@@ -18,6 +18,7 @@ TRAIL = 0.25  # turns of the journal's path that stay in sight
 #: breadth over the mechanism's size
 LENS, SLOT, ROOM = 0.4, 1.2, (0.3, 0.5)
 ROUND = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
+SLOW = 5e-3  # time between frames from which the clock counts seconds [s]
 STRONG = 3.0  # forces up to so many times the median have arrows to scale; impacts go far beyond
 
 
@@ -258,8 +259,9 @@ def _newtons(force: float) -> str:
 
 def _clock(record: Record, times: np.ndarray) -> list[str]:
     """Time and drive angle of each frame, in print."""
-    digits = int(np.clip(np.ceil(-np.log10(1e3 * (times[1] - times[0]))), 0, 9)) + 1
-    texts = [f"t = {1e3 * t:.{digits}f} ms" for t in times]
+    unit, factor = ("s", 1.0) if times[1] - times[0] >= SLOW else ("ms", 1e3)
+    digits = int(np.clip(np.ceil(-np.log10(factor * (times[1] - times[0]))), 0, 9)) + 1
+    texts = [f"t = {factor * t:.{digits}f} {unit}" for t in times]
     if record.turn is None:
         return texts
     start, speed, target = drive_angle(record)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from clearance.postprocess import channels
 from clearance.postprocess.figures import save, sheet
-from clearance.postprocess.labels import headline
+from clearance.postprocess.labels import headline, shown_in
 
 from clearance.results import Record
 
@@ -21,6 +21,16 @@ DASHPOT = (
     (0.0, 0.0, 1.0, 1.0, -1.0, -1.0, 0.0, np.nan, 0.0, 0.0),
 )
 MM = 1e3
+#: share of the mechanism's size that is half the breadth of a cylinder
+CYLINDER = 0.018
+#: directions about the one given in which names are tried [rad], nearest first, and how much further away
+TRIED = tuple(np.radians([0, 30, -30, 60, -60, 90, -90, 135, -135, 180]))
+FURTHER = (1.0, 1.8)
+#: height and breadth of a letter over its size, spacing of the points that drawn lines count by [pt]
+LETTER, SPACING = (1.35, 0.62), 4.0
+BOLD = {"color": "tab:red", "lw": 1.4}
+#: breadth and height of a picture's axes [inch], at most
+PAPER = (7.0, 7.8)
 
 
 def period(record: Record) -> float:
@@ -41,7 +51,7 @@ class Motion:
 
     def __init__(self, record: Record, times: np.ndarray):
         self.scene, self.times = record.scene, np.asarray(times, float)
-        self.coms = {b["name"]: np.array(b["com"]) for b in self.scene["bodies"]}
+        self.coms = {b["name"]: np.array(b["com"][:2]) for b in self.scene["bodies"]}
         self.poses = {
             name: np.stack(
                 [channels.at(record, f"bodies/{name}/{c}", self.times) for c in ("x", "y", "theta")], axis=-1
@@ -79,12 +89,22 @@ def outline(scene: dict, body: dict) -> np.ndarray:
     to its centre of mass.
     """
     attached = [e for part in (*scene["joints"], *scene["loads"]) for e in ends(part) if e["body"] == body["name"]]
-    points = [*body["points"].values(), *((e["x"], e["y"]) for e in attached)]
+    points = [*(p[:2] for p in body["points"].values()), *((e["x"], e["y"]) for e in attached)]
     if len(set(map(tuple, points))) < 2:
-        points.append(body["com"])
+        points.append(body["com"][:2])
     points = np.unique(np.asarray(points, float), axis=0)
     x, y = (points - points.mean(axis=0)).T
     return points[np.argsort(np.arctan2(y, x), kind="stable")]
+
+
+def bar(points: np.ndarray) -> list[int] | None:
+    """Which two of a body's points (n, 2) [m] are its ends, where all lie on a line; else None."""
+    arms = points - points.mean(axis=0)
+    _, breadths, axes = np.linalg.svd(arms)
+    if len(points) < 2 or breadths[1] > 1e-6 * breadths[0]:
+        return None
+    along = arms @ axes[0]
+    return [int(along.argmin()), int(along.argmax())]
 
 
 def wall(centre, normal, half: float, pitch: float) -> np.ndarray:
@@ -106,9 +126,13 @@ def coil(a: np.ndarray, b: np.ndarray, shape: tuple, breadth: float) -> np.ndarr
 
 
 class Slide:
-    """A prismatic joint as a block on a guide; `guide` is the body that carries the line, `block` the other one."""
+    """A prismatic joint as a block on a guide; `guide` is the body that carries the line, `block` the other one.
 
-    def __init__(self, motion: Motion, joint: dict):
+    outlines: of the bodies. Of two bars along one line the guide is a cylinder, from `reach[0]` to `reach[1]` along it,
+    and the other one a rod in it.
+    """
+
+    def __init__(self, motion: Motion, joint: dict, outlines: dict[str, np.ndarray]):
         guide, block = joint["a"], joint["b"]
         # a slide whose b is ground is the same slide seen from ground: neither side turns
         axis = motion.turned(guide["body"], joint["axis"])[:, 0]
@@ -120,6 +144,33 @@ class Slide:
         own = [] if self.guide == "ground" else [0.0]
         self.reach = (min([places.min(), *own]), max([places.max(), *own]))
         self.origin, self.direction = (guide["x"], guide["y"]), axis[0] if swapped else joint["axis"]
+        self.cylinder = "ground" not in (self.guide, self.block) and self._telescopes(motion, outlines)
+
+    def _telescopes(self, motion: Motion, outlines: dict[str, np.ndarray]) -> bool:
+        """Whether both bodies are bars along the axis, one out of the other; the reach is then that of the cylinder."""
+        origin, across = motion.points(self.guide, self.origin), self.axis[:, ::-1] * (-1.0, 1.0)
+        offsets = [motion.points(b, outlines[b]) - origin for b in (self.guide, self.block)]
+        own, rod = (np.einsum("tni,ti->tn", o, self.axis) for o in offsets)
+        aside = max(np.abs(np.einsum("tni,ti->tn", o, across)).max() for o in offsets)
+        length = min(np.ptp(own[0]), np.ptp(rod[0]))
+        if aside > 1e-6 * length:
+            return False
+        ahead, behind = (rod.max(axis=1) > own.max()).all(), (rod.min(axis=1) < own.min()).all()
+        places = np.sum((self.at - origin[:, 0]) * self.axis, axis=-1)
+        low, high = places.min() - 0.1 * length, places.max() + 0.1 * length
+        self.reach = (own.min(), max(high, own.max())) if ahead else (min(low, own.min()), own.max())
+        return bool(length > 0.0 and ahead != behind)
+
+    def tube(self, motion: Motion, half: float) -> np.ndarray:
+        """Corners of the cylinder, `half` its breadth, (times, 4, 2) [m]."""
+        start, end = np.moveaxis(self.line(motion, 0.0), 1, 0)
+        across = half * self.axis[:, ::-1] * (-1.0, 1.0)
+        return np.stack([start - across, end - across, end + across, start + across], axis=1)
+
+    def piston(self, half: float) -> np.ndarray:
+        """Where the rod is held, as a line across it, (times, 2, 2) [m]."""
+        across = half * self.axis[:, ::-1] * (-1.0, 1.0)
+        return np.stack([self.at - across, self.at + across], axis=1)
 
     def line(self, motion: Motion, extra: float) -> np.ndarray:
         """The guide, `extra` longer than what the block covers, (times, 2, 2) [m]."""
@@ -136,6 +187,8 @@ class Slide:
         """Where the joint's name goes, (times, 2) [m], and the direction (2,) from there."""
         if self.guide == "ground":
             return self.line(motion, 0.0)[:, 1] + BLOCK[1] * size * self.below(), self.below()
+        if self.cylinder:
+            return self.line(motion, 0.0).mean(axis=1), self.axis[0, ::-1] * (-1.0, 1.0)
         tip = self.line(motion, 1.7 * BLOCK[0] * size)
         return tip[:, 1], tip[0, 1] - tip[0, 0]
 
@@ -150,15 +203,17 @@ class Drawing:
     """A mechanism on axes in mm, as artists that `show` moves from one time of its motion to another.
 
     low, high: corners (2,) [mm] of what it sweeps over all times; rings: the circles of the clearance joints; moving:
-    artists, what sets them, and what it is given at each time.
+    artists, what sets them, and what it is given at each time; drawn: paths of lines and faces [mm]; room: where names
+    may go, None where they keep to their first places.
     """
 
     def __init__(self, motion: Motion, axes):
-        self.motion, self.axes, self.moving, self.rings = motion, axes, [], {}
+        self.motion, self.axes, self.moving, self.rings, self.drawn, self.room = motion, axes, [], {}, [], None
         self.low, self.high = np.full(2, np.inf), np.full(2, -np.inf)
         scene = motion.scene
-        self.slides = {j["name"]: Slide(motion, j) for j in scene["joints"] if j["type"] == "Prismatic"}
         self.bodies = {b["name"]: outline(scene, b) for b in scene["bodies"]}
+        slides = (j for j in scene["joints"] if j["type"] == "Prismatic")
+        self.slides = {j["name"]: Slide(motion, j, self.bodies) for j in slides}
         paths = [motion.points(b, p) for b, p in self.bodies.items()]
         paths += [motion.end(e)[:, None] for part in (*scene["joints"], *scene["loads"]) for e in ends(part)]
         swept = np.concatenate([p.reshape(-1, 2) for p in paths])
@@ -175,8 +230,7 @@ class Drawing:
             self._block(slide)
         for joint in scene["joints"]:
             self._joint(joint)
-        for drive in (load for load in scene["loads"] if load["type"] == "Drive"):
-            self._drive(drive)
+        self._drives()
         axes.set_aspect("equal")
 
     def show(self, k: int) -> None:
@@ -196,18 +250,24 @@ class Drawing:
         self._place(artist, artist.set_xy, path)
         return artist
 
-    def name(self, text: str, path: np.ndarray, towards: np.ndarray, distance: float, **style):
-        """A name at a distance [point] from a path (times, 2) [m], in a direction (2,) of any length."""
-        x, y = np.asarray(towards) / (np.hypot(*towards) or 1.0)
-        side = {"ha": "left" if x > 0.5 else "right" if x < -0.5 else "center", "va": "center", "zorder": 9}
+    def name(self, text: str, paths: list[np.ndarray], towards: np.ndarray, distance: float, **style):
+        """A name at a distance [point] from one of some paths (times, 2) [m], in a direction (2,) of any length.
+
+        Where there is `room` to choose, the path, and a direction near the one given, are those where least is hidden.
+        """
+        towards, path = np.asarray(towards) / (np.hypot(*towards) or 1.0), paths[0]
+        if self.room is not None:
+            path, towards, distance = self.room.place(text, paths, towards, distance, style["fontsize"])
+        side = {"ha": beside(towards[0]), "va": "center", "zorder": 9}
         box = {"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.7}
-        offset = (distance * x * (0.7 if side["ha"] != "center" else 1.0), distance * y)
-        artist = self.axes.annotate(text, (0.0, 0.0), offset, textcoords="offset points", bbox=box, **side, **style)
+        place = {"xytext": tuple(shifted(towards, distance)), "textcoords": "offset points", "bbox": box}
+        artist = self.axes.annotate(text, (0.0, 0.0), **place, **side, **style)
         artist.set_in_layout(False)
         self._place(artist, lambda xy: setattr(artist, "xy", xy), path)
 
     def _place(self, artist, put, path: np.ndarray) -> None:
         path = MM * path
+        self.drawn.append(path)
         flat = path.reshape(-1, 2)
         self.low, self.high = np.fmin(self.low, np.nanmin(flat, axis=0)), np.fmax(self.high, np.nanmax(flat, axis=0))
         put(path[0])
@@ -240,6 +300,8 @@ class Drawing:
     def _guide(self, slide: Slide) -> None:
         """A hatched rail on ground, a rod on a body that moves."""
         path = slide.line(self.motion, 1.7 * BLOCK[0] * self.size)
+        if slide.cylinder:
+            return
         if slide.guide != "ground":
             self.line(path, color=EDGE, lw=4.0, solid_capstyle="round", zorder=2)
             self.line(path, color=self.fills[slide.guide], lw=2.5, solid_capstyle="round", zorder=2.1)
@@ -251,19 +313,30 @@ class Drawing:
     def _body(self, body: str, points: np.ndarray) -> None:
         """A bar through two points, a plate through more; a box where a body has one point and no slide."""
         path = self.motion.points(body, points)
+        if body in {s.guide for s in self.slides.values() if s.cylinder}:
+            return
         if len(points) == 1:
             if body in {s.block for s in self.slides.values()}:
                 return
             half = BLOCK[1] * self.size * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], float)
             path = path + self.motion.turned(body, half)
+        straight = bar(points)
+        path = path if straight is None else path[:, straight]
         for colour, width in ((EDGE, 7.0), (self.fills[body], 5.0)):
-            if len(points) == 2:
+            if straight is not None:
                 self.line(path, color=colour, lw=width, solid_capstyle="round", zorder=3)
             else:
                 self.face(path, facecolor=colour, edgecolor=colour, lw=width, joinstyle="round", zorder=3)
 
     def _block(self, slide: Slide) -> None:
+        """A box on the guide, or a cylinder round the rod with its piston."""
         half = (BLOCK[0] * self.size, BLOCK[1] * self.size)
+        if slide.cylinder:
+            breadth = CYLINDER * self.size
+            tube = slide.tube(self.motion, breadth)
+            self.face(tube, facecolor=self.fills[slide.guide], edgecolor=EDGE, lw=1.0, zorder=4)
+            self.line(slide.piston(breadth), color=EDGE, lw=2.0, solid_capstyle="butt", zorder=4.1)
+            return
         self.face(slide.corners(half), facecolor=self.fills[slide.block], edgecolor=EDGE, lw=1.0, zorder=4)
 
     def _joint(self, joint: dict) -> None:
@@ -278,21 +351,115 @@ class Drawing:
         else:
             self.line(bearing, ms=5.5, mew=1.2, color=EDGE, **style)
 
-    def _drive(self, drive: dict) -> None:
-        """A round arrow about the hinge that is driven; on a body, about its hinge on ground."""
+    def _drives(self) -> None:
+        """A round arrow about each hinge that is driven, a straight one beside each slide."""
+        joints = {j["name"]: j for j in self.motion.scene["joints"]}
+        found = [self._driven(load, joints) for load in self.motion.scene["loads"] if load["type"] == "Drive"]
+        hinges = [j for j in found if j is not None and j["type"] != "Prismatic"]
+        places = np.array([self.motion.end(j["b"])[0] for j in hinges]).reshape(-1, 2)
+        apart = np.hypot(*np.moveaxis(places[:, None] - places, -1, 0))
+        radius = 1.3 * BLOCK[0] * self.size
+        radius = np.clip(0.4 * apart[apart > 0.0].min(initial=np.inf), 0.3 * radius, radius)
+        for joint in hinges:
+            self._round_arrow(joint, radius)
+        for joint in found:
+            if joint is not None and joint["type"] == "Prismatic":
+                self._straight_arrow(self.slides[joint["name"]])
+
+    def _driven(self, drive: dict, joints: dict[str, dict]) -> dict | None:
+        """The joint that a drive moves; of a driven body its hinge on ground, where it has one."""
         target = drive["target"]
-        hinges = [j for j in self.motion.scene["joints"] if j["type"] != "Prismatic"]
         if isinstance(target, dict):
-            found = [j for j in hinges if j["name"] == target["name"]]
-        else:
-            found = [j for j in hinges if {e["body"] for e in ends(j)} == {target, "ground"}]
-        for joint in found[:1]:
-            angle = np.linspace(-0.5, 3.4, 30)[:, None]
-            arc = np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
-            arc = np.concatenate([arc, arc[-1] + [(0.24, 0.16), (0.0, 0.0), (-0.24, 0.24)]])
-            mirror = (-1.0 if (drive["speed"] or 0.0) < 0.0 else 1.0, 1.0)
-            path = self.motion.end(joint["b"])[:, None] + 1.3 * BLOCK[0] * self.size * arc * mirror
-            self.line(path, color=EDGE, lw=1.2, zorder=7)
+            return joints[target["name"]]
+        hinges = (j for j in joints.values() if j["type"] != "Prismatic")
+        return next((j for j in hinges if {e["body"] for e in ends(j)} == {target, "ground"}), None)
+
+    def _round_arrow(self, joint: dict, radius: float) -> None:
+        """In the sense in which the hinge turns over all times."""
+        angle = np.linspace(-0.5, 3.4, 30)[:, None]
+        arc = np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
+        arc = np.concatenate([arc, arc[-1] + [(0.24, 0.16), (0.0, 0.0), (-0.24, 0.24)]])
+        mirror = (-1.0 if self._turn(joint["b"]["body"]) < self._turn(joint["a"]["body"]) else 1.0, 1.0)
+        path = self.motion.end(joint["b"])[:, None] + radius * arc * mirror
+        self.line(path, color=EDGE, lw=1.2, zorder=7)
+
+    def _turn(self, body: str) -> float:
+        return 0.0 if body == "ground" else float(self.motion.poses[body][-1, 2] - self.motion.poses[body][0, 2])
+
+    def _straight_arrow(self, slide: Slide) -> None:
+        """Along the axis, both ways."""
+        along, across = 1.2 * BLOCK[0] * self.size, (1.6 if slide.cylinder else 2.4) * BLOCK[1] * self.size
+        head, none = np.array([(0.7, -0.15), (1.0, 0.0), (0.7, 0.15)]), [(np.nan, np.nan)]
+        shape = np.concatenate([head, none, [(1.0, 0.0), (-1.0, 0.0)], none, -head])
+        axis = slide.axis[:, None]
+        side = axis[..., ::-1] * (-1.0, 1.0)
+        if slide.guide == "ground":
+            side = -side if (slide.below() @ side[0, 0]) > 0.0 else side
+        path = slide.at[:, None] + along * (shape[:, :1] * axis + shape[:, 1:] * side) + across * side
+        self.line(path, color=EDGE, lw=1.2, zorder=7)
+
+
+class Room:
+    """Where names find room on a picture of time `k`, at `scale` [pt/mm]: away from each other and from what is drawn.
+
+    boxes: left, bottom, right, top of the names so far [pt]; points (n, 2): of drawn lines and joints [pt].
+    """
+
+    def __init__(self, drawing: Drawing, k: int, scale: float):
+        self.k, self.scale, self.boxes = k, scale, []
+        paths = [scale * path[min(k, len(path) - 1)] for path in drawing.drawn]
+        self.points = np.concatenate([_points_along(path) for path in paths])
+
+    def place(self, text: str, paths: list[np.ndarray], towards: np.ndarray, distance: float, size: float) -> tuple:
+        """Path, direction and distance [pt] with which a name of letters of a `size` [pt] hides least."""
+        best, least = None, np.inf
+        for path in paths:
+            at = MM * self.scale * path[min(self.k, len(path) - 1)]
+            for turn in TRIED:
+                cos, sin = np.cos(turn), np.sin(turn)
+                direction = np.array([cos * towards[0] - sin * towards[1], sin * towards[0] + cos * towards[1]])
+                for further in FURTHER:
+                    box = _box(text, at, direction, further * distance, size)
+                    hidden = self._hidden(box) + 0.5 * abs(turn) + 2.0 * (further - 1.0)
+                    if hidden < least:
+                        best, least = (path, direction, further * distance, box), hidden
+        self.boxes.append(best[-1])
+        return best[:-1]
+
+    def _hidden(self, box: np.ndarray) -> float:
+        inside = ((self.points > box[:2]) & (self.points < box[2:])).all(axis=1).sum()
+        others = np.array(self.boxes).reshape(-1, 4)
+        overlap = np.minimum(box[2:], others[:, 2:]) - np.maximum(box[:2], others[:, :2])
+        return float(inside) + 20.0 * float((overlap > 0.0).all(axis=1).sum())
+
+
+def _points_along(path: np.ndarray) -> np.ndarray:
+    """Points (m, 2) along a path (n, 2) [pt] that may have gaps; of a single point those of the circle of a joint."""
+    if len(path) == 1:
+        angle = np.linspace(0.0, 2.0 * np.pi, 9)[:-1, None]
+        return path + 4.0 * np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
+    pairs = np.stack([path[:-1], path[1:]], axis=1)
+    pairs = pairs[np.isfinite(pairs).all(axis=(1, 2))]
+    counts = [max(int(np.hypot(*(b - a)) / SPACING), 1) + 1 for a, b in pairs]
+    return np.concatenate([np.linspace(a, b, n) for (a, b), n in zip(pairs, counts, strict=True)])
+
+
+def beside(x: float) -> str:
+    """On which side of its place a name begins that lies in a direction of component x."""
+    return "left" if x > 0.5 else "right" if x < -0.5 else "center"
+
+
+def shifted(direction: np.ndarray, distance: float) -> np.ndarray:
+    """Offset (2,) [pt] of a name; names beside their place begin nearer to it than those above and below."""
+    return distance * np.asarray(direction) * (1.0 if beside(direction[0]) == "center" else 0.7, 1.0)
+
+
+def _box(text: str, at: np.ndarray, direction: np.ndarray, distance: float, size: float) -> np.ndarray:
+    """Left, bottom, right and top of a name [pt], about."""
+    x, y = at + shifted(direction, distance)
+    height, breadth = LETTER[0] * size, LETTER[1] * size * len(text)
+    left = x - {"left": 0.0, "center": 0.5, "right": 1.0}[beside(direction[0])] * breadth
+    return np.array([left, y - 0.5 * height, left + breadth, y + 0.5 * height])
 
 
 def name_joints(drawing: Drawing, k: int, only=None) -> None:
@@ -304,18 +471,18 @@ def name_joints(drawing: Drawing, k: int, only=None) -> None:
             continue
         if name in drawing.slides:
             path, away = drawing.slides[name].label(motion, drawing.size)
-            drawing.name(name, path, away, 12.0, fontsize=9, fontweight="bold")
+            drawing.name(name, [path], away, 12.0, fontsize=9, fontweight="bold")
             continue
         path = motion.end(joint["b"])
         joined = [e["body"] for e in ends(joint) if e["body"] != "ground"]
         away = path[k] - np.mean([motion.points(b, drawing.bodies[b])[k].mean(axis=0) for b in joined], axis=0)
         if len(joined) < 2:  # the ground symbol is below
             away = np.array([-1.0 if away[0] < 0.0 else 1.0, 0.2]) * drawing.size
-        drawing.name(name, path, away, 13.0, fontsize=9, fontweight="bold")
+        drawing.name(name, [path], away, 13.0, fontsize=9, fontweight="bold")
 
 
 def name_bodies(drawing: Drawing, k: int) -> None:
-    """Names beside the middles of the bodies, across what they are long along at time `k`."""
+    """Names beside the middles of the bodies, or of their sides, across what they are long along at time `k`."""
     for body, points in drawing.bodies.items():
         path = drawing.motion.points(body, points)
         arms = path[k] - path[k].mean(axis=0)
@@ -323,17 +490,33 @@ def name_bodies(drawing: Drawing, k: int) -> None:
         across = np.array([-along[1], along[0]]) if along.any() else np.array([0.0, 1.0])
         across = across if across[0] > 0.0 or along[1] == 0.0 else -across
         distance = 17.0 if len(points) == 1 else 9.0
-        drawing.name(body, path.mean(axis=1), across, distance, fontsize=8, color="0.35", style="italic")
+        sides = 0.5 * (path + np.roll(path, 1, axis=1)) if len(points) > 2 else path[:, :0]
+        places = [path.mean(axis=1), *np.moveaxis(sides, 1, 0)]
+        drawing.name(body, places, across, distance, fontsize=8, color="0.35", style="italic")
 
 
 def trace(drawing: Drawing) -> None:
-    """Paths of the bodies' points over all times, that of the last body bold."""
-    *_, last = drawing.bodies
-    for body, points in drawing.bodies.items():
-        bold = {"color": "tab:red", "lw": 1.4, "label": f"path of {last}"} if body == last else {}
-        for i, path in enumerate(np.moveaxis(drawing.motion.points(body, points), 1, 0)):
-            style = {"color": "0.6", "lw": 0.7, "zorder": 2.5} | bold | ({"label": None} if i else {})
-            drawing.line(path[None], **style)
+    """Paths of the bodies' points over all times, bold that of the point that a force acts on, else of the last body.
+
+    The halves of a telescope are left out: their ends are points of other bodies.
+    """
+    scene, motion = drawing.motion.scene, drawing.motion
+    halves = {b for s in drawing.slides.values() if s.cylinder for b in (s.guide, s.block)}
+    bodies = [b for b in drawing.bodies if b not in halves]
+    pushed = next((load["point"] for load in scene["loads"] if load["type"] == "Force"), None)
+    for body in bodies:
+        paths = np.moveaxis(motion.points(body, drawing.bodies[body]), 1, 0)
+        bold = pushed is None and body == bodies[-1]
+        for i, path in enumerate(paths):
+            style = BOLD | {"label": None if i else f"path of {body}"} if bold else {}
+            drawing.line(path[None], **({"color": "0.6", "lw": 0.7, "zorder": 2.5} | style))
+    if pushed is not None:
+        drawing.line(motion.end(pushed)[None], zorder=2.5, label=f"path of {_called(pushed)}", **BOLD)
+
+
+def _called(end: dict) -> str:
+    """A point of a body in words."""
+    return end["body"] if end["point"].startswith("(") else f"{end['body']} {end['point']}"
 
 
 def sketch(record: Record, path: str | Path, *, at: float = 0.0, trails: bool = True) -> Path:
@@ -352,19 +535,26 @@ def sketch(record: Record, path: str | Path, *, at: float = 0.0, trails: bool = 
     figure = sheet(8.0, 6.0)
     axes = figure.add_subplot()
     drawing = Drawing(motion, axes)
+    width, height = frame(drawing)
+    drawing.room = Room(drawing, k, 72.0 * min(PAPER[0] / width, PAPER[1] / height))
     if trails:
         trace(drawing)
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), fontsize="small", frameon=False)
-    name_bodies(drawing, k)
     name_joints(drawing, k)
+    name_bodies(drawing, k)
     drawing.show(k)
     width, height = frame(drawing)
-    figure.set_size_inches(8.0, np.clip(7.0 * height / width + 1.2, 3.0, 9.0))
+    figure.set_size_inches(8.0, np.clip(PAPER[0] * height / width + 1.2, 3.0, PAPER[1] + 1.2))
     axes.set_xlabel("x [mm]")
     axes.set_ylabel("y [mm]")
-    figure.suptitle(headline([record], [""], f"t = {1e3 * times[k]:.4g} ms", width=8.0), fontsize="medium")
+    figure.suptitle(headline([record], [""], f"t = {_clock(times[k])}", width=8.0), fontsize="medium")
     figure.draw_without_rendering()  # the layout of axes with equal scales settles in a second pass
     return save(figure, path)
+
+
+def _clock(time: float) -> str:
+    unit, factor = shown_in("s", [time])
+    return f"{factor * time:.4g} {unit}"
 
 
 def frame(drawing: Drawing, share: float = 0.08) -> tuple[float, float]:

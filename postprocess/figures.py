@@ -70,7 +70,8 @@ def legend_above(axes, *others) -> None:
     """Legend of the named curves of axes, and of `others` below them, above it in as many rows as its breadth needs."""
     handles, names = _named(axes, *others)
     if names:
-        room = axes.get_subplotspec().get_position(axes.figure).width * axes.figure.get_size_inches()[0]
+        page, share = axes.figure, axes.get_subplotspec().get_position(axes.figure).width
+        room = 1.1 * share * page.bbox.width / page.dpi  # margins of the layout are narrower than a grid's own
         fitting = (n for n in range(len(names), 1, -1) if _breadth(names, n) <= room)
         style = {"fontsize": "small", "loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "frameon": False}
         axes.legend(handles, names, ncols=next(fitting, 1), **style)

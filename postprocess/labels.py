@@ -50,8 +50,14 @@ def about(record: Record) -> list[str]:
     rubbing = _rubbing(record)
     for law in dict.fromkeys(_law(j["friction"]) for j in rubbing):
         names = [j["name"] for j in rubbing if _law(j["friction"]) == law]
-        parts.append(f"{law} in {' '.join(names) if len(names) <= NAMED else f'{len(names)} joints'}")
+        parts.append(f"{law} in {_joints(names)}")
     return parts
+
+
+def _joints(names: list[str]) -> str:
+    if len(names) > NAMED:
+        return f"{len(names)} joints"
+    return f"joint{'s' if len(names) > 1 else ''} {' '.join(names)}"
 
 
 def _rubbing(record: Record) -> list[dict]:

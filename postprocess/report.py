@@ -90,7 +90,7 @@ def run_page(run: Result) -> Page:
     page = Page(f"{run.attributes['case']}: report of {run.path.name}")
     page.head = _head(run)
     page.section("Mechanism", *_mechanism(page, run))
-    page.section("Integration", _integration(run))
+    page.section(*_how(run))
     page.section("Summary", *_summary(run))
     page.section("Overview", _overview(page, run), apart=True)
     if rubbing := _rubbing(page, run):
@@ -114,7 +114,8 @@ def _head(run: Result) -> Markup:
     written = f"Written {date(about['created'])} by {versions}."
     said = element("p", ". ".join(filter(None, (", ".join(labels.about(run)), written))))
     if run.complete:
-        state = box("good", element("b", "complete"), f": {solver['steps']} steps in {quantity(solver['wall_s'], 's')}")
+        counted = f"{solver['steps']} steps" if "steps" in solver else f"{run.time.size} samples"
+        state = box("good", element("b", "complete"), f": {counted} in {quantity(solver['wall_s'], 's')}")
     else:
         state = box("bad", element("b", "partial"), f": {run.status.removeprefix('partial: ')}")
     doubts = box("doubt", element("b", f"Warnings ({len(run.warnings)})"), points(run.warnings)) if run.warnings else ""
@@ -151,6 +152,19 @@ def _needing(run: Result, paths: list[str], draw: Callable[[Path], object]) -> C
     return checked
 
 
+def _how(run: Result) -> tuple[str, Markup]:
+    """How the run was computed, with its title."""
+    if "rtol" in run.solver:
+        return "Integration", _integration(run)
+    rows = [("method", run.solver["method"]), ("motion", _how_long(run)), ("samples", int(run.time.size))]
+    return "Computation", facts([*rows, ("wall time", _wall_time(run))])
+
+
+def _wall_time(run: Result) -> str:
+    whole, loop = (quantity(run.solver[n], "s") for n in ("wall_s", "loop_s"))
+    return f"{whole}, of it {loop} in the compiled loop"
+
+
 def _integration(run: Result) -> Markup:
     """Method and why, tolerances, counts, cost, and how well the energy ledger closes."""
     solver = run.solver
@@ -165,10 +179,7 @@ def _integration(run: Result) -> Markup:
         ("step sizes", f"{_range(steps, 's')}, median {quantity(np.median(steps), 's')}" if steps.size else None),
         ("evaluations", f"{solver['evaluations']} of the right-hand side, {solver['jacobians']} of its Jacobian"),
         ("factorisations", int(solver["factorisations"])),
-        (
-            "wall time",
-            f"{quantity(solver['wall_s'], 's')}, of it {quantity(solver['loop_s'], 's')} in the compiled loop",
-        ),
+        ("wall time", _wall_time(run)),
         ("energy residual", _ledger(run)),
     ]
     return facts(rows)

@@ -11,6 +11,7 @@ import pytest
 
 import clearance as cl
 from clearance.commands import plot
+from clearance.laws.joint_friction import joint_coulomb
 from tests.test_cli import run
 
 RPM = np.pi / 30.0
@@ -18,11 +19,14 @@ RPM = np.pi / 30.0
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A dry and a lubricated run of two turns, one that kept little, a grid and samples."""
+    """A dry and a lubricated run of two turns, one that kept little, one with joint friction, a grid and samples."""
     folder = tmp_path_factory.mktemp("plots")
     for model in ("dry", "lubricated"):
         scene = cl.load_case("slider_crank", model=model, speed=RPM * 1000.0, clearance=5e-4)
         cl.simulate(scene, turns=2.0, samples_per_turn=60, path=folder / f"{model}.h5")
+    pin = cl.Revolute(cl.ground, cl.Body("arm", 1.0, 0.01, com=(0.1, 0.0)), name="pin", pin_radius=0.01,
+                      friction=joint_coulomb(coefficient=0.1))  # fmt: skip
+    cl.inverse_dynamics(cl.Scene(pin, cl.Drive(pin, speed=3.0)), turns=1.0, path=folder / "rubbing.h5")
     scene = cl.load_case("slider_crank", model="dry")
     cl.simulate(scene, turns=1.0, samples_per_turn=20, path=folder / "little.h5", channels=["bodies/slider"])
     options = {"turns": 2.0, "samples_per_turn": 40, "rtol": 1e-5, "workers": 1}
@@ -42,7 +46,7 @@ def size(path) -> int:
 
 @pytest.mark.parametrize("kind", plot.OF_RUNS)
 def test_pictures_of_a_run(kind, folder, tmp_path, capsys):
-    shutil.copy(folder / "dry.h5", tmp_path / "dry.h5")
+    shutil.copy(folder / ("rubbing.h5" if kind == "friction" else "dry.h5"), tmp_path / "dry.h5")
     more = ["--frames", 5] if kind == "animation" else []
     status, text, err = run("plot", tmp_path / "dry.h5", kind, *more, "--json", capsys=capsys)
     assert (status, err) == (0, "")
@@ -87,7 +91,7 @@ def test_several_runs(kind, options, folder, tmp_path, capsys):
 
 def test_options_reach_the_picture(folder, tmp_path, capsys, monkeypatch):
     """What the command hands on is what was asked for, in SI units."""
-    from clearance.postprocess import animation, contacts, drawing, maps, plots
+    from clearance.postprocess import animation, contacts, drawing, efforts, maps, plots
 
     seen = {}
 
@@ -100,7 +104,7 @@ def test_options_reach_the_picture(folder, tmp_path, capsys, monkeypatch):
 
     for module, name in (
         (animation, "animate"), (contacts, "contacts"), (drawing, "sketch"), (plots, "orbits"), (maps, "maps"),
-        (maps, "curves"), (maps, "bifurcation_of"),
+        (maps, "curves"), (maps, "bifurcation_of"), (efforts, "friction"),
     ):  # fmt: skip
         catch(module, name)
     file, swept = folder / "dry.h5", folder / "grid"
@@ -109,6 +113,7 @@ def test_options_reach_the_picture(folder, tmp_path, capsys, monkeypatch):
         ["contacts", "--joint", "C", "--settle", 1],
         ["sketch", "--turns", 0.25],
         ["orbit", "--joint", "B, C"],
+        ["friction", "--joint", "A"],
     ):
         assert run("plot", file, *command, "-o", tmp_path / "p.gif", capsys=capsys)[0] == 0
     for command in (
@@ -121,6 +126,7 @@ def test_options_reach_the_picture(folder, tmp_path, capsys, monkeypatch):
     assert seen["contacts"] == {"joints": ["C"], "settle": 1.0}
     assert seen["sketch"] == {"at": 0.25}
     assert seen["orbits"] == {"joints": ["B", "C"]}
+    assert seen["friction"] == {"joints": ["A"]}
     at = seen["maps"].pop("at")
     assert at == {"speed": pytest.approx(600.0 * RPM)}
     assert seen["maps"] == {"metrics": ["period", "joint_*_force_max"], "x": "clearance", "y": "speed"}
@@ -152,6 +158,10 @@ def test_options_reach_the_picture(folder, tmp_path, capsys, monkeypatch):
         (["dry.h5", "history", "--channels", "slider.jerk"], "no channel 'slider.jerk'"),
         (["dry.h5", "history", "--along", "way"], "along must be one of time, turns, angle; got 'way'"),
         (["dry.h5", "orbit", "--joint", "A"], "no journal path of joint 'A' in dry.h5; of C"),
+        (["dry.h5", "friction"], "dry.h5: this run has no joint friction"),
+        (["little.h5", "efforts"], "little.h5: this run has kept no driving effort"),
+        (["rubbing.h5", "friction", "--joint", "door"], "no friction of joint 'door' in rubbing.h5; of pin"),
+        (["dry.h5", "efforts", "--joint", "C"], "--joint does not belong to efforts; it belongs to"),
         (["little.h5"], "overview needs more channels than were kept"),
         (["little.h5", "orbit"], "has kept the eccentricity of no clearance joint"),
         (["dry.h5", "-o", "p.txt"], "its name must end in .png, .pdf, .svg"),

@@ -27,6 +27,7 @@ EXAMPLES = """\
   clearance plot run.h5                                            overview
   clearance plot run.h5 history --channels "slider.ax,C.force" --along angle --last 1 -o last_turn.pdf
   clearance plot dry.h5 lubricated.h5 phase --channels slider.x,slider.vx --settle 2
+  clearance plot arm.h5 friction --joint shoulder,elbow -o friction.pdf
   clearance plot run.h5 animation --turns 2 --frames 100 -o run.gif
   clearance plot SWEEP map --metrics "joint_*_force_max,period" --x speed --y clearance --at model=dry
   clearance plot SWEEP bifurcation --x speed --channels slider.vx --settle 100

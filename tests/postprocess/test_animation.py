@@ -1,5 +1,7 @@
 """Sketches and animations: everything drawn is where the result has it, in every frame; errors are clear."""
 
+import itertools
+
 import numpy as np
 import pytest
 from clearance.postprocess import animation, drawing, figures
@@ -11,6 +13,8 @@ from PIL import Image
 import clearance as cl
 from clearance.results import Result
 from tests import mechanisms
+
+from .records import Gallery
 
 FEEDER = {"joints": "B,C,E"}
 MIXED = {"model": "mixed", "transition": "fuzzy", "film": "harmonic", "viscosity": 0.005, "joints": "B,C"}
@@ -38,7 +42,36 @@ def wheel():
     return cl.Scene(cl.Revolute(cl.ground, body["w"], name="O"), cl.Drive(body, speed=-3.0), name="wheel")
 
 
+def tripod():
+    """An arm of three pins on a line, out of the plane, that an actuator with an outer bar holds."""
+    arm = cl.Body("arm", 1.0, 1e-2, com=(0.2, 0.0, 0.05), angle=0.3,
+                  points={"near": (0, 0), "mid": (0.2, 0.0, 0.1), "far": (0.4, 0)})  # fmt: skip
+    tube = cl.Body("tube", 0.5, 1e-3, points={"pin": (0, 0), "mouth": (0.15, 0)}, com=(0.05, 0.01), angle=1.2)
+    rod = cl.Body("rod", 0.2, 1e-3, points={"pin": (0, 0), "piston": (-0.15, 0)}, angle=1.2)
+    slide = cl.Prismatic(tube["mouth"], rod["piston"], name="ram")
+    return cl.Scene(
+        cl.Revolute(cl.ground, arm["near"], name="O"),
+        cl.Revolute(cl.ground.at(0.15, -0.25), tube["pin"], name="foot"),
+        slide,
+        cl.Revolute(rod["pin"], arm["mid"], name="head", self_aligning=True),
+        cl.Drive(slide, speed=0.05, start=0.0, name="oil"),
+        cl.Force(arm["far"], y=-10.0, name="load"),
+        name="tripod",
+    )
+
+
+def crowded():
+    """Two driven arms on hinges 50 mm apart, with long names, in a mechanism of 2 m."""
+    one, other = (cl.Body(f"long_named_arm_{i}", 1.0, 0.1, points={"o": (0, 0), "e": (1.0, 0)}) for i in (1, 2))
+    left = cl.Revolute(cl.ground, one["o"], name="long_named_hinge_1")
+    right = cl.Revolute(cl.ground.at(0.05, 0.0), other["o"], name="long_named_hinge_2")
+    return cl.Scene(left, right, cl.Drive(left, speed=1.0), cl.Drive(right, speed=1.0), name="crowded")
+
+
 SCENES = {
+    "crowded": (crowded, {"turns": 0.5}),
+    "tripod": (tripod, {"until": 0.5}),
+    "actuator": (mechanisms.actuator, {"until": 0.5}),
     "feeder": (lambda: cl.load_case("six_bar_feeder", **FEEDER), {"turns": 0.5}),
     "mixed": (lambda: cl.load_case("six_bar_feeder", **MIXED), {"turns": 0.2}),
     "slider_crank": (lambda: cl.load_case("slider_crank"), {"turns": 1.0}),
@@ -81,6 +114,13 @@ def without(result, *dropped):
     found = Without(result.path)
     found.dropped = dropped
     return found
+
+
+@pytest.fixture
+def gallery(monkeypatch):
+    kept = Gallery(monkeypatch)
+    monkeypatch.setattr(drawing, "save", figures.save)
+    return kept
 
 
 def stage(result, frames=8, turns=0.2):
@@ -172,6 +212,85 @@ def test_blocks_stay_on_their_guides(name, run):
         assert np.abs(middle - start - place[:, None] * along).max() < 1e-6
         assert place.min() > -1e-6
         assert place.max() < 1.0 + 1e-6
+
+
+@pytest.mark.parametrize("name", ["tripod", "actuator"])
+def test_actuators_are_cylinders_round_their_rods(name, run):
+    """The piston stays in the cylinder, the rod's pin outside of it, and neither bar is drawn as a block."""
+    drawn, _ = stage(run(name), turns=1.0)
+    (slide,) = drawn.slides.values()
+    assert slide.cylinder
+    motion, (start, end) = drawn.motion, np.moveaxis(slide.line(drawn.motion, 0.0), 1, 0)
+    length = np.hypot(*(end - start).T)
+
+    def along(points):
+        return np.sum((points - start) * (end - start), axis=-1) / length**2
+
+    pin = motion.points(slide.block, drawn.bodies[slide.block])
+    outer = pin[:, int(along(pin[:, 0]).mean() < along(pin[:, 1]).mean())]
+    assert along(slide.at).min() > 0.0
+    assert along(slide.at).max() < 1.0
+    assert along(outer).min() > 1.0
+    tube = slide.tube(motion, 0.01)
+    assert np.abs(np.hypot(*np.diff(tube, axis=1)[:, 0].T) - length).max() < 1e-12
+    assert np.abs(np.hypot(*np.diff(tube, axis=1)[:, 1].T) - 0.02).max() < 1e-12
+
+
+@pytest.mark.parametrize("name", ["inverted_slider", "scotch_yoke", "springs", "slider_crank"])
+def test_blocks_on_guides_are_no_cylinders(name, run):
+    assert not any(s.cylinder for s in stage(run(name))[0].slides.values())
+
+
+def test_pins_on_a_line_make_a_bar(run):
+    """Of three pins on a line the outer two are the ends of a stroke."""
+    drawn, _ = stage(run("tripod"), turns=1.0)
+    points = drawn.bodies["arm"]
+    ends = points[drawing.bar(points)]
+    assert sorted(map(tuple, ends)) == [(0.0, 0.0), (0.4, 0.0)]
+    assert drawing.bar(np.array([(0.0, 0.0), (1.0, 0.0), (0.5, 0.1)])) is None
+    assert drawing.bar(np.array([(0.0, 0.0)])) is None
+
+
+def test_the_point_that_a_force_acts_on_is_followed(run, gallery, tmp_path):
+    sketch(run("tripod"), tmp_path / "s.png")
+    (bold,) = (line for line in gallery.last.axes[0].lines if line.get_label() == "path of arm far")
+    far = 0.4 * np.stack([np.cos(run("tripod")["arm"].theta), np.sin(run("tripod")["arm"].theta)], axis=-1)
+    assert np.abs(bold.get_xydata() - MM * far).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", ["tripod", "crowded", "feeder", "watt"])
+def test_names_do_not_hide_each_other(name, run, gallery, tmp_path):
+    sketch(run(name), tmp_path / "s.png")
+    figure = gallery.last
+    figure.canvas.draw()
+    names = {t.get_text(): t.get_window_extent() for t in figure.axes[0].texts}
+    assert len(names) == len(run(name).scene["joints"]) + len(run(name).scene["bodies"])
+    for a, b in itertools.combinations(names, 2):
+        assert not names[a].overlaps(names[b]), (a, b)
+
+
+def test_round_arrows_turn_as_the_joints_do(run):
+    """The wheel turns clockwise; its arrow's arc begins at the right and ends on the other side, over the top."""
+    for name, sense in (("wheel", -1.0), ("four_bar", 1.0)):
+        drawn, _ = stage(run(name))
+        (arrow,) = (line for line in drawn.axes.lines if line.get_zorder() == 7)
+        x, y = (v[:30] for v in arrow.get_data())
+        turned = np.unwrap(np.arctan2(y - y.mean(), x - x.mean()))
+        assert np.sign(turned[-1] - turned[0]) == sense
+
+
+def test_arrows_of_neighbouring_drives_stay_apart(run):
+    drawn, _ = stage(run("crowded"))
+    arrows = [line.get_xydata()[:30] for line in drawn.axes.lines if line.get_zorder() == 7]
+    assert len(arrows) == 2
+    radii = [0.5 * np.ptp(a[:, 0]) for a in arrows]
+    assert sum(radii) < 50.0  # the hinges are 50 mm apart
+
+
+def test_clocks_of_slow_runs_count_seconds(run):
+    times = run("pendulum").time
+    assert animation._clock(run("pendulum"), times[::10])[1].endswith(" s")
+    assert animation._clock(run("pendulum"), times)[1].endswith(" ms")
 
 
 def test_springs_end_where_they_are_attached(run):

@@ -2,6 +2,7 @@
 
 import dataclasses
 import hashlib
+import json
 import math
 import re
 import shutil
@@ -18,7 +19,10 @@ from clearance.postprocess.report import report
 import clearance as cl
 from clearance import cli
 from clearance.commands.report import default
+from clearance.laws.joint_friction import breakaway_linear, joint_stribeck
 from clearance.sweeping.metrics import metrics
+
+from .test_efforts import cart
 
 VOID = {"meta", "img", "wbr"}
 OWN = '''
@@ -361,6 +365,70 @@ def test_parts_of_a_scene_in_words():
         "|axis (0, 1) of ground|", "velocity 0.1 m/s, 0 m/s",
     ):  # fmt: skip
         assert said in text
+
+
+def test_scenes_out_of_the_plane_and_joints_that_rub_in_words():
+    """Rates and coefficients of a law have the units of the joint that it stands in."""
+
+    @cl.signal
+    def swing(time, amplitude):
+        return amplitude * time
+
+    levels = {"breakaway": 25.0, "coulomb": 20.0, "viscous": 2.0, "decay": 10.0, "threshold": 1e-4}
+    stribeck = joint_stribeck(static=0.3, kinetic=0.1, stribeck_rate=0.2, load_viscous=0.05, transition_rate=1e-3)
+    arm = cl.Body("arm", 1.0, 0.02, points={"far": (0.4, 0.0, 0.03)}, com=(0.2, 0.0, 0.01), products=(1e-3, 0.0))
+    box, tip = cl.Body("box", 1.0, 0.02), cl.Body("tip", 1.0, 0.02)
+    hinge = cl.Revolute(cl.ground.at(0.0, 0.1, 0.02), arm, name="O", friction=stribeck, pin_radius=0.01,
+                        friction_arm=0.02, bending_arm=0.05)  # fmt: skip
+    combined = breakaway_linear(**levels)
+    pin = cl.Revolute(arm["far"], box, name="P", friction=combined, self_aligning=True)
+    slide = cl.Prismatic(box, tip, name="S", friction=combined, overlap=0.06)
+    more = cl.Prismatic(cl.ground, cl.Body("more", 1.0, 0.02), name="T", friction=combined, overlap=0.06)
+    drives = [cl.Drive(j, motion=swing(amplitude=0.1), name=j.name) for j in (hinge, pin, slide, more)]
+    force = cl.Force(arm["far"], x=1.0, z=-2.0, name="push")
+    parts = cl.Scene(hinge, pin, slide, more, *drives, force, gravity=(0.0, 0.0, -9.81), name="parts")
+    scene = json.loads(parts.to_json())
+    text = re.sub(r"(<[^>]*>)+", "|", scenes.described(scene) + scenes.tables(scene)).replace("\u00a0", " ")
+    for said in (
+        "Friction acts in O, P, S, T. Gravity is (0, 0, −9.81) m/s².",
+        "|products xz, yz [kg m²]|", "|arm|1|0.02|(0.001, 0)|(200, 0, 10)|far (400, 0, 30)|", "|box|1|0.02|(0, 0)|",
+        "|ground (0, 100, 20)|", "|x 1 N, y 0 N, z −2 N|", "|self-aligning|",
+        "|hinge O|hinge P|slides S, T|",
+        "|joint_stribeck: static 0.3, kinetic 0.1, stribeck rate 0.2 rad/s, exponent 2, viscous 0 N m s/rad, "
+        "load viscous 0.05 s/rad, transition rate 0.001 rad/s|",
+        "|breakaway_linear: breakaway 25 N m, coulomb 20 N m, viscous 2 N m s/rad, decay 10 s/rad, "
+        "threshold 0.0001 rad/s|",
+        "|breakaway_linear: breakaway 25 N, coulomb 20 N, viscous 2 N s/m, decay 10 s/m, threshold 0.0001 m/s|",
+        "|pin radius|10 mm|", "|overlap|60 mm|", "|friction arm|20 mm|", "|bending arm|50 mm|",
+        "|self-aligning|no|yes|no|",
+    ):  # fmt: skip
+        assert said in text
+    flat = json.loads(cl.load_case("double_pendulum").to_json())
+    assert "products" not in scenes.tables(flat)
+    assert "Friction" not in scenes.described(flat) + scenes.tables(flat)
+
+
+def test_friction_laws_of_ones_own_have_no_units():
+    law = {"law": "mine:rubbing", "viscous": 2.0}
+    joint = {"type": "Revolute", "name": "A", "friction": law}
+    text = re.sub(r"(<[^>]*>)+", "|", scenes.frictions([joint]))
+    assert "|rubbing: viscous 2|" in text
+
+
+@pytest.mark.parametrize("inverse", [False, True])
+def test_joints_that_rub(inverse, tmp_path):
+    scene = cart()
+    if inverse:
+        run = cl.inverse_dynamics(scene, until=2.0, samples=101, path=tmp_path / "run.h5")
+    else:
+        run = cl.simulate(scene, until=2.0, samples=101, path=tmp_path / "run.h5")
+    found = read(run, tmp_path)
+    how = "Computation" if inverse else "Integration"
+    assert found.headings[1:5] == [how, "Summary", "Overview", "Efforts and joint friction"]
+    assert found.missing == ["A Poincaré section is drawn from 5 turns on; this run has 1.2732."]
+    assert any(s.startswith("Driving torques and forces, dashed without joint friction") for s in found.said)
+    assert any(s.startswith("Friction of hinges and slides") for s in found.said)
+    assert ("method", run.solver["method"]) in found.rows or not inverse
 
 
 # --- sweeps
