@@ -8,7 +8,6 @@ import numpy as np
 from clearance.postprocess import efforts
 from clearance.postprocess.figures import finish, legend_above, line, save, sheet, trajectory
 from clearance.postprocess.labels import title
-from matplotlib.figure import Figure
 
 from clearance.results import Record, Result
 
@@ -33,7 +32,7 @@ def overview(result: Record, path: str | Path) -> Path:
     return save(figure, path, dpi=130)
 
 
-def _page(result: Record, shown: list[str]) -> Figure:
+def _page(result: Record, shown: list[str]):
     """Motion, drive, forces and energy, then `shown` joints with clearance, and the friction of those without."""
     mixed = [n for n in shown if "membership_dry" in result.names(f"joints/{n}")]
     rubbing = efforts.friction_panels(result, reactions=False)
@@ -57,7 +56,7 @@ def _page(result: Record, shown: list[str]) -> Figure:
     return figure
 
 
-def _friction_page(result: Record) -> Figure:
+def _friction_page(result: Record):
     """Efforts, motion and energy on the left; friction, reactions and losses on the right."""
     columns = [[*(efforts.driving_panels(result) or [drive]), motion, energy], efforts.friction_panels(result)]
     figure = sheet(13.0, 2.3 * max(map(len, columns)) + 0.8)

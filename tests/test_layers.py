@@ -16,14 +16,14 @@ LAYERS = [
     ["clearance.mechanism", "clearance.stepping", "clearance.film"],
     ["clearance.results", "clearance.recording", "clearance.checkpoint"],
     ["clearance.simulation", "clearance.inverse"],
-    ["clearance.choices", "clearance.catalogue", "clearance.evidence", "clearance.sweeping"],
+    ["clearance.choices", "clearance.catalogue", "clearance.evidence", "clearance.sweeping", "clearance.identify"],
     ["clearance", "clearance.cli", "cases", "postprocess"],
 ]
 MODULES = [p for folder in ("clearance", "cases", "postprocess") for p in sorted((ROOT / folder).rglob("*.py"))]
 ONLY_IN = {
     "numba": {"clearance.mechanism.store", "clearance.evidence.peers"},
     "skfem": {"clearance.film.fem"},
-    "scipy": {"clearance.evidence.peers", "clearance.film.fem", "clearance.sweeping.points"},
+    "scipy": {"clearance.evidence.peers", "clearance.film.fem", "clearance.sweeping.points", "clearance.identify.fit"},
     "distributed": {"clearance.sweeping.teams"},
     "xarray": {"clearance.sweeping.index"},
     "pandas": {"clearance.sweeping.index"},
@@ -79,8 +79,9 @@ def test_laws_import_only_math():
         }, path  # fmt: skip
 
 
-#: what reads run files and sweep directories
+#: what reads run files, sweep directories, measurements and fits
 FILES = {"clearance.results"} | {f"clearance.sweeping.{name}" for name in ("definition", "index", "metrics")}
+FILES |= {"clearance.identify.records", "clearance.identify.fit"}
 
 
 def test_postprocess_knows_files_and_not_the_solver():

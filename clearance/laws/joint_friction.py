@@ -3,9 +3,9 @@
 A reaction comes to one number, the friction load Q, through the geometry of the joint: for a hinge Q is a torque [N m]
 and the rate an angular velocity [rad/s], for a slide Q is a force [N] and the rate a speed [m/s]. A law returns the
 torque on body b (the force on b along the axis), opposed to the rate of b against a. With transition_rate = 0 the sign
-function stands at rest (and 0 below 1e-12, which is rounding): right for prescribed motion. Where the motion is found from the forces,
-give a transition_rate, or a law that is smooth at rest. `joint_lugre` sticks: the deflection of its bristles is a state
-of the joint.
+function stands at rest (and 0 below 1e-14, which is rounding): right for prescribed motion. Where the motion is found
+from the forces, give a transition_rate, or a law that is smooth at rest. `joint_lugre` sticks: the deflection of its
+bristles is a state of the joint.
 """
 
 import math
@@ -13,7 +13,7 @@ import math
 from clearance.checks import at_least_one, non_negative, positive
 from clearance.laws.law import joint_bristle, joint_friction
 
-REST = 1e-12  # rad/s, m/s: slower is rounding, which has no sign
+REST = 1e-14  # rad/s, m/s: slower is rounding, which has no sign
 ROOT_2, ROOT_2E = math.sqrt(2.0), math.sqrt(2.0 * math.e)
 
 
