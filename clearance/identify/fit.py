@@ -1,0 +1,386 @@
+"""Estimation of a model's parameters from measured friction torques: one call, with errors and provenance.
+
+LuGre: nonlinear least squares (trust region, bounds) in the logarithms of the parameters, from analytic sensitivities
+and several starts. After each pass over the samples the residuals r and slopes J are reduced to the triangle that has
+the same J^T J, J^T r and r^T r, so that scipy makes the very steps it would make with all rows, at no cost.
+Characteristic curve: linear least squares. Other models bring `estimate(trials, starts, seed, progress)` themselves.
+"""
+
+import json
+import math
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import least_squares, lsq_linear
+from scipy.special import stdtrit
+
+from clearance.identify import models
+from clearance.identify.kernels import PADDING
+from clearance.identify.models import AXES, Curve, LuGre, Model
+from clearance.results import open_checked, save_tables
+
+FORMAT = "clearance-friction-fit"
+FORMAT_VERSION = 1
+CONFIDENCE = 0.95
+LOOK, FINISH = 1e-3, 1e-9  # relative change of the cost at which a start is judged, and the best one is finished
+MOST_LOOKS, MOST = 25, 300  # passes over the samples of a start, and of the finish
+LEVEL = 1e-9  # weight of neighbouring knots being equal, over that of all samples: what holds knots without samples
+ROUNDING = 1e-8  # of singular values of slopes whose columns have the norm 1, after their products were taken
+BLIND = 1e-12  # share of a parameter in the cost's curvature below which the samples do not see it
+
+
+def nrmse(measured: np.ndarray, modelled: np.ndarray, over: str = "rms") -> float:
+    """Root mean square of the error over that of the measured values, all trials and measured axes together.
+
+    over: "rms", or "std" and "range" for the standard deviation and the range (largest less smallest) of the measured
+    values in its place. Raises ValueError for another one, for shapes that differ, and where that size is zero.
+    """
+    measured, modelled = np.asarray(measured, float), np.asarray(modelled, float)
+    if measured.shape != modelled.shape or not measured.size:
+        raise ValueError(f"nrmse: shapes {measured.shape} and {modelled.shape} must be equal and not empty")
+    sizes = {"rms": lambda x: np.sqrt(np.mean(x**2)), "std": np.std, "range": np.ptp}
+    if over not in sizes:
+        raise ValueError(f"nrmse: over must be one of {', '.join(sizes)}, got {over!r}")
+    size = float(sizes[over](measured))
+    if not size:
+        raise ValueError(f"nrmse: the {over} of the measured values is zero")
+    return float(np.sqrt(np.mean((modelled - measured) ** 2))) / size
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """What the estimation of a model gives: values (p,), low and high (p,) of 95 % intervals, covariance (p, p).
+
+    history: cost over the iterations; starts: columns of the table of starts; facts, doubts. A model without intervals
+    leaves low, high and covariance empty.
+    """
+
+    values: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    covariance: np.ndarray
+    history: np.ndarray
+    starts: dict[str, np.ndarray]
+    facts: dict = field(default_factory=dict)
+    doubts: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A model with the values found for it.
+
+    values: by the parameters' names; low, high: 95 % intervals, in the logarithms where a model is not linear, no wider
+    than the bounds; covariance (p, p) of the values, to first order. All three take the errors of samples as
+    independent: where the model is too simple they are not, and intervals are too narrow. nrmse: by role, see `nrmse`;
+    history: cost [(N m)^2] (half the sum of squares, of a table's roughness too) over the iterations from the best
+    start; starts: cost, evaluations and values of all starts; facts: samples, noise [N m], evaluations, seconds ...;
+    doubts: sentences.
+    """
+
+    model: Model
+    values: dict[str, float]
+    low: dict[str, float]
+    high: dict[str, float]
+    covariance: np.ndarray
+    nrmse: dict[str, float]
+    history: np.ndarray
+    starts: dict[str, np.ndarray]
+    facts: dict
+    doubts: tuple[str, ...] = ()
+
+    def torque(self, trial) -> np.ndarray:
+        """Torque (n, 3) [N m] that the model gives for a trial."""
+        return self.model.torque(self.values, trial)
+
+    def score(self, trials: Iterable, over: str = "rms") -> float:
+        """NRMSE of these trials, see `nrmse`."""
+        return _score(self.model, self.values, trials, over)
+
+    def save(self, path: str | Path) -> Path:
+        """All of it as HDF5 (format clearance-friction-fit), for `open_fit`."""
+        names, parameters = list(self.values), {p.name: p for p in self.model.parameters}
+        known = [parameters[n] for n in names]
+        table = {
+            "name": ("1", "parameter", names),
+            "units": ("1", "its units", [p.units for p in known]),
+            "value": ("as units say", "value", np.array(list(self.values.values()))),
+            "lower_bound": ("as units say", "least value tried", np.array([p.low for p in known])),
+            "upper_bound": ("as units say", "largest value tried", np.array([p.high for p in known])),
+        }
+        if self.low:
+            table["low"] = ("as units say", "lower end of the 95 % interval", np.array(list(self.low.values())))
+            table["high"] = ("as units say", "upper end of the 95 % interval", np.array(list(self.high.values())))
+        tables = {
+            "parameters": ({}, table),
+            "covariance": ({}, {"covariance": ("products of the parameters'", "of the values", self.covariance)}),
+            "history": ({}, {"cost": ("(N m)^2", "half the sum of squares, by iteration", self.history)}),
+            "starts": ({}, {name: ("see long_name", _STARTS.get(name, name), v) for name, v in self.starts.items()}),
+            "nrmse": ({}, {"role": ("1", "role of trials", list(self.nrmse)),
+                           "nrmse": ("1", "rms error over rms torque", np.array(list(self.nrmse.values())))}),
+        }  # fmt: skip
+        attributes = {
+            "format_version": FORMAT_VERSION, "model": self.model.name, "options": json.dumps(self.model.options),
+            "facts": json.dumps(self.facts), "doubts": json.dumps(self.doubts),
+        }  # fmt: skip
+        return save_tables(path, FORMAT, attributes, tables)
+
+
+_STARTS = {"cost": "cost reached [(N m)^2]", "evaluations": "passes over the samples", "values": "values, by parameter"}
+
+
+def open_fit(path: str | Path) -> Fit:
+    """Read what `Fit.save` wrote. Raises FileNotFoundError, or ValueError for other files."""
+    with open_checked(Path(path), "clearance fit", FORMAT, FORMAT_VERSION) as file:
+        attributes = dict(file.attrs)
+        table = {n: d[()] for n, d in file["parameters"].items()}
+        names = [n.decode() for n in table["name"]]
+        columns = {c: dict(zip(names, table[c].tolist(), strict=True)) for c in ("value", "low", "high") if c in table}
+        roles = [r.decode() for r in file["nrmse/role"][()]]
+        return Fit(
+            model=models.model(str(attributes["model"]), **json.loads(attributes["options"])),
+            values=columns["value"],
+            low=columns.get("low", {}),
+            high=columns.get("high", {}),
+            covariance=file["covariance/covariance"][()],
+            nrmse=dict(zip(roles, file["nrmse/nrmse"][()].tolist(), strict=True)),
+            history=file["history/cost"][()],
+            starts={n: d[()] for n, d in file["starts"].items()},
+            facts=json.loads(attributes["facts"]),
+            doubts=tuple(json.loads(attributes["doubts"])),
+        )
+
+
+def fit(
+    measurement,
+    model: str | Model = "lugre3d",
+    *,
+    starts: int = 5,
+    seed: int = 0,
+    roles: Sequence[str] = ("training",),
+    progress: Callable[[float], None] | None = None,
+) -> Fit:
+    """Parameters of a model (or of one by its name) from the trials of these roles.
+
+    starts: how many points a nonlinear fit begins from, the first at the typical values, the others spread over the
+    bounds by the seed. progress: called with the done share. Raises ValueError for no such trials, no measured axis, a
+    torque or rate that is not a number, and an unknown model.
+    """
+    model = models.model(model) if isinstance(model, str) else model
+    roles = (roles,) if isinstance(roles, str) else tuple(roles)
+    trials = [t for t in measurement.trials if t.role in roles]
+    if not trials:
+        there = ", ".join(dict.fromkeys(t.role for t in measurement.trials)) or "none"
+        raise ValueError(f"no trial has a role of {', '.join(roles)}; there are {there}")
+    if starts < 1:
+        raise ValueError(f"starts must be at least 1, got {starts}")
+    for trial in trials:
+        _check(trial)
+    began = time.perf_counter()
+    how = {"starts": starts, "seed": seed, "progress": progress or (lambda share: None)}
+    known = type(model) in _ESTIMATES
+    found = _ESTIMATES[type(model)](model, trials, **how) if known else model.estimate(trials, **how)
+    took = time.perf_counter() - began
+    names = [p.name for p in model.parameters]
+    values, low, high = (dict(zip(names, v.tolist(), strict=False)) for v in (found.values, found.low, found.high))
+    there = dict.fromkeys(t.role for t in measurement.trials)
+    scores = {r: _score(model, values, [t for t in measurement.trials if t.role == r]) for r in there}
+    fastest = max(float(np.linalg.norm(t.rate, axis=1).max()) for t in trials)
+    facts = {
+        "roles": list(roles), "trials": [t.name for t in trials], "samples": sum(t.samples for t in trials),
+        "starts": starts, "seed": seed, "seconds": took, "fastest": fastest, **found.facts,
+    }  # fmt: skip
+    doubts = (*found.doubts, *model.doubts(values, fastest))
+    return Fit(model, values, low, high, found.covariance, scores, found.history, found.starts, facts, doubts)
+
+
+def _check(trial) -> None:
+    if not any(trial.measured):
+        raise ValueError(f"trial {trial.name!r} has no measured axis")
+    for what, array in (("rate", trial.rate), ("torque", np.where(trial.measured, trial.torque, 0.0))):
+        for row, axis in np.argwhere(~np.isfinite(array))[:1]:
+            raise ValueError(f"trial {trial.name!r}: {what}_{AXES[axis]} is {array[row, axis]} in row {row}")
+
+
+def _axes(trial) -> np.ndarray:
+    return np.flatnonzero(trial.measured)
+
+
+def _score(model: Model, values: dict[str, float], trials: Iterable, over: str = "rms") -> float:
+    trials = list(trials)
+    measured = [t.torque[:, _axes(t)].ravel() for t in trials]
+    modelled = [model.torque(values, t)[:, _axes(t)].ravel() for t in trials]
+    return nrmse(np.concatenate(measured), np.concatenate(modelled), over)
+
+
+# --- what estimations share
+def triangle(slopes: np.ndarray, residuals: np.ndarray) -> np.ndarray:
+    """(p + 1, p + 1): of the same products among columns as slopes (m, p) and residuals (m,) beside them."""
+    p = slopes.shape[1]
+    products = np.empty((p + 1, p + 1))
+    products[:p, :p] = slopes.T @ slopes
+    products[p, :p] = products[:p, p] = slopes.T @ residuals
+    products[p, p] = residuals @ residuals
+    sizes = np.sqrt(np.diag(products))
+    scale = np.where(sizes > 0.0, sizes, 1.0)
+    powers, directions = np.linalg.eigh(products / np.outer(scale, scale))
+    return np.sqrt(np.maximum(powers, 0.0))[:, None] * directions.T * sizes  # columns of zeros stay that
+
+
+def spread(slopes: np.ndarray, cost: float, samples: int) -> tuple[np.ndarray, np.ndarray, float]:
+    """Covariance (p, p), half widths (p,) of 95 % intervals, and standard deviation of a sample's error.
+
+    slopes (m, p) at the least cost, half the sum of squares, of so many samples. Directions that the samples do not see
+    come out very wide, not infinite.
+    """
+    freedom = max(samples - slopes.shape[1], 1)
+    variance = 2.0 * cost / freedom
+    sizes = np.linalg.norm(slopes, axis=0)
+    sizes[sizes == 0.0] = 1e-12
+    _, singular, rows = np.linalg.svd(slopes / sizes, full_matrices=False)
+    inverse = rows.T / np.maximum(singular, ROUNDING)
+    covariance = variance * (inverse @ inverse.T) / np.outer(sizes, sizes)
+    wide = stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE) * np.sqrt(np.diag(covariance))
+    return covariance, wide, math.sqrt(variance)
+
+
+def _bound_doubts(model: Model, values: np.ndarray, sizes: np.ndarray) -> tuple[str, ...]:
+    """Parameters that the samples (slopes of the given sizes) do not see, and those that end at a bound."""
+    found = []
+    for p, value, size in zip(model.parameters, values, sizes, strict=True):
+        if size <= BLIND * sizes.max():
+            found.append(f"{p.name}: the trials say nothing about it")
+        elif not p.low * (1.0 + 1e-3) < value < p.high * (1.0 - 1e-3) and p.low >= 0.0:
+            found.append(f"{p.name}: ends at a bound, {value:.4g} {p.units}")
+    return tuple(found)
+
+
+# --- LuGre
+class Passes:
+    """Residuals over trials and their slopes by the logarithms of the parameters, as triangles; counts and history."""
+
+    def __init__(self, model: LuGre, trials: Sequence):
+        self.model, self.trials, self.axes = model, trials, [_axes(t) for t in trials]
+        ends = np.cumsum([0, *(t.samples * a.size for t, a in zip(trials, self.axes, strict=True))])
+        self.rows = [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        self.measured = np.concatenate([t.torque[:, a].ravel() for t, a in zip(trials, self.axes, strict=True)])
+        self.torque, self.slopes = np.empty(ends[-1]), np.empty((ends[-1], len(model.parameters) + PADDING))
+        self.smooth = np.zeros((len(model.neighbours), len(model.parameters)))
+        for row, pair in zip(self.smooth, model.neighbours, strict=True):
+            row[pair] = np.array([-1.0, 1.0]) * model.smoothing * np.linalg.norm(self.measured)
+        self.evaluations, self.last = 0, None
+
+    def reduced(self, x: np.ndarray) -> np.ndarray:
+        """Slopes and residuals at the logarithms x of the values: the samples' triangle, below it the smoothing."""
+        if self.last is not None and np.array_equal(self.last[0], x):
+            return self.last[1]
+        values = np.exp(x)
+        packed = self.model.packed(values)
+        for trial, axes, rows in zip(self.trials, self.axes, self.rows, strict=True):
+            shape = trial.samples, axes.size
+            slopes = self.slopes[rows].reshape(*shape, -1)
+            self.model.sensitivities(packed, trial, axes, self.torque[rows].reshape(shape), slopes)
+            if not np.isfinite(self.torque[rows]).all():
+                given = ", ".join(f"{p.name} {v:.4g}" for p, v in zip(self.model.parameters, values, strict=True))
+                raise ValueError(f"trial {trial.name!r}: the modelled torque is not a number at {given}")
+        self.evaluations += 1
+        found = triangle(self.slopes[:, : values.size], self.torque - self.measured)
+        found[:, :-1] *= values
+        found = np.vstack([found, np.column_stack([self.smooth, self.smooth @ x])])
+        self.last = x.copy(), found
+        return found
+
+    def seen(self, x: np.ndarray) -> np.ndarray:
+        """Which parameters the samples see, by themselves or at another knot."""
+        sizes = np.linalg.norm(self.samples(x)[:, :-1], axis=0)
+        seen = sizes > BLIND * sizes.max()
+        for pair in [*self.model.neighbours, *self.model.neighbours[::-1]]:
+            seen[pair] = seen[pair].any()
+        return seen
+
+    def samples(self, x: np.ndarray) -> np.ndarray:
+        """The samples' triangle alone."""
+        return self.reduced(x)[: len(x) + 1]
+
+    def solved(self, begin: np.ndarray, free: np.ndarray, bounds: np.ndarray, change: float, most: int) -> tuple:
+        """The least cost from a point, free parameters moving: point, cost, its history, evaluations, convergence."""
+        history, before = [], self.evaluations
+
+        def whole(x):
+            moved = begin.copy()
+            moved[free] = x
+            return self.reduced(moved)
+
+        def jacobian(x):
+            found = whole(x)
+            history.append(0.5 * float(found[:, -1] @ found[:, -1]))
+            return found[:, :-1][:, free]
+
+        found = least_squares(
+            lambda x: whole(x)[:, -1], begin[free], jacobian, bounds[:, free], "trf", change, change, 1e-12, "jac",
+            max_nfev=most,
+        )  # fmt: skip
+        point = begin.copy()
+        point[free] = found.x
+        return point, found.cost, history, self.evaluations - before, found.status > 0
+
+
+def _estimate_lugre(model: LuGre, trials: Sequence, *, starts: int, seed: int, progress: Callable) -> Estimate:
+    bounds = np.log([[p.low for p in model.parameters], [p.high for p in model.parameters]])
+    typical, random = np.log([p.typical for p in model.parameters]), np.random.default_rng(seed)
+    passes, found = Passes(model, trials), []
+    free = passes.seen(typical)
+    for n in range(starts):
+        begin = np.where(free, random.uniform(*bounds), typical) if n else typical
+        found.append(passes.solved(begin, free, bounds, LOOK, MOST_LOOKS))
+        progress((n + 1) / (starts + 1))
+    best, _, history, _, _ = min(found, key=lambda f: f[1])
+    x, _, further, _, converged = passes.solved(best, free, bounds, FINISH, MOST)
+    progress(1.0)
+    values, samples = np.exp(x), passes.samples(x)
+    cost = 0.5 * float(samples[:, -1] @ samples[:, -1])
+    covariance, wide, noise = spread(passes.reduced(x)[:, :-1], cost, passes.measured.size)
+    doubts = _bound_doubts(model, values, np.linalg.norm(samples[:, :-1], axis=0))
+    if not converged:
+        doubts = (*doubts, f"the fit was still improving after {MOST} passes over the samples")
+    return Estimate(
+        values,
+        *np.exp(np.clip([x - wide, x + wide], *bounds)),
+        covariance * np.outer(values, values),
+        np.array([*history, *further[1:]]),
+        {
+            "cost": np.array([f[1] for f in found]),
+            "evaluations": np.array([f[3] for f in found]),
+            "values": np.exp([f[0] for f in found]),
+        },
+        {"noise": noise, "evaluations": passes.evaluations, "converged": bool(converged)},
+        doubts,
+    )
+
+
+# --- characteristic curve
+def _estimate_curve(model: Curve, trials: Sequence, *, starts: int, seed: int, progress: Callable) -> Estimate:
+    p = len(model.parameters)
+    slopes = np.concatenate([model.hats(t.rate)[:, _axes(t)].reshape(-1, p) for t in trials])
+    measured = np.concatenate([t.torque[:, _axes(t)].ravel() for t in trials])
+    reduced = triangle(slopes, measured)
+    count = len(model.knots)
+    level = np.array([[(c == k + 1) - (c == k) for c in range(p)] for k in range(p - 1) if (k + 1) % count], float)
+    held = np.vstack([reduced[:, :-1], level.reshape(-1, p) * math.sqrt(LEVEL * measured.size)])
+    wanted = np.concatenate([reduced[:, -1], np.zeros(len(level))])
+    bounds = [q.low for q in model.parameters], [q.high for q in model.parameters]
+    result = lsq_linear(held, wanted, bounds, method="bvls", tol=1e-14)
+    progress(1.0)
+    values = result.x
+    cost = 0.5 * float(np.sum((slopes @ values - measured) ** 2))
+    covariance, wide, noise = spread(held, cost, measured.size)
+    table = {"cost": np.array([cost]), "evaluations": np.array([1]), "values": values[None]}
+    doubts = _bound_doubts(model, values, np.linalg.norm(reduced[:, :-1], axis=0))
+    facts = {"noise": noise, "evaluations": 1, "converged": bool(result.success)}
+    ends = (np.clip(x, *bounds) for x in (values - wide, values + wide))
+    return Estimate(values, *ends, covariance, np.array([cost]), table, facts, doubts)
+
+
+_ESTIMATES = {LuGre: _estimate_lugre, Curve: _estimate_curve}

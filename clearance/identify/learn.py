@@ -1,0 +1,396 @@
+"""A recurrent network as a model of ball-joint friction: one LSTM layer and a linear read-out, no physics.
+
+It goes at an interval of its own, 4 ms: its inputs are the means of the three rates over the interval, compressed by
+asinh(w / softness) so that creeping and fast motion are both seen; its outputs are the three torques at the
+interval's end, which are held until the next one. With the inputs x, the outputs h and the cells c of the units
+
+    i, f, g, o = W x + U h + b,   c <- sig(f) c + sig(i) tanh(g),   h <- sig(o) tanh(c),   torque = R h + r.
+
+Training: Adam on windows of the trials, in single precision. A window begins in the state to which the network of the
+last epoch comes along its trial, and is led in by intervals that do not count. JAX, equinox and optax do it, which the
+extra `learn` installs and which are imported only here and only to train. Trained networks run without them, in double
+precision.
+
+It knows the rates it was shown and no others: beyond them its torque may be anything, also energy that friction
+cannot give.
+"""
+
+import importlib.util
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from clearance.checks import finite, positive
+from clearance.identify import models
+from clearance.identify.fit import Estimate
+from clearance.identify.models import AXES, Model, Parameter, Values
+from clearance.mechanism.store import njit
+
+GATES = 4  # input, forget, candidate, output
+SINCE, TURNED, HELD, UNITS = 0, 1, 4, 7  # state: time [s] and angles [rad] since the last interval; torque; h and c
+CLIP = 1.0  # largest norm of a step's gradient
+RATE_LEFT = 0.01  # learning rate at the last epoch, over that at the first
+PACKAGES = "jax", "equinox", "optax"
+
+
+def missing() -> str:
+    """What keeps an lstm from being trained here, and what to install; empty where nothing does."""
+    absent = [p for p in PACKAGES if importlib.util.find_spec(p) is None]
+    return f"training the lstm needs {', '.join(absent)}; install clearance[learn]" if absent else ""
+
+
+class Layout(NamedTuple):
+    """What compiled code has to know beside the weights: interval [s], softness [rad/s], number of units."""
+
+    interval: float
+    softness: float
+    hidden: int
+
+
+@njit(cache=True, error_model="numpy")
+def sigmoid(x):
+    return 0.5 + 0.5 * math.tanh(0.5 * x)
+
+
+@njit(cache=True, error_model="numpy")
+def advance(layout, weights, state, rate):
+    """One interval of constant rate (3,): moves h and c in `state` and the torque that it holds."""
+    hidden = layout.hidden
+    wide, first = GATES * hidden, state[UNITS : UNITS + hidden]
+    gates = np.empty(wide)
+    at = (3 + hidden) * wide
+    for j in range(wide):
+        gates[j] = weights[at + j]
+    for k in range(3 + hidden):
+        value = math.asinh(rate[k] / layout.softness) if k < 3 else first[k - 3]
+        for j in range(wide):
+            gates[j] += value * weights[k * wide + j]
+    for n in range(hidden):
+        kept = sigmoid(gates[n + hidden]) * state[UNITS + hidden + n]
+        cell = kept + sigmoid(gates[n]) * math.tanh(gates[n + 2 * hidden])
+        state[UNITS + hidden + n] = cell
+        state[UNITS + n] = sigmoid(gates[n + 3 * hidden]) * math.tanh(cell)
+    at += wide
+    for axis in range(3):
+        held = weights[at + 3 * hidden + axis]
+        for n in range(hidden):
+            held += weights[at + axis * hidden + n] * state[UNITS + n]
+        state[HELD + axis] = held
+
+
+@njit(cache=True, error_model="numpy")
+def step(layout, weights, state, rate, dt, torque):
+    """One step [s] of constant rate (3,): moves the state, writes the torque (3,) [N m] that the last interval gave."""
+    left, mean = dt, np.empty(3)
+    while state[SINCE] + left >= layout.interval * (1.0 - 1e-9):
+        part = layout.interval - state[SINCE]
+        for axis in range(3):
+            mean[axis] = (state[TURNED + axis] + rate[axis] * part) / layout.interval
+            state[TURNED + axis] = 0.0
+        advance(layout, weights, state, mean)
+        state[SINCE] = 0.0
+        left = max(left - part, 0.0)
+    state[SINCE] += left
+    for axis in range(3):
+        state[TURNED + axis] += rate[axis] * left
+        torque[axis] = state[HELD + axis]
+
+
+@njit(cache=True, error_model="numpy")
+def torques(layout, weights, rate, dt, state, torque):
+    """Torque (n, 3) [N m] at samples of the rate (n, 3), a step apart, between which it sees their mean."""
+    mean = np.empty(3)
+    for n in range(1, rate.shape[0]):
+        for axis in range(3):
+            mean[axis] = 0.5 * (rate[n - 1, axis] + rate[n, axis])
+        step(layout, weights, state, mean, dt, torque[n])
+
+
+@dataclass(frozen=True)
+class LSTM(Model):
+    """A recurrent network; see the module. Its parameters are its weights, for torques in N m.
+
+    hidden: units. interval [s]: between its steps. softness [rad/s]: rate around which inputs go over from linear to
+    logarithmic. An axis that no trial measured gets no torque.
+
+    Training: window, samples that count of a window, and lead, those before them, in intervals; batch, windows a step;
+    held_out, share of the windows that is not trained on; epochs, most passes over the others; patience, epochs
+    without a better score of the windows held out before it ends; rate, Adam's step at first.
+    """
+
+    hidden: int = 16
+    interval: float = 4e-3
+    softness: float = 0.05
+    window: int = 250
+    lead: int = 125
+    batch: int = 8
+    held_out: float = 0.15
+    epochs: int = 600
+    patience: int = 150
+    rate: float = 0.01
+
+    name: ClassVar[str] = "lstm"
+    compiled = staticmethod(step)
+
+    def __post_init__(self):
+        for name in ("hidden", "window", "lead", "batch", "epochs", "patience"):
+            value, least = getattr(self, name), 0 if name == "lead" else 1
+            if not isinstance(value, int) or value < least:
+                raise ValueError(f"{name} of the lstm must be a whole number of at least {least}, got {value!r}")
+        for name in ("interval", "softness", "rate"):
+            positive(f"{name} of the lstm", getattr(self, name))
+        if not 0.0 < finite("held_out of the lstm", self.held_out) <= 0.5:
+            raise ValueError(f"held_out of the lstm must lie in (0, 0.5], got {self.held_out!r}")
+
+    @property
+    def options(self) -> dict:
+        """What `lstm` makes this model from."""
+        return {k: v for k, v in vars(self).items() if k in self.__dataclass_fields__}
+
+    @cached_property
+    def layout(self) -> Layout:
+        return Layout(float(self.interval), float(self.softness), self.hidden)
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        gates = [f"{g}{n}" for g in ("in", "forget", "cell", "out") for n in range(self.hidden)]
+        sources = [*(f"rate_{a}" for a in AXES), *(f"unit{n}" for n in range(self.hidden)), "one"]
+        names = [f"{g}_from_{s}" for s in sources for g in gates]
+        names += [f"torque_{a}_from_unit{n}" for a in AXES for n in range(self.hidden)]
+        names += [f"torque_{a}_from_one" for a in AXES]
+        return tuple(Parameter(n, "N m" if n.startswith("torque") else "1", -math.inf, math.inf, 0.0) for n in names)
+
+    @cached_property
+    def _names(self) -> list[str]:
+        return [p.name for p in self.parameters]
+
+    def array(self, values: Values) -> np.ndarray:
+        """Weights in the order of the parameters (p,). Raises ValueError for other names, numbers of them or values."""
+        if isinstance(values, Mapping):
+            if values.keys() != set(self._names):
+                raise ValueError(f"values: not the {len(self._names)} weights of an lstm of {self.hidden} units")
+            values = [values[n] for n in self._names]
+        values = np.asarray(values, float)
+        if values.shape != (len(self._names),) or not np.isfinite(values).all():
+            raise ValueError(f"values: an lstm of {self.hidden} units has {len(self._names)} finite weights")
+        return values
+
+    def packed(self, values: Values) -> np.ndarray:
+        """What compiled functions take for the values."""
+        return self.array(values)
+
+    def start(self) -> np.ndarray:
+        """State at rest: time and angles since the last interval, torque, outputs and cells of the units."""
+        return np.zeros(UNITS + 2 * self.hidden)
+
+    def torque(self, values: Values, trial) -> np.ndarray:
+        """Torque (n, 3) [N m] of a trial from the start state."""
+        torque = np.zeros((trial.samples, 3))
+        torques(self.layout, self.packed(values), trial.rate, trial.step, self.start(), torque)
+        return torque
+
+    def passive_rate(self, values: Values) -> float:
+        """Zero [rad/s]: nothing keeps a network from giving energy."""
+        return 0.0
+
+    def doubts(self, values: Values, fastest: float) -> list[str]:
+        """What to doubt of the weights."""
+        return [f"lstm: knows only motions like those it was trained on, up to {fastest:.3g} rad/s; not passive"]
+
+    def estimate(
+        self, trials: Sequence, starts: int = 1, seed: int = 0, progress: Callable[[float], None] = lambda share: None
+    ) -> Estimate:
+        """Train the weights on trials, once: starts is not used. The same weights for the same seed on one machine.
+
+        Raises ValueError where the extra `learn` is missing, or trials give too few windows, no motion or no torque.
+        """
+        windows = Windows.of(self, trials)
+        known = _train(self, windows, seed, progress)
+        best, squares = int(np.argmin(known.others)), known.counted * windows.size**2
+        facts = {
+            "starts": 1, "epochs": len(known.losses), "best_epoch": best, "windows": len(windows.rate),
+            "windows_held_out": known.held, "held_out_nrmse": [float(f"{math.sqrt(e):.4g}") for e in known.others],
+            "squares": squares, "precision": "float32",
+        }  # fmt: skip
+        values, none, history = _exported(windows, known), np.empty(0), 0.5 * np.array(known.losses) * squares
+        table = {"cost": history[[best]], "evaluations": np.array([len(history)]), "values": values[None]}
+        return Estimate(values, none, none, np.empty((0, 0)), history, table, facts)
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """Pieces of trials, their lead before them: rate and torque (w, n, 3), without dimensions; begun (w, n), 0 before
+    the trial's start; counts (w, n, 3), 1 where the torque counts; largest input `reach`, rms torque `size` [N m].
+
+    whole (t, m, 3): rates of all trials, zeros at their ends; owner, before (w,): a window's trial, and the interval
+    there that comes before it, negative where none does.
+    """
+
+    rate: np.ndarray
+    torque: np.ndarray
+    begun: np.ndarray
+    counts: np.ndarray
+    owner: np.ndarray
+    before: np.ndarray
+    whole: np.ndarray
+    reach: float
+    size: float
+
+    @staticmethod
+    def of(model: LSTM, trials: Sequence) -> "Windows":
+        sampled = [_sampled(model, trial) for trial in trials]
+        pieces = [(*p, k) for k, s in enumerate(sampled) for p in _pieces(model, *s, trials[k].measured)]
+        if len(pieces) < 2:
+            raise ValueError(
+                f"the trials give {len(pieces)} window of {model.window} intervals; the lstm needs 2 or more"
+            )
+        rate, torque, begun, counts, before, owner = (np.array(column) for column in zip(*pieces, strict=True))
+        size = float(np.sqrt((torque**2 * counts).sum() / counts.sum()))
+        reach = float(abs(rate).max())
+        if not size or not reach:
+            raise ValueError(f"the lstm cannot learn from trials without {'motion' if size else 'torque'}")
+        whole = np.zeros((len(trials), max(len(r) for r, _ in sampled), 3), np.float32)
+        for row, (own, _) in zip(whole, sampled, strict=True):
+            row[: len(own)] = own / reach
+        scaled = (a.astype(np.float32) for a in (rate / reach, torque / size, begun, counts))
+        return Windows(*scaled, owner, before, whole, reach, size)
+
+
+def _sampled(model: LSTM, trial) -> tuple[np.ndarray, np.ndarray]:
+    """Compressed mean rates and torques at the ends (n, 3) of a trial's intervals."""
+    time = trial.step * np.arange(trial.samples)
+    ends = model.interval * np.arange(int(time[-1] / model.interval * (1.0 + 1e-9)) + 1)
+    angle, torque = (np.stack([np.interp(ends, time, c) for c in v.T], axis=1) for v in (trial.angle, trial.torque))
+    return np.arcsinh(np.diff(angle, axis=0) / model.interval / model.softness), torque[1:]
+
+
+def _pieces(model: LSTM, rate: np.ndarray, torque: np.ndarray, measured):
+    """Rate, torque, begun, counts of each window of a trial, and the interval before it."""
+    for first in range(0, len(rate), model.window):
+        places = np.arange(first - model.lead, first + model.window)
+        there = (places >= 0) & (places < len(rate))
+        taken = np.clip(places, 0, len(rate) - 1)
+        counts = (there & (places >= first))[:, None] & np.array(measured)
+        yield rate[taken], torque[taken], there, counts, first - model.lead - 1
+
+
+@dataclass(frozen=True, eq=False)
+class Trained:
+    """Weights of the best epoch, of inputs, units and read-out; mean squares over that of the torque by epoch, of the
+    windows trained on, and before it of the `held` others; how many torques count in the former.
+    """
+
+    by_input: np.ndarray
+    by_unit: np.ndarray
+    bias: np.ndarray
+    read_out: np.ndarray
+    offset: np.ndarray
+    losses: list[float]
+    others: list[float]
+    held: int
+    counted: float
+
+
+def _train(model: LSTM, windows: Windows, seed: int, progress: Callable[[float], None]) -> Trained:
+    """Adam with a falling rate, until the windows held out get no better."""
+    if reason := missing():
+        raise ValueError(reason)
+    import equinox as eqx
+    import jax
+    import optax
+
+    random = np.random.default_rng(seed)
+    order = random.permutation(len(windows.rate))
+    held = order[: max(1, round(model.held_out * len(order)))]
+    kept = order[len(held) :]
+    size = min(model.batch, len(kept))
+    passes = len(kept) // size
+    rate = optax.cosine_decay_schedule(model.rate, model.epochs * passes, RATE_LEFT)
+    adam = optax.chain(optax.clip_by_global_norm(CLIP), optax.adam(rate))
+    data = tuple(jax.numpy.asarray(d) for d in (windows.rate, windows.begun, windows.torque, windows.counts))
+
+    def learn(carried, batch):
+        network, state, begin = carried
+        parts = (begin[batch], *(d[batch] for d in data))
+        error, slopes = eqx.filter_value_and_grad(_mean_square)(network, *parts)
+        change, state = adam.update(slopes, state)
+        return (eqx.apply_updates(network, change), state, begin), error
+
+    @eqx.filter_jit
+    def epoch(network, state, batches):
+        begin = _begins(network, windows)
+        other = _mean_square(network, begin[held], *(d[held] for d in data))
+        (network, state, _), errors = jax.lax.scan(learn, (network, state, begin), batches)
+        return network, state, errors.mean(), other
+
+    network = best = _network(model, jax.random.PRNGKey(seed))
+    state, losses, others = adam.init(eqx.filter(network, eqx.is_array)), [], []
+    while len(losses) < model.epochs and len(losses) - int(np.argmin(others or [0.0])) <= model.patience:
+        batches, before = random.permutation(kept)[: passes * size].reshape(passes, size), network
+        network, state, error, other = epoch(network, state, batches)
+        losses.append(float(error))
+        others.append(float(other))
+        if others[-1] == min(others):
+            best = before
+        progress(len(losses) / model.epochs)
+    cell, out = best
+    weights = (np.asarray(w, float) for w in (cell.weight_ih, cell.weight_hh, cell.bias, out.weight, out.bias))
+    return Trained(*weights, losses, others, len(held), float(windows.counts[kept].sum()))
+
+
+def _network(model: LSTM, key):
+    """An LSTM cell that remembers at first, and its read-out."""
+    import equinox as eqx
+    import jax
+
+    first, second = jax.random.split(key)
+    cell = eqx.nn.LSTMCell(3, model.hidden, key=first)
+    remembering = cell.bias.at[model.hidden : 2 * model.hidden].set(1.0)
+    return eqx.tree_at(lambda c: c.bias, cell, remembering), eqx.nn.Linear(model.hidden, 3, key=second)
+
+
+def _run(network, begin, rate, begun):
+    """Outputs (n, 3) and states (n, 2, hidden) of the network along one piece; zero until the trial has begun."""
+    import jax
+
+    cell, out = network
+
+    def one(state, seen):
+        state = jax.numpy.stack(cell(seen[0], (state[0], state[1]))) * seen[1]
+        return state, (out(state[0]), state)
+
+    return jax.lax.scan(one, begin, (rate, begun))[1]
+
+
+def _begins(network, windows: Windows):
+    """States (w, 2, hidden) in which windows begin, of the network as it is run along whole trials."""
+    import jax
+
+    zero, begun = jax.numpy.zeros((2, network[0].hidden_size)), jax.numpy.ones(windows.whole.shape[1])
+    states = jax.vmap(lambda rate: _run(network, zero, rate, begun)[1])(windows.whole)
+    there = (windows.before >= 0)[:, None, None]
+    return states[windows.owner, np.maximum(windows.before, 0)] * there
+
+
+def _mean_square(network, begin, rate, begun, torque, counts):
+    """Mean square of the error of windows where it counts."""
+    import jax
+
+    found = jax.vmap(lambda *piece: _run(network, *piece)[0])(begin, rate, begun)
+    return (counts * (found - torque) ** 2).sum() / counts.sum()
+
+
+def _exported(windows: Windows, known: Trained) -> np.ndarray:
+    """Weights for inputs and torques in SI, in the order of the parameters; no torque where none was measured."""
+    read_out, offset = known.read_out * windows.size, known.offset * windows.size
+    unknown = windows.counts.sum(axis=(0, 1)) == 0
+    read_out[unknown], offset[unknown] = 0.0, 0.0
+    parts = known.by_input.T / windows.reach, known.by_unit.T, known.bias, read_out, offset
+    return np.concatenate([p.ravel() for p in parts])
+
+
+models.MODELS["lstm"] = LSTM

@@ -1,0 +1,349 @@
+"""Models of ball-joint friction behind one interface: a rate goes in, the torque that keeps it up comes out.
+
+Frame of the housing, x and y tilt, z spins the stud; rates (n, 3) [rad/s], torques (n, 3) [N m]. A model has `name`,
+`parameters`, `options` (what made it), `linear`, and
+
+    torque(values, trial)            from undeflected bristles, (n, 3)
+    sensitivity(values, trial)       the torque and its slopes by the parameters, (n, 3, p)
+    start(), step(values, state, rate, dt)      one step of a simulation; `state` moves
+    compiled(layout, packed(values), state, rate, dt, torque)      the same for compiled callers
+    passive_rate(values)             up to which rate it can only take up energy
+
+with values as an array in the order of the parameters or as a dictionary of all of them.
+"""
+
+import importlib
+import itertools
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from clearance.checks import finite, non_negative, positive
+from clearance.identify import kernels
+from clearance.identify.kernels import DAMPING, PADDING, STIFFNESS, TORQUE, VISCOUS, Layout
+
+Values = np.ndarray | Sequence[float] | Mapping[str, float]
+AXES = "x", "y", "z"
+#: rates at which passivity is looked at [rad/s], 0.6 % apart
+SPEEDS = np.geomspace(1e-6, 1e4, 4001)
+#: [rad/s], of the characteristic curve
+KNOTS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number that a fit finds between low and high; typical: where it starts from."""
+
+    name: str
+    units: str
+    low: float
+    high: float
+    typical: float
+
+    def within(self, bounds: tuple[float, float], least: float) -> "Parameter":
+        """The same with other bounds. Raises ValueError where these are none."""
+        low, high = (finite(f"bounds of {self.name}", b) for b in bounds)
+        if not least <= low < high:
+            raise ValueError(f"bounds of {self.name} must rise from above {least:g}, got {low:g} and {high:g}")
+        middle = math.sqrt(low * high) if low > 0.0 else 0.5 * (low + high)
+        return replace(self, low=low, high=high, typical=self.typical if low < self.typical < high else middle)
+
+
+#: bounds of stiffness and damping and the upper one of the torque as in the source
+KINETIC = Parameter("kinetic", "N m", 0.02, 10.0, 2.0)
+STATIC = Parameter("static", "N m", 0.02, 10.0, 2.5)
+SPEED = Parameter("stribeck_speed", "rad/s", 1e-3, 2.0, 0.05)
+BRISTLES = Parameter("stiffness", "N m/rad", 100.0, 1e4, 1000.0), Parameter("damping", "N m s/rad", 1e-3, 20.0, 1.0)
+THICK = Parameter("viscous", "N m s/rad", 1e-3, 10.0, 0.05)
+
+
+def _checked_knots(knots: Sequence[float], fewest: int) -> tuple[float, ...]:
+    knots = tuple(non_negative("knots", k) for k in knots)
+    if len(knots) < fewest or any(b <= a for a, b in itertools.pairwise(knots)):
+        raise ValueError(f"knots must be at least {fewest} growing rates in rad/s, got {knots}")
+    return knots
+
+
+class Model:
+    """What all models share; see the module."""
+
+    linear: ClassVar[bool] = False
+    compiled: Callable
+    parameters: tuple[Parameter, ...]
+    layout: Layout
+    symmetric: bool
+    bounds: Mapping[str, tuple[float, float]]
+
+    @property
+    def groups(self) -> tuple[str, str, str]:
+        """Whose parameters the axes x, y, z have."""
+        return ("tilt", "tilt", "spin") if self.symmetric else ("tilt_x", "tilt_y", "spin")
+
+    def bounded(self, parameters: Sequence[Parameter], least: float) -> tuple[Parameter, ...]:
+        """Parameters with the bounds asked for."""
+        self._check_names(self.bounds, [p.name for p in parameters], "bounds")
+        return tuple(p.within(self.bounds[p.name], least) if p.name in self.bounds else p for p in parameters)
+
+    def _check_names(self, given, known: Sequence[str], what: str) -> None:
+        if unknown := [n for n in given if n not in known]:
+            raise ValueError(f"{what}: {self.name} has no parameter {unknown[0]!r}; it has {', '.join(known)}")
+
+    def array(self, values: Values) -> np.ndarray:
+        """Values in the order of the parameters (p,). Raises ValueError for wrong names, numbers and values."""
+        names = [p.name for p in self.parameters]
+        if isinstance(values, Mapping):
+            self._check_names(values, names, "values")
+            if missing := [n for n in names if n not in values]:
+                raise ValueError(f"values: {missing[0]!r} of {self.name} is missing")
+            values = [values[n] for n in names]
+        values = np.asarray(values, float)
+        if values.shape != (len(names),):
+            raise ValueError(f"values: {self.name} has {len(names)} parameters, got an array of shape {values.shape}")
+        for name, value in zip(names, values.tolist(), strict=True):
+            (finite if self.linear else positive)(name, value)
+        return values
+
+    def packed(self, values: Values) -> np.ndarray:
+        """What compiled functions take for the values."""
+        return np.concatenate([self.array(values), (1.0, 0.0, 0.0, 0.0)])
+
+    def start(self) -> np.ndarray:
+        """State of a joint at rest."""
+        return np.zeros(0 if self.linear else 3)
+
+    def step(self, values: Values, state: np.ndarray, rate: np.ndarray, dt: float) -> np.ndarray:
+        """Torque (3,) [N m] at the end of a step [s] of constant rate (3,) [rad/s]; moves the state."""
+        torque = np.empty(3)
+        self.compiled(self.layout, self.packed(values), state, np.asarray(rate, float), float(dt), torque)
+        return torque
+
+
+@dataclass(frozen=True)
+class LuGre(Model):
+    """LuGre friction of a ball joint, its axes coupled or not; equations, units and source in identify/kernels.py.
+
+    Per axis (tilt, spin): kinetic T_c, static T_s [N m] and stribeck_speed w_s [rad/s] of T = T_c + (T_s - T_c)
+    exp(-(|w| / w_s)^exponent), stiffness sigma0 [N m/rad], damping sigma1, viscous sigma2 [N m s/rad].
+
+    symmetric: both tilt axes have one set. knots [rad/s]: T, sigma0 and sigma1 are piecewise linear in |w| with values
+    at these instead, level beyond them; smoothing: what a factor of e between neighbouring knots costs a fit, as an
+    NRMSE. static: the torque of steady sliding, without bristles; at rest it keeps what it was. bounds: of parameters
+    by name. |w| is the rate's norm where axes are coupled, else the axis' own.
+
+    Valid for one preload and temperature; sticks with the stiffness sigma0, creeps under a load that swings below T_s.
+    """
+
+    coupled: bool = True
+    symmetric: bool = True
+    knots: tuple[float, ...] = ()
+    smoothing: float = 0.03
+    exponent: float = 2.0
+    static: bool = False
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    compiled = staticmethod(kernels.step)
+
+    def __post_init__(self):
+        object.__setattr__(self, "knots", _checked_knots(self.knots, 2) if len(self.knots) else ())
+        positive("exponent", self.exponent)
+        non_negative("smoothing", self.smoothing)
+        _ = self.parameters  # bounds of unknown parameters
+
+    @property
+    def name(self) -> str:
+        return "lugre3d" if self.coupled else "lugre1d"
+
+    @property
+    def options(self) -> dict:
+        """What `lugre1d` or `lugre3d` makes this model from."""
+        return {k: v for k, v in vars(self).items() if k in self.__dataclass_fields__ and k != "coupled"}
+
+    @cached_property
+    def _functions(self) -> list[list[Parameter]]:
+        """Parameters of T, sigma0, sigma1, sigma2 of one axis."""
+        bristles = [] if self.static else list(BRISTLES)
+        if not self.knots:
+            return [[KINETIC, STATIC, SPEED], *([p] for p in bristles), [THICK]]
+        tables = [replace(KINETIC, name="torque"), *bristles]
+        return [*([replace(p, name=f"{p.name}_at_{k:g}") for k in self.knots] for p in tables), [THICK]]
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        groups, functions = dict.fromkeys(self.groups), list(itertools.chain(*self._functions))
+        return self.bounded([replace(p, name=f"{g}_{p.name}") for g in groups for p in functions], 1e-12)
+
+    @cached_property
+    def layout(self) -> Layout:
+        sizes = [len(f) for f in self._functions]
+        own, groups = sum(sizes), list(dict.fromkeys(self.groups))
+        places, behind = np.empty((3, 4), np.int64), own * len(groups)
+        for axis, group in enumerate(self.groups):
+            first = [own * groups.index(group) + sum(sizes[:f]) for f in range(len(sizes))]
+            if self.static:
+                places[axis] = first[0], behind, behind + 1, first[1]
+            else:
+                places[axis] = first
+        return Layout(places, np.array(self.knots), float(self.exponent), self.coupled, self.static)
+
+    @cached_property
+    def neighbours(self) -> np.ndarray:
+        """Parameters at neighbouring knots (pairs, 2)."""
+        functions = () if not self.knots else (TORQUE,) if self.static else (TORQUE, STIFFNESS, DAMPING)
+        firsts = sorted({int(f) for f in self.layout.places[:, functions].ravel()})
+        return np.array([(f + k, f + k + 1) for f in firsts for k in range(len(self.knots) - 1)], int).reshape(-1, 2)
+
+    def torque(self, values: Values, trial) -> np.ndarray:
+        """Torque (n, 3) [N m] of a trial from undeflected bristles; see the module."""
+        torque = np.empty((trial.samples, 3))
+        kernels.torques(self.layout, self.packed(values), trial.rate, trial.step, np.zeros(3), torque)
+        return torque
+
+    def sensitivity(self, values: Values, trial) -> tuple[np.ndarray, np.ndarray]:
+        """Torque (n, 3) [N m] of a trial and its slopes by the parameters (n, 3, p)."""
+        packed = self.packed(values)
+        torque, slopes = np.empty((trial.samples, 3)), np.empty((trial.samples, 3, packed.size))
+        self.sensitivities(packed, trial, np.arange(3), torque, slopes)
+        return torque, slopes[:, :, :-PADDING]
+
+    def sensitivities(self, packed: np.ndarray, trial, axes: np.ndarray, torque: np.ndarray, slopes: np.ndarray):
+        """The same of some axes, into torque (n, axes) and slopes (n, axes, packed)."""
+        moved = np.zeros((3, packed.size))
+        kernels.sensitivities(self.layout, packed, trial.rate, trial.step, axes, np.zeros(3), moved, torque, slopes)
+
+    def functions(self, values: Values, speeds: np.ndarray) -> np.ndarray:
+        """T [N m], sigma0 [N m/rad], sigma1, sigma2 [N m s/rad] of the axes at speeds (n,) [rad/s], (3, 4, n)."""
+        speeds = np.ascontiguousarray(speeds, float)
+        found = np.empty((3, 4, speeds.size))
+        kernels.functions(self.layout, self.packed(values), speeds, found)
+        return found
+
+    def passive_rate(self, values: Values) -> float:
+        """Rate [rad/s] up to which no axis gives off more energy than its bristles hold, inf where that never happens.
+
+        With z' S0 z / 2 in the bristles that is so while |M w| / T_i^2 <= 4 (sigma1_i + sigma2_i) / sigma1_i^2,
+        whatever the deflection; uncoupled and started at rest (|sigma0 z| <= max T) also where sigma2 >= sigma1
+        (max T / T - 1). A stiffness that changes with the speed does work that is not counted. Rounded down by 0.6 %.
+        """
+        found = self.functions(values, SPEEDS)
+        torque, damping, viscous = found[:, TORQUE], found[:, DAMPING], found[:, VISCOUS]
+        strongest = torque.max(axis=0) if self.coupled else torque
+        fine = strongest * SPEEDS / torque**2 * damping**2 <= 4.0 * (damping + viscous)
+        if not self.coupled:
+            always = viscous >= damping * (torque.max(axis=1, keepdims=True) / torque - 1.0)
+            fine |= always.all(axis=1, keepdims=True)
+        bad = np.flatnonzero(~fine.all(axis=0))
+        return math.inf if bad.size == 0 else float(SPEEDS[bad[0] - 1]) if bad[0] else 0.0
+
+    def doubts(self, values: Values, fastest: float) -> list[str]:
+        """What to doubt of the values where rates reach `fastest` [rad/s]."""
+        bound = self.passive_rate(values)
+        if fastest <= bound:
+            return []
+        return [f"{self.name}: passive up to {bound:.3g} rad/s only, for the data reach {fastest:.3g}; damping is high"]
+
+
+@dataclass(frozen=True)
+class Curve(Model):
+    """Characteristic curve: each axis' torque is an odd, continuous, piecewise linear function of its own rate.
+
+    Parameters: torques [N m] at the knots [rad/s]; zero at rest, level beyond the last knot. nonnegative: it brakes
+    everywhere. No memory: no presliding, so it is wrong where amplitudes are small, and steep at rest.
+    """
+
+    knots: tuple[float, ...] = KNOTS
+    symmetric: bool = True
+    nonnegative: bool = False
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    name: ClassVar[str] = "curve"
+    linear: ClassVar[bool] = True
+    compiled = staticmethod(kernels.curve_step)
+
+    def __post_init__(self):
+        object.__setattr__(self, "knots", _checked_knots(self.knots, 1))
+        if not self.knots[0]:
+            raise ValueError("knots: the torque at rest is zero, the first knot must lie above")
+        _ = self.parameters
+
+    @property
+    def options(self) -> dict:
+        """What `curve` makes this model from."""
+        return {k: v for k, v in vars(self).items() if k in self.__dataclass_fields__}
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        names = [f"{g}_torque_at_{k:g}" for g in dict.fromkeys(self.groups) for k in self.knots]
+        low = 0.0 if self.nonnegative else -100.0
+        return self.bounded([Parameter(n, "N m", low, 100.0, 2.0) for n in names], low)
+
+    @cached_property
+    def layout(self) -> Layout:
+        groups = list(dict.fromkeys(self.groups))
+        places = np.array([[groups.index(g) * len(self.knots)] * 4 for g in self.groups])
+        return Layout(places, np.array([0.0, *self.knots]), 2.0, False, True)
+
+    def torque(self, values: Values, trial) -> np.ndarray:
+        """Torque (n, 3) [N m] of a trial."""
+        return self.hats(trial.rate) @ self.array(values)
+
+    def sensitivity(self, values: Values, trial) -> tuple[np.ndarray, np.ndarray]:
+        """Torque (n, 3) [N m] of a trial and its slopes by the parameters (n, 3, p)."""
+        slopes = self.hats(trial.rate)
+        return slopes @ self.array(values), slopes
+
+    def hats(self, rate: np.ndarray) -> np.ndarray:
+        """Slopes of the torque by the parameters (n, 3, p) at rates (n, 3) [rad/s]."""
+        knots, found = self.layout.knots, np.zeros((len(rate), 3, len(self.parameters) + 1))
+        speed, sign, rows = np.abs(rate), np.sign(rate), np.arange(len(rate))
+        for axis in range(3):
+            m = np.clip(np.searchsorted(knots, speed[:, axis]) - 1, 0, len(knots) - 2)
+            share = np.clip((speed[:, axis] - knots[m]) / (knots[m + 1] - knots[m]), 0.0, 1.0)
+            place = self.layout.places[axis, TORQUE] + m
+            found[rows, axis, place] = share * sign[:, axis]
+            found[rows, axis, np.where(m > 0, place - 1, -1)] = (1.0 - share) * sign[:, axis]
+        return found[:, :, :-1]
+
+    def passive_rate(self, values: Values) -> float:
+        """Rate [rad/s] up to which it brakes, inf where it always does."""
+        torques = self.array(values)[self.layout.places[:, :1] + np.arange(len(self.knots))]
+        bad = np.flatnonzero((torques < 0.0).any(axis=0))
+        return math.inf if bad.size == 0 else float(self.layout.knots[bad[0]])
+
+    def doubts(self, values: Values, fastest: float) -> list[str]:
+        """What to doubt of the values where rates reach `fastest` [rad/s]."""
+        bound = self.passive_rate(values)
+        if fastest <= bound:
+            return []
+        return [f"curve: drives beyond {bound:.3g} rad/s, and the data reach {fastest:.3g}"]
+
+
+def lugre1d(**options) -> LuGre:
+    """LuGre friction of each axis by its own rate; options as of `LuGre`."""
+    return LuGre(coupled=False, **options)
+
+
+def lugre3d(**options) -> LuGre:
+    """LuGre friction of all axes, coupled by the ellipsoid of their torques; options as of `LuGre`."""
+    return LuGre(coupled=True, **options)
+
+
+#: name -> function of the model's options
+MODELS: dict[str, Callable[..., Model]] = {"lugre1d": lugre1d, "lugre3d": lugre3d, "curve": Curve}
+#: name -> module that adds it: models that need more packages
+FURTHER = {"lstm": "clearance.identify.learn"}
+
+
+def model(name: str, **options) -> Model:
+    """A model by its name. Raises ValueError for an unknown one, naming those there are, and for options it has not."""
+    if name in FURTHER and name not in MODELS:
+        importlib.import_module(FURTHER[name])
+    if name not in MODELS:
+        raise ValueError(f"model must be one of {', '.join(dict.fromkeys([*MODELS, *FURTHER]))}, got {name!r}")
+    try:
+        return MODELS[name](**options)
+    except TypeError as error:
+        raise ValueError(f"{name}: {error}") from None

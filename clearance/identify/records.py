@@ -1,0 +1,458 @@
+"""Measured joint friction: trials of a test bench, the files they are kept in, and what is checked of them.
+
+HDF5 (format "clearance-measurement"; SI, every dataset has `units` and `long_name`):
+
+    /                 attributes: format, format_version, versions, created; the facts of the measurement, such as
+                      bench, specimen, preload, recorded, recorded_by, sensor_torque, sensor_torque_range, seed
+    /trials/<name>/   attributes: kind, axis, role, order (place in the programme), and the facts of the trial
+        time                            [s], even steps
+        rate_x rate_y rate_z            [rad/s] relative angular velocity; an axis that is left out does not turn
+        torque_x torque_y torque_z      [N m] torque that keeps the motion up; an axis left out was not measured
+
+Frame: that of the housing; x and y tilt, z is the stud, about which the joint spins. A dataset whose `units` say ms,
+deg/s or N mm is converted.
+
+CSV: one line a sample, headed by the same names, and `trial` (else the whole file is one trial), `role` (else
+training), `kind`, `axis`. Other units are taken only where the name says so: time_ms, rate_z_deg_s, torque_z_N_mm. The
+cells of a torque that a trial did not measure stay empty. Commas, semicolons or tabs part cells, numbers have decimal
+points. Lines "# name = value" and "# trial.name = value" above the header are facts. Columns of other names are left
+aside.
+
+Facts of trials are SI: preload [N], amplitude [rad], speed [rad/s], frequency [Hz].
+"""
+
+import csv
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from clearance.checks import identifier
+from clearance.results import open_checked, provenance, replacing, save_tables
+
+FORMAT = "clearance-measurement"
+FORMAT_VERSION = 1
+AXES = "xyz"
+#: what a trial can be said to be
+LABELS = {
+    "kind": ("triangle", "sine", "mixed", "other"),
+    "axis": ("spin", "tilt", "mixed"),
+    "role": ("training", "test", "extrapolation", "other"),
+}
+#: units a quantity may come in -> factor to SI, the SI unit first
+UNITS = {
+    "time": {"s": 1.0, "ms": 1e-3},
+    "rate": {"rad/s": 1.0, "deg/s": math.pi / 180.0},
+    "torque": {"N m": 1.0, "N mm": 1e-3},
+}
+WHAT = {"time": "time", "rate": "relative angular velocity", "torque": "torque that keeps the motion up"}
+#: fewest samples of a trial
+FEWEST = 50
+#: share of a step by which two samples may be nearer or farther than the others: rounded clocks, no gaps
+UNEVEN = 0.1
+#: what no test of a ball joint exceeds: degrees, N mm and ms taken for SI units do
+LONGEST_STEP = 0.05  # s
+HIGHEST_RATE = 50.0  # rad/s, eight turns a second
+WIDEST_TILT, WIDEST_SPIN = math.pi, 2.0 * math.pi  # rad from end to end
+TORQUES = 1e-3, 200.0  # N m: largest torque of a measurement
+#: how to say that a column is in other units
+CALL = "Then call it {} in CSV, or its units {!r} in HDF5"
+
+Where = Callable[[int], str]
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """One run of a test bench: time (n,) [s], rate (n, 3) [rad/s], torque (n, 3) [N m] in the frame of the housing.
+
+    measured: axes whose torque counts, the others are set to zero; facts: SI, such as preload, amplitude, speed,
+    frequency. Raises ValueError for shapes, labels and samples that cannot be, naming row and column.
+    """
+
+    name: str
+    kind: str
+    axis: str
+    role: str
+    time: np.ndarray
+    rate: np.ndarray
+    torque: np.ndarray
+    measured: tuple[bool, bool, bool] = (True, True, True)
+    facts: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        identifier("trial name", self.name)
+        for label, known in LABELS.items():
+            if (value := getattr(self, label)) not in known:
+                raise ValueError(f"trial {self.name!r}: {label} must be one of {', '.join(known)}, got {value!r}")
+        measured = tuple(map(bool, self.measured))
+        if len(measured) != 3 or not any(measured):
+            raise ValueError(f"trial {self.name!r}: measured must be three flags, at least one of them set")
+        arrays = {n: np.array(getattr(self, n), float, order="C") for n in ("time", "rate", "torque")}
+        n = arrays["time"].shape[:1]
+        for name, shape in {"time": n, "rate": (*n, 3), "torque": (*n, 3)}.items():
+            if arrays[name].shape != shape:
+                raise ValueError(f"trial {self.name!r}: {name} has shape {arrays[name].shape}, expected {shape}")
+        arrays["torque"][:, ~np.array(measured)] = 0.0
+        columns = {f"{q}_{a}": arrays[q][:, i] for q in ("rate", "torque") for i, a in enumerate(AXES)}
+        check(self.name, {"time": arrays["time"], **columns})
+        for name, values in {**arrays, "measured": measured}.items():
+            object.__setattr__(self, name, values)
+
+    @property
+    def step(self) -> float:
+        """Time step [s]."""
+        return float(self.time[-1] - self.time[0]) / (self.samples - 1)
+
+    @property
+    def samples(self) -> int:
+        return len(self.time)
+
+    @property
+    def angle(self) -> np.ndarray:
+        """Angles turned about the axes since the start (n, 3) [rad], by the trapezoidal rule."""
+        middle = 0.5 * self.step * (self.rate[1:] + self.rate[:-1])
+        return np.concatenate([np.zeros((1, 3)), np.cumsum(middle, axis=0)])
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """Trials of different names, and facts of them all. Raises ValueError for none, and for a name that comes twice."""
+
+    trials: tuple[Trial, ...]
+    facts: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        object.__setattr__(self, "trials", tuple(self.trials))
+        if not self.trials:
+            raise ValueError("the measurement has no trials")
+        names = [t.name for t in self.trials]
+        if twice := [n for n in names if names.count(n) > 1]:
+            raise ValueError(f"trial {twice[0]!r} comes {names.count(twice[0])} times; names of trials must differ")
+
+    def of(self, *roles: str) -> "Measurement":
+        """The trials of these roles. Raises ValueError where there is none."""
+        found = [t for t in self.trials if t.role in roles]
+        if not found:
+            there = ", ".join(dict.fromkeys(t.role for t in self.trials))
+            raise ValueError(f"no trial has the role {' or '.join(map(repr, roles))}; there are {there}")
+        return Measurement(tuple(found), self.facts)
+
+    def named(self, name: str) -> Trial:
+        """A trial by its name. Raises KeyError for an unknown one."""
+        for trial in self.trials:
+            if trial.name == name:
+                return trial
+        raise KeyError(f"no trial {name!r}; there are {', '.join(t.name for t in self.trials)}")
+
+    @property
+    def roles(self) -> tuple[str, ...]:
+        """The roles that trials have, in the order of `LABELS`."""
+        return tuple(r for r in LABELS["role"] if any(t.role == r for t in self.trials))
+
+    @property
+    def samples(self) -> int:
+        return sum(t.samples for t in self.trials)
+
+
+# --- checks
+def check(trial: str, columns: dict[str, np.ndarray], row: Where = "row {}".format) -> None:
+    """Raises ValueError for columns (n,) of a trial that are too short, not finite, or whose time is uneven.
+
+    row: says where sample i stands; rows count from 0.
+    """
+    time = columns["time"]
+    if len(time) < FEWEST:
+        raise ValueError(f"trial {trial!r} has {len(time)} samples; at least {FEWEST} are needed")
+    for name, values in columns.items():
+        if (bad := ~np.isfinite(values)).any():
+            i = int(bad.argmax())
+            raise ValueError(f"trial {trial!r}, {row(i)}, column {name}: {values[i]} is not a finite number")
+    steps = np.diff(time)
+    step = float(np.median(steps))
+    if (bad := steps <= 0.0).any():
+        i = int(bad.argmax()) + 1
+        raise ValueError(
+            f"trial {trial!r}, {row(i)}, column time: {time[i]:.9g} s does not come after {time[i - 1]:.9g} s"
+        )
+    if (bad := abs(steps - step) > UNEVEN * step).any():
+        i = int(bad.argmax()) + 1
+        raise ValueError(
+            f"trial {trial!r}, {row(i)}, column time: {steps[i - 1]:.6g} s after the row before, others {step:.6g} s; "
+            "time must go in even steps"
+        )
+
+
+def check_units(measurement: Measurement, row: Callable[[str], Where] = lambda trial: "row {}".format) -> None:
+    """Raises ValueError for numbers no test of a ball joint gives, which other units than SI would explain.
+
+    A time step over 0.05 s (ms), rates over 50 rad/s or angles of over half a turn of tilt or a turn of spin from end
+    to end (degrees), a largest torque over 200 N m (N mm) or under 0.001 N m (kN m), and a torque that never changes
+    about an axis that turns (a dead sensor). Small motions in degrees pass: they look like large ones in radians.
+    """
+    for trial in measurement.trials:
+        said = f"trial {trial.name!r}"
+        if trial.step > LONGEST_STEP:
+            raise ValueError(
+                f"{said}, column time: steps of {trial.step:g} s; is it in ms? {CALL.format('time_ms', 'ms')}"
+            )
+        for i, axis in enumerate(AXES):
+            rate, angle = abs(trial.rate[:, i]), trial.angle[:, i]
+            hint = f"is it in degrees? {CALL.format(f'rate_{axis}_deg_s', 'deg/s')}"
+            if rate.max() > HIGHEST_RATE:
+                where = f"{said}, {row(trial.name)(int(rate.argmax()))}, column rate_{axis}"
+                raise ValueError(f"{where}: {rate.max():g} rad/s is more than {HIGHEST_RATE:g} rad/s; {hint}")
+            widest = WIDEST_SPIN if axis == "z" else WIDEST_TILT
+            if (swept := float(np.ptp(angle))) > widest:
+                where = f"{said}, {row(trial.name)(int(angle.argmax()))}, column rate_{axis}"
+                raise ValueError(f"{where}: it turns through {swept:.4g} rad, more than {widest:.4g} rad; {hint}")
+            if trial.measured[i] and rate.any() and not np.ptp(trial.torque[:, i]):
+                raise ValueError(
+                    f"{said}, column torque_{axis}: {trial.torque[0, i]:g} N m in all rows; nothing measured?"
+                )
+    peaks = [abs(t.torque).max() for t in measurement.trials]
+    trial, peak = measurement.trials[int(np.argmax(peaks))], max(peaks)
+    if not TORQUES[0] <= peak <= TORQUES[1]:
+        i, k = np.unravel_index(abs(trial.torque).argmax(), trial.torque.shape)
+        where = f"trial {trial.name!r}, {row(trial.name)(int(i))}, column torque_{AXES[k]}"
+        hint = f"in N mm? {CALL.format(f'torque_{AXES[k]}_N_mm', 'N mm')}" if peak > TORQUES[1] else "in kN m?"
+        raise ValueError(f"{where}: no ball joint has a largest torque of {peak:g} N m; is it {hint}")
+
+
+# --- reading
+def read(path: str | Path, *, trusted: bool = False) -> Measurement:
+    """Read a measurement, CSV where the file's name ends so, else HDF5.
+
+    trusted: leave out `check_units`. Raises FileNotFoundError, and ValueError naming trial, row and column.
+    """
+    path = Path(path)
+    if path.suffix.lower() == ".csv":
+        if not path.exists():
+            raise FileNotFoundError(f"no measurement file {path}")
+        return _checked(path, trusted, lambda rows: _read_csv(path, rows))
+    with open_checked(path, "clearance measurement", FORMAT, FORMAT_VERSION) as file:
+        return _checked(path, trusted, lambda rows: _read_hdf5(file))
+
+
+def _checked(path: Path, trusted: bool, load: Callable[[dict[str, Where]], Measurement]) -> Measurement:
+    """What `load` makes of a file, looked at; all its errors name the file."""
+    rows: dict[str, Where] = {}
+    try:
+        measurement = load(rows)
+        if not trusted:
+            check_units(measurement, lambda trial: rows.get(trial, "row {}".format))
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    return measurement
+
+
+def _trial(name: str, columns: dict[str, np.ndarray], labels: dict, facts: dict, row: Where = "row {}".format) -> Trial:
+    """A trial of SI columns (n,): those of rate that are missing are zero, those of torque were not measured."""
+    time = columns.get("time")
+    measured = tuple(f"torque_{a}" in columns for a in AXES)
+    if time is None:
+        raise ValueError(f"trial {name!r} has no column time; it has {', '.join(columns) or 'none'}")
+    if not any(measured):
+        raise ValueError(f"trial {name!r} has no column torque_x, torque_y or torque_z that is filled")
+    for axis, known in zip(AXES, measured, strict=True):
+        if known and f"rate_{axis}" not in columns:
+            raise ValueError(f"trial {name!r} has a column torque_{axis} but no column rate_{axis}")
+    check(name, columns, row)
+    still = np.zeros(len(time))
+    rate, torque = (np.stack([columns.get(f"{q}_{a}", still) for a in AXES], axis=1) for q in ("rate", "torque"))
+    spins, tilts = bool(rate[:, 2].any()), bool(rate[:, :2].any())
+    own = {"kind": "other", "role": "training", "axis": "mixed" if spins and tilts else "spin" if spins else "tilt"}
+    return Trial(name, **own | labels, time=time, rate=rate, torque=torque, measured=measured, facts=facts)
+
+
+def _read_hdf5(file) -> Measurement:
+    if "trials" not in file or not len(file["trials"]):
+        raise ValueError("the file has no trials")
+    groups = sorted(file["trials"].items(), key=lambda item: (item[1].attrs.get("order", 0), item[0]))
+    trials = [_hdf5_trial(name, group) for name, group in groups]
+    own = {*provenance(), "format"}
+    return Measurement(tuple(trials), {k: plain(v) for k, v in file.attrs.items() if k not in own})
+
+
+def _hdf5_trial(name: str, group) -> Trial:
+    """A trial of a group of datasets, in the units they say."""
+    columns = {}
+    for column in (c for q in UNITS for c in ([q] if q == "time" else [f"{q}_{a}" for a in AXES]) if c in group):
+        data, where = group[column], f"trial {name!r}, column {column}"
+        units, known = str(data.attrs.get("units", "")), UNITS[column.partition("_")[0]]
+        if units not in known:
+            raise ValueError(f"{where}: its units must be {' or '.join(known)}, got {units!r}")
+        if data.ndim != 1 or data.dtype.kind not in "iuf":
+            raise ValueError(f"{where} must be one row of numbers, got {data.dtype} of shape {data.shape}")
+        columns[column] = np.asarray(data[()], float) * known[units]
+    lengths = {c: len(v) for c, v in columns.items()}
+    if len(set(lengths.values())) > 1:
+        raise ValueError(f"trial {name!r} has columns of different length: {lengths}")
+    facts = {k: plain(v) for k, v in group.attrs.items() if k != "order"}
+    labels = {label: facts.pop(label) for label in LABELS if label in facts}
+    return _trial(name, columns, labels, facts)
+
+
+def plain(value):
+    """An HDF5 attribute as plain Python data."""
+    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+
+
+def _read_csv(path: Path, rows: dict[str, Where]) -> Measurement:
+    """Read a CSV file; `rows` is filled with what says the line of a trial's sample."""
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except UnicodeDecodeError as error:
+        raise ValueError(f"not a text file: {error}") from None
+    kept = [(i, t) for i, t in enumerate(lines, 1) if t.strip() and not t.startswith("#")]
+    if len(kept) < 2:
+        raise ValueError("there are no samples" if kept else "the file is empty")
+    header = kept[0][1]
+    mark = next((m for m in ";\t" if m in header), ",")
+    names = [n.strip() for n in next(csv.reader([header], delimiter=mark))]
+    known = _csv_columns(names)
+    cells = list(csv.reader((t for _, t in kept[1:]), delimiter=mark))
+    numbers = np.array([i for i, _ in kept[1:]])
+    for line, found in zip(numbers, cells, strict=True):
+        if len(found) != len(names):
+            raise ValueError(f"line {line}: {len(found)} cells under a header of {len(names)}")
+    table = dict(zip(names, zip(*cells, strict=True), strict=True))
+    facts, own = _csv_facts(t for t in lines if t.startswith("#"))
+    left = [n for n in names if n not in known and n not in ("trial", *LABELS)]
+    trials = [_csv_trial(name, part, table, known, numbers, own, rows) for name, part in _parts(path, table, numbers)]
+    return Measurement(tuple(trials), facts | ({"columns_left_aside": left} if left else {}))
+
+
+def _csv_columns(names: list[str]) -> dict[str, tuple[str, float]]:
+    """Columns of numbers by their heading: SI name, and factor to SI. Raises ValueError for those that cannot be."""
+    known = {}
+    for quantity, units in UNITS.items():
+        for stem in ["time"] if quantity == "time" else [f"{quantity}_{a}" for a in AXES]:
+            known[stem] = stem, 1.0
+            known |= {f"{stem}_{u.replace('/', '_').replace(' ', '_')}": (stem, f) for u, f in units.items()}
+    if twice := [n for n in names if names.count(n) > 1]:
+        raise ValueError(f"column {twice[0]!r} comes twice")
+    for name in names:
+        if name not in known and name.lower().startswith(tuple(UNITS)):
+            raise ValueError(f"column {name!r} is not known; known are trial, {', '.join([*LABELS, *known])}")
+    found = {n: known[n] for n in names if n in known}
+    stems = [stem for stem, _ in found.values()]
+    if twice := [s for s in stems if stems.count(s) > 1]:
+        raise ValueError(f"column {twice[0]} comes twice, in different units")
+    for quantity in UNITS:
+        if not any(s.startswith(quantity) for s in stems):
+            wanted = quantity if quantity == "time" else f"{quantity}_x, {quantity}_y or {quantity}_z"
+            raise ValueError(f"there is no column {wanted}; there are {', '.join(names)}")
+    return found
+
+
+def _csv_facts(comments: Iterable[str]) -> tuple[dict, dict[str, dict]]:
+    """Facts of the measurement, and of trials by their names, out of lines "# name = value"."""
+    facts: dict = {}
+    own: dict[str, dict] = {}
+    for text in comments:
+        name, equals, value = text.lstrip("# ").partition("=")
+        if not equals:
+            continue
+        trial, dot, short = name.strip().rpartition(".")
+        (own.setdefault(trial, {}) if dot else facts)[short] = _value(value.strip())
+    return facts, own
+
+
+def _value(text: str):
+    """A number, a truth value, a list of numbers in brackets, or the text itself."""
+    if text.startswith("[") and text.endswith("]"):
+        return [_value(part.strip()) for part in text[1:-1].split(",")]
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            pass
+    return {"True": True, "False": False}.get(text, text)
+
+
+def _parts(path: Path, table: dict, numbers: np.ndarray) -> list[tuple[str, slice]]:
+    """Names of trials and their rows. Raises ValueError where a trial goes on after another one."""
+    if "trial" not in table:
+        return [(path.stem.replace(".", "_").replace(" ", "_"), slice(None))]
+    labels = np.array(table["trial"])
+    starts = np.flatnonzero(np.append(True, labels[1:] != labels[:-1]))
+    found: dict[str, slice] = {}
+    for begin, end in zip(starts, [*starts[1:], len(labels)], strict=True):
+        name = str(labels[begin]).strip()
+        if name in found:
+            raise ValueError(f"line {numbers[begin]}: trial {name!r} comes a second time")
+        found[name] = slice(begin, end)
+    return list(found.items())
+
+
+def _csv_trial(name: str, part: slice, table: dict, known: dict, numbers, own: dict, rows: dict) -> Trial:
+    lines = numbers[part]
+    rows[name] = lambda i: f"line {lines[i]}"
+    columns = {}
+    for heading, (stem, factor) in known.items():
+        texts = table[heading][part]
+        if stem != "time" and not any(t.strip() for t in texts):
+            continue
+        columns[stem] = _numbers(name, heading, texts, lines) * factor
+    labels = {}
+    for label in LABELS:
+        if label in table:
+            found = {t.strip() for t in table[label][part]}
+            if len(found) > 1:
+                raise ValueError(f"trial {name!r} has several {label}s: {', '.join(sorted(found))}")
+            labels[label] = found.pop()
+    return _trial(name, columns, labels, own.get(name, {}), rows[name])
+
+
+def _numbers(trial: str, column: str, texts, lines: np.ndarray) -> np.ndarray:
+    """Cells of a column as numbers. Raises ValueError naming the first that is none."""
+    try:
+        return np.array(texts, dtype=float)
+    except ValueError:
+        for text, line in zip(texts, lines, strict=True):
+            try:
+                float(text)
+            except ValueError:
+                said = "is empty" if not text.strip() else f"{text!r} is not a number"
+                raise ValueError(f"trial {trial!r}, line {line}, column {column}: {said}") from None
+        raise
+
+
+# --- writing
+def write(path: str | Path, measurement: Measurement) -> Path:
+    """Write a measurement, CSV where the file's name ends so, else HDF5; whole or not at all."""
+    path = Path(path)
+    if path.suffix.lower() == ".csv":
+        return _write_csv(path, measurement)
+    tables = {}
+    for order, trial in enumerate(measurement.trials):
+        columns = {
+            column: (next(iter(UNITS[q := column.partition("_")[0]])), f"{WHAT[q]} {column[len(q) + 1 :]}".strip(), v)
+            for column, v in _columns(trial).items()
+        }
+        labels = {label: getattr(trial, label) for label in LABELS}
+        tables[f"trials/{trial.name}"] = {**labels, "order": order, **trial.facts}, columns
+    return save_tables(path, FORMAT, {**measurement.facts, "format_version": FORMAT_VERSION}, tables)
+
+
+def _columns(trial: Trial) -> dict[str, np.ndarray]:
+    """What is kept of a trial: time, all rates, and the torques that were measured."""
+    rates = {f"rate_{a}": trial.rate[:, i] for i, a in enumerate(AXES)}
+    torques = {f"torque_{a}": trial.torque[:, i] for i, a in enumerate(AXES) if trial.measured[i]}
+    return {"time": trial.time, **rates, **torques}
+
+
+def _write_csv(path: Path, measurement: Measurement) -> Path:
+    names = ["time", *(f"{q}_{a}" for q in ("rate", "torque") for a in AXES)]
+    with replacing(path) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
+        file.writelines(f"# {k} = {v}\n" for k, v in measurement.facts.items())
+        file.writelines(f"# {t.name}.{k} = {v}\n" for t in measurement.trials for k, v in t.facts.items())
+        out = csv.writer(file)
+        out.writerow(["trial", *LABELS, *names])
+        for t in measurement.trials:
+            labels, columns = [t.name, *(getattr(t, label) for label in LABELS)], _columns(t)
+            cells = [map(repr, columns[n].tolist()) if n in columns else [""] * t.samples for n in names]
+            out.writerows([*labels, *row] for row in zip(*cells, strict=True))
+    return path

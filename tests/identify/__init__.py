@@ -1,0 +1,1 @@
+"""Tests of ball-joint friction: models, records, estimation."""

@@ -1,0 +1,194 @@
+"""`clearance bench-data` and `clearance identify` from end to end."""
+
+import importlib.util
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from clearance.cli import main
+from clearance.identify.bench import bench
+from clearance.identify.fit import fit, open_fit
+from clearance.identify.records import Measurement, read, write
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory):
+    path = tmp_path_factory.mktemp("data") / "bench.h5"
+    assert main(["bench-data", "ball_joint", "-o", str(path)]) == 0
+    return path
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    """The faster trials about the stud, for runs that only have to go through."""
+    whole = bench()
+    names = "p07_triangle_spin", "p08_triangle_spin", "p12_sine_spin", "p17_mixed_crossing"
+    return write(tmp_path_factory.mktemp("small") / "small.csv", Measurement([whole.named(n) for n in names]))
+
+
+def told(capsys) -> str:
+    return capsys.readouterr().out
+
+
+def test_bench_data_is_what_bench_makes(data):
+    for a, b in zip(read(data).trials, bench().trials, strict=True):
+        np.testing.assert_array_equal(a.torque, b.torque)
+
+
+def test_bench_data_says_what_it_wrote(tmp_path, capsys):
+    path = tmp_path / "b.csv"
+    assert main(["bench-data", "ball_joint", "-o", str(path), "--seed", "3", "--scatter", "0", "--noise", "0.1"]) == 0
+    out = told(capsys)
+    assert "nothing of it was measured" in out
+    assert str(path) in out
+    assert "training         6 trials   57600 samples" in out
+    assert read(path).facts["noise"] == 0.1
+    assert main(["bench-data", "ball_joint", "-o", str(tmp_path / "b.h5"), "--json"]) == 0
+    document = json.loads(told(capsys))
+    assert document["status"] == "complete"
+    assert document["roles"]["test"] == {"trials": 10, "samples": 71600}
+    assert document["facts"]["synthetic"] is True
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["-o", "x.txt"], "must end in .h5, .hdf5 or .csv"),
+        (["--scatter", "-1"], "scatter must not be negative"),
+        (["--seed", "-1"], "seed must be a whole number from 0 on"),
+    ],
+)
+def test_bad_bench_data(tmp_path, monkeypatch, capsys, arguments, said):
+    monkeypatch.chdir(tmp_path)
+    assert main(["bench-data", "ball_joint", *arguments]) == 2
+    assert said in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_unknown_joint(capsys):
+    with pytest.raises(SystemExit) as status:
+        main(["bench-data", "hinge"])
+    assert status.value.code == 2
+    assert "ball_joint" in capsys.readouterr().err
+
+
+def test_the_whole_round(data, tmp_path, capsys):
+    """Data, fit, printed numbers and files agree with the Python interface."""
+    out = tmp_path / "fit"
+    assert main(["identify", "--model", "lugre3d", "--data", str(data), "-o", str(out), "--starts", "2", "--json"]) == 0
+    document = json.loads(told(capsys))
+    expected = fit(read(data), "lugre3d", starts=2)
+    assert document["model"] == "lugre3d"
+    assert document["synthetic"] is True
+    assert document["fitted"] == 57600
+    assert {n: p["value"] for n, p in document["parameters"].items()} == pytest.approx(expected.values, rel=1e-9)
+    for name, p in document["parameters"].items():
+        assert p["low"] <= p["value"] <= p["high"], name
+        assert p["units"] == {q.name: q.units for q in expected.model.parameters}[name]
+    assert {r: s["nrmse"] for r, s in document["scores"].items()} == pytest.approx(expected.nrmse, rel=1e-9)
+    assert document["scores"]["training"]["nrmse"] <= 0.13
+    assert 0.2 <= document["scores"]["test"]["nrmse"] <= 0.3
+    assert document["files"] == [str(out / "fit.h5"), str(out / "modelled.h5")]
+    kept = open_fit(out / "fit.h5")
+    assert kept.values == pytest.approx(expected.values, rel=1e-9)
+    assert kept.facts["data"] == str(data)
+    modelled = read(out / "modelled.h5")
+    assert modelled.facts["modelled_by"] == "lugre3d"
+    for a, b in zip(modelled.trials, read(data).trials, strict=True):
+        np.testing.assert_array_equal(a.torque[:, b.measured], kept.torque(b)[:, b.measured])
+
+
+def test_readable(small, capsys):
+    assert main(["identify", "--model", "lugre1d", "--data", str(small), "--starts", "1"]) == 0
+    out = told(capsys).splitlines()
+    assert out[0].startswith("lugre1d of ")
+    assert "samples of training in" in out[0]
+    stiffness = next(line for line in out if line.split()[0] == "spin_stiffness")
+    assert "N m/rad" in stiffness
+    assert "95 %" in stiffness
+    for role in ("training", "test", "extrapolation"):
+        assert any(line.split()[0] == role for line in out)
+    assert any("doubt" in line and "tilt_" in line for line in out)  # nothing was said about tilt
+
+
+def test_pictures(small, tmp_path, capsys):
+    out = tmp_path / "out"
+    arguments = ["identify", "--model", "lugre3d", "--data", str(small), "-o", str(out), "--starts", "2", "--plot"]
+    assert main(arguments) == 0
+    roles = "training", "test", "extrapolation"
+    wanted = {f"{kind}_{role}.png" for kind in ("loops", "time") for role in roles}
+    wanted |= {"residuals.png", "progress.png", "fit.h5", "modelled.h5"}
+    assert {p.name for p in out.iterdir()} == wanted
+    said = told(capsys)
+    assert all(str(out / name) in said for name in wanted)
+    for path in out.glob("*.png"):
+        assert path.read_bytes().startswith(b"\x89PNG")
+        assert path.stat().st_size > 10_000, path
+
+
+def test_roles(small, capsys):
+    arguments = ["identify", "--model", "curve", "--data", str(small), "--roles", "training, test", "--json"]
+    assert main(arguments) == 0
+    document = json.loads(told(capsys))
+    assert document["roles"] == ["training", "test"]
+    assert document["fitted"] == read(small).of("training", "test").samples
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--model", "dahl"], "model must be one of lugre1d, lugre3d, curve, lstm, got 'dahl'"),
+        (["--roles", "exam"], "no trial has a role of exam"),
+        (["--starts", "0"], "starts must be at least 1, got 0"),
+        (["--plot"], "--plot needs a folder for the pictures: give -o DIR"),
+        (["--data", "none.h5"], "no measurement file none.h5"),
+    ],
+)
+def test_bad_input(small, capsys, arguments, said):
+    assert main(["identify", "--data", str(small), *arguments]) == 2
+    assert said in capsys.readouterr().err
+    assert main(["identify", "--data", str(small), *arguments, "--json"]) == 2
+    document = json.loads(told(capsys))
+    assert document["status"] == "wrong input"
+    assert said in document["message"]
+
+
+def test_units_can_be_trusted(small, tmp_path, capsys):
+    """Torques of N mm that are said to be N m: noticed, and taken at their word where that is asked for."""
+    path = tmp_path / "large.h5"
+    path.write_bytes(write(tmp_path / "copy.h5", read(small)).read_bytes())
+    with h5py.File(path, "a") as file:
+        for group in file["trials"].values():
+            for name in set(group) & {"torque_x", "torque_z"}:
+                group[name][...] = 1e3 * group[name][()]
+    arguments = ["identify", "--data", str(path), "--model", "curve"]
+    assert main(arguments) == 2
+    assert "is it in N mm?" in capsys.readouterr().err
+    bounded = [*arguments, "--trust-units"]
+    assert main(bounded) == 0
+    assert "curve of" in told(capsys)
+
+
+def test_bad_rows_are_named(small, tmp_path, capsys):
+    text = Path(small).read_text().splitlines()
+    header = next(i for i, t in enumerate(text) if t.startswith("trial,"))
+    cells = text[header + 8].split(",")
+    cells[-1] = "nan"
+    text[header + 8] = ",".join(cells)
+    path = tmp_path / "bad.csv"
+    path.write_text("\n".join(text))
+    assert main(["identify", "--data", str(path)]) == 2
+    said = capsys.readouterr().err
+    assert f"bad.csv: trial 'p07_triangle_spin', line {header + 9}, column torque_z: nan" in said
+
+
+def test_lstm_without_its_extra_says_what_to_install(small, monkeypatch, capsys):
+    found = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name, *a: None if name == "jax" else found(name, *a))
+    assert main(["identify", "--model", "lstm", "--data", str(small)]) == 2
+    said = capsys.readouterr().err
+    assert "jax" in said
+    assert "clearance[learn]" in said

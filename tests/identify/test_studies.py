@@ -1,0 +1,179 @@
+"""The studies: numbers that are known otherwise, and what the source says of its models."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from clearance.identify import learn, models, studies
+from clearance.identify.bench import bench
+from clearance.identify.fit import fit, nrmse
+
+WHITE = ("lugre3d", "lugre1d", "curve")
+
+
+@pytest.fixture(scope="module")
+def measurement():
+    return bench()
+
+
+@pytest.fixture(scope="module")
+def fits(measurement):
+    return studies.fitted(measurement, WHITE, starts=1)
+
+
+@pytest.fixture(scope="module")
+def beyond(fits):
+    return studies.extrapolations(fits)
+
+
+@pytest.fixture(scope="module")
+def simulated(fits):
+    return {f.model: f for f in studies.fixed_steps(fits, until=0.4)}
+
+
+def test_errors_are_those_of_the_definition_and_stand_beside_the_source(fits, measurement):
+    found = {e.model: e for e in studies.errors(fits, measurement)}
+    trials = measurement.of("test").trials
+    measured, modelled = (
+        np.concatenate([t[:, trial.measured].ravel() for t, trial in zip(column, trials, strict=True)])
+        for column in ([t.torque for t in trials], [fits["curve"].torque(t) for t in trials])
+    )
+    assert found["curve"].test == pytest.approx(nrmse(measured, modelled), rel=1e-12)
+    assert found["curve"].test_over_range == pytest.approx(nrmse(measured, modelled, over="range"), rel=1e-12)
+    assert (found["lugre3d"].source_training, found["lugre3d"].source_test) == (0.1288, 0.2596)
+    assert found["lugre3d"].training == pytest.approx(found["lugre1d"].training, rel=1e-9)  # single axes: one model
+    for role in ("training", "test"):
+        assert getattr(found["lugre3d"], role) < getattr(found["curve"], role)
+
+
+def test_the_curve_says_too_much_where_excitation_is_small(beyond):
+    """In presliding the true torque is what bristles give, the curve's that of sliding."""
+    tiny = [e for e in beyond if e.trial.name.startswith("sine_")]
+    assert len(tiny) == len(studies.TINY)
+    for e in tiny:
+        assert e.group == "small"
+        assert e.peak["curve"] > 1.5
+        assert e.energy["curve"] > 3.0
+        assert e.peak["lugre3d"] < 1.2
+        assert e.nrmse["lugre3d"] < 0.5 * e.nrmse["curve"]
+
+
+def test_coupled_axes_are_what_mixed_motion_needs(beyond):
+    mixed = [e for e in beyond if e.group == "mixed"]
+    assert len(mixed) >= 3
+    for e in mixed:
+        assert e.nrmse["lugre3d"] < 0.9 * e.nrmse["lugre1d"]
+        assert e.energy["lugre1d"] > e.energy["lugre3d"]
+    for e in beyond:
+        if e.group != "mixed":
+            assert e.nrmse["lugre3d"] == pytest.approx(e.nrmse["lugre1d"], rel=1e-9)
+
+
+def test_asymmetry(beyond, measurement):
+    trial = next(t for t in measurement.trials if t.axis == "spin")
+    assert studies.asymmetry_of(lambda t: t.rate, trial) == 0.0
+    assert studies.asymmetry_of(lambda t: abs(t.rate), trial) == pytest.approx(2.0)
+    assert studies.asymmetry_of(lambda t: 0.0 * t.rate, trial) == 0.0
+    for e in beyond:
+        assert all(e.asymmetry[n] < 1e-12 for n in WHITE)  # odd by construction
+        assert 0.0 < e.asymmetry["truth"] < 0.2  # two directions, 4 % apart from their mean
+
+
+def test_a_fixed_step_makes_the_curve_chatter_and_leaves_bristles_at_rest(simulated):
+    curve, lugre = simulated["curve"], simulated["lugre3d"]
+    i = int(np.argmin(abs(curve.steps - studies.STEP)))
+    assert curve.growth[i] > 2.0
+    assert lugre.growth[i] < 1.0
+    assert curve.chatter[i] > 1e-2
+    assert lugre.chatter[i] < 1e-4 * curve.chatter[i]
+    assert curve.stable < studies.STEP < lugre.stable
+
+
+@pytest.mark.parametrize("name", WHITE)
+def test_the_largest_stable_step_is_the_one_of_linear_analysis(simulated, name):
+    found = simulated[name]
+    steps = list(found.steps)
+    assert found.stable < found.bound < steps[steps.index(found.stable) + 1] * (1.0 + 1e-9)
+
+
+def test_a_disturbance_of_the_curve_grows_as_its_slope_says(fits, simulated):
+    """Exact: the curve is straight up to its first knot."""
+    found = simulated["curve"]
+    expected = abs(1.0 - 2.0 * found.steps / found.bound)
+    fast = (expected > 1.5) & (expected < 50.0)
+    assert fast.sum() >= 3
+    assert np.allclose(found.growth[fast], expected[fast], rtol=1e-6)
+
+
+def test_a_disturbance_of_bristles_decays_as_their_step_matrix_says(fits, simulated):
+    """Near the largest stable step, where one real eigenvalue rules; elsewhere waves beat."""
+    model, values, found = fits["lugre3d"].model, fits["lugre3d"].values, simulated["lugre3d"]
+    _, stiffness, damping, viscous = model.functions(values, np.zeros(1))[2, :, 0]
+    for dt, growth in zip(found.steps, found.growth, strict=True):
+        moved = np.array([[1.0, dt], [-dt * stiffness, -dt * (dt * stiffness + damping + viscous)]])
+        moved[1] /= studies.INERTIA
+        moved[1, 1] += 1.0
+        eigenvalues = np.linalg.eigvals(moved)
+        if dt >= studies.STEP and abs(eigenvalues.imag).max() == 0.0:
+            assert growth == pytest.approx(abs(eigenvalues).max(), rel=0.05)
+
+
+def test_progress_ends_at_the_training_error(fits, measurement):
+    found = {p.model: p for p in studies.progress(fits, measurement)}
+    for name, fitted in fits.items():
+        assert found[name].error[-1] == pytest.approx(fitted.nrmse["training"], rel=1e-6)
+        assert (np.diff(found[name].error) <= 1e-12).all()
+    assert len(found["lugre3d"].error) > 3
+    assert found["lugre3d"].ends[0] >= found["lugre3d"].error[-1] * (1.0 - 1e-9)
+
+
+def test_known_parameters_come_back():
+    found = studies.recovery("lugre3d", seeds=(0,), starts=1)
+    assert found.found.shape == (1, len(found.names)) == found.errors.shape
+    assert found.true[found.names.index("spin_kinetic")] == pytest.approx(1.6)
+    assert abs(found.errors).max() < 0.02
+
+
+def test_steps_are_much_faster_than_time(fits):
+    """A microsecond a step is asked for; one tenth of it was measured."""
+    for found in studies.speeds(fits, count=20_000):
+        assert 0.0 < found.compiled < 1e-6
+        assert found.factor == pytest.approx(1e-3 / found.compiled)
+        assert found.compiled < found.python
+
+
+def test_without_the_extra_the_lstm_is_left_out_and_said_so(measurement, fits, beyond, simulated, monkeypatch):
+    monkeypatch.setattr(learn, "missing", lambda: "install clearance[learn]")
+    said = []
+    assert list(studies.fitted(measurement, ["curve", "lstm"], progress=said.append)) == ["curve"]
+    assert said[-1] == "lstm left out: install clearance[learn]"
+    found = studies.Study(
+        fits, studies.errors(fits, measurement), beyond, [*simulated.values()], studies.progress(fits, measurement),
+        [], studies.speeds(fits, count=100, repeats=1), [f"lstm: {learn.missing()}"],
+    )  # fmt: skip
+    lines = studies.tables(found)
+    assert lines[-1] == "\nLeft out: lstm: install clearance[learn]."
+    row = next(line for line in lines if line.startswith("| lugre3d | 0."))
+    assert f"| {fits['lugre3d'].nrmse['training']:.4f} | 0.1288 |" in row
+    heads = [i for i, line in enumerate(lines) if line.startswith("|---")]
+    assert len(heads) == 5
+    for i in heads:
+        cells = lines[i].count("|")
+        for line in lines[i - 1 :]:
+            if not line.startswith("|"):
+                break
+            assert line.count("|") == cells
+
+
+def test_stability_bounds_of_models_without_one(fits):
+    static = models.model("lugre3d", static=True)
+    assert np.isnan(studies.stability_bound(static, [p.typical for p in static.parameters], 0.01))
+    flat = replace(fits["curve"], values=dict.fromkeys(fits["curve"].values, 0.0))
+    assert studies.stability_bound(flat.model, flat.values, 0.01) == 0.0
+
+
+def test_a_role_that_is_missing(measurement):
+    only = measurement.of("training")
+    with pytest.raises(ValueError, match="no trial has the role 'test'"):
+        studies.errors({"curve": fit(only, "curve")}, only)
