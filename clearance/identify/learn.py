@@ -32,6 +32,7 @@ from clearance.mechanism.store import njit
 
 GATES = 4  # input, forget, candidate, output
 SINCE, TURNED, HELD, UNITS = 0, 1, 4, 7  # state: time [s] and angles [rad] since the last interval; torque; h and c
+PASSES = 3  # over the windows in an epoch, which begins with a run along whole trials
 CLIP = 1.0  # largest norm of a step's gradient
 RATE_LEFT = 0.01  # learning rate at the last epoch, over that at the first
 PACKAGES = "jax", "equinox", "optax"
@@ -118,8 +119,8 @@ class LSTM(Model):
     logarithmic. An axis that no trial measured gets no torque.
 
     Training: window, samples that count of a window, and lead, those before them, in intervals; batch, windows a step;
-    held_out, share of the windows that is not trained on; epochs, most passes over the others; patience, epochs
-    without a better score of the windows held out before it ends; rate, Adam's step at first.
+    held_out, share of the windows that is not trained on; epochs, most of them, of three passes over the
+    others each; patience, epochs without a better score of the windows held out before it ends; rate, Adam's at first.
     """
 
     hidden: int = 16
@@ -129,8 +130,8 @@ class LSTM(Model):
     lead: int = 125
     batch: int = 8
     held_out: float = 0.15
-    epochs: int = 600
-    patience: int = 150
+    epochs: int = 200
+    patience: int = 50
     rate: float = 0.01
 
     name: ClassVar[str] = "lstm"
@@ -308,8 +309,8 @@ def _train(model: LSTM, windows: Windows, seed: int, progress: Callable[[float],
     held = order[: max(1, round(model.held_out * len(order)))]
     kept = order[len(held) :]
     size = min(model.batch, len(kept))
-    passes = len(kept) // size
-    rate = optax.cosine_decay_schedule(model.rate, model.epochs * passes, RATE_LEFT)
+    used = len(kept) // size * size
+    rate = optax.cosine_decay_schedule(model.rate, model.epochs * PASSES * used // size, RATE_LEFT)
     adam = optax.chain(optax.clip_by_global_norm(CLIP), optax.adam(rate))
     data = tuple(jax.numpy.asarray(d) for d in (windows.rate, windows.begun, windows.torque, windows.counts))
 
@@ -330,7 +331,8 @@ def _train(model: LSTM, windows: Windows, seed: int, progress: Callable[[float],
     network = best = _network(model, jax.random.PRNGKey(seed))
     state, losses, others = adam.init(eqx.filter(network, eqx.is_array)), [], []
     while len(losses) < model.epochs and len(losses) - int(np.argmin(others or [0.0])) <= model.patience:
-        batches, before = random.permutation(kept)[: passes * size].reshape(passes, size), network
+        batches = np.concatenate([random.permutation(kept)[:used] for _ in range(PASSES)]).reshape(-1, size)
+        before = network
         network, state, error, other = epoch(network, state, batches)
         losses.append(float(error))
         others.append(float(other))

@@ -30,7 +30,8 @@ STEP = 1e-3  # s, of the source's simulator
 INERTIA = 0.01  # kg m2, of a link about its ball joint: 2 kg at 7 cm
 LOAD = (1.0, 0.0, 1.0)  # N m about the axes, less than breaks the joint away: it has to stick
 STEPS = tuple(1e-3 * 2.0 ** (k / 2.0) for k in range(-14, 7))  # s
-SMALL, LARGE, LONG = 1e-9, 1e-5, 400  # disturbance [rad/s], where it counts as grown, steps it is followed
+SMALL, LARGE, GONE = 1e-9, 1e-5, 1e-100  # disturbance [rad/s], where it counts as grown, and as gone
+FOLLOWED = 0.4  # s, how long it is followed at most
 TIMED, REPEATS = 200_000, 5  # steps of a timing, of which the fastest repeat counts
 
 Fits = Mapping[str, Fit]
@@ -207,7 +208,9 @@ def fixed_steps(
 def _fixed_step(model: models.Model, values, steps: np.ndarray, inertia: float, load, until: float) -> FixedStep:
     none, nudge = np.zeros(3), np.array([0.0, 0.0, SMALL])
     loaded = [_free(model, values, load, none, dt, int(until / dt), inertia) for dt in steps]
-    nudged, still = ([_free(model, values, none, w, dt, LONG, inertia)[:, 2] for dt in steps] for w in (nudge, none))
+    nudged, still = (
+        [_free(model, values, none, w, dt, int(FOLLOWED / dt), inertia)[:, 2] for dt in steps] for w in (nudge, none)
+    )
     growth = np.array([_growth(a - b) for a, b in zip(nudged, still, strict=True)])
     grown = np.flatnonzero(growth > 1.0)
     stable = steps[: grown[0]] if grown.size else steps
@@ -225,10 +228,10 @@ def _fixed_step(model: models.Model, values, steps: np.ndarray, inertia: float, 
 
 
 def _growth(disturbance: np.ndarray) -> float:
-    """Factor a step of a disturbance that starts at `SMALL`, until it is large or was followed long enough."""
+    """Factor a step of a disturbance that starts at `SMALL`, until it is large or gone or was followed long enough."""
     size = abs(disturbance)
-    n = int(np.argmax(size > LARGE)) or len(size) - 1
-    return float(max(size[max(n - 10, 1) : n + 1].max(), 1e-300) / SMALL) ** (1.0 / n)
+    n = int(np.argmax((size > LARGE) | (size < GONE))) or len(size) - 1
+    return float(size[max(n - 10, 1) : n + 1].max() / SMALL) ** (1.0 / n)
 
 
 def stability_bound(model: models.Model, values, inertia: float) -> float:

@@ -1,0 +1,186 @@
+"""Figures and tables of the ball-joint study: `python paper_figures/ball_joint.py [-o DIR] [--seed N]`.
+
+Fits the four models to the synthetic bench, prints the tables and writes ball_joint_nrmse.png,
+ball_joint_extrapolation.png, ball_joint_fixed_step.png and ball_joint_progress.png. About a minute; without the extra
+`learn` the lstm is left out.
+"""
+
+import argparse
+import math
+from pathlib import Path
+
+import numpy as np
+from clearance.postprocess.figures import finish, save, sheet
+
+from clearance.identify import studies
+
+NAMES = {"lugre3d": "LuGre 3-D", "lugre1d": "LuGre 1-D", "curve": "curve", "lstm": "LSTM"}
+STYLE = {
+    "truth": {"color": "0.55", "lw": 3.0},
+    "lugre3d": {"color": "#d55e00", "lw": 1.4},
+    "lugre1d": {"color": "#7b3294", "lw": 1.2, "ls": "--"},
+    "curve": {"color": "#00724f", "lw": 1.2, "ls": "-."},
+    "lstm": {"color": "#2f7ec0", "lw": 1.1},
+}
+TILT, SPIN = 0, 2
+
+
+def errors(found: studies.Study):
+    """NRMSE as bars beside the source's, and as a table."""
+    figure = sheet(9.0, 4.6)
+    bars, below = figure.subplots(2, 1, height_ratios=(3.0, 1.25))
+    names = [e.model for e in found.errors]
+    columns = {"training": ("#0b3d91", "#9db8e8"), "test": ("#c8102e", "#f0a8b2")}
+    for k, (role, (own, printed)) in enumerate(columns.items()):
+        place = np.arange(len(names)) + 0.44 * k - 0.33
+        ours, theirs = ([getattr(e, f"{who}{role}") for e in found.errors] for who in ("", "source_"))
+        for heights, shift, colour, who in ((ours, 0.0, own, "here"), (theirs, 0.2, printed, "source")):
+            drawn = bars.bar(place + shift, heights, 0.19, color=colour, label=f"{role}, {who}")
+            bars.bar_label(drawn, fmt="%.3f", fontsize=8, padding=1)
+    bars.set_xticks(range(len(names)), [NAMES[n] for n in names])
+    bars.set_xlim(-0.5, len(names) - 0.4)
+    bars.margins(y=0.12)
+    finish(bars, "rms error / rms torque [-]", "")
+    below.axis("off")
+    cells = [
+        [f"{e.training:.4f}", f"{e.source_training:.4f}", f"{e.test:.4f}", f"{e.source_test:.4f}",
+         f"{e.training_over_std:.3f}, {e.test_over_std:.3f}", f"{e.training_over_range:.3f}, {e.test_over_range:.3f}"]
+        for e in found.errors
+    ]  # fmt: skip
+    heads = ["training", "source", "test", "source", "training, test / std", "training, test / range"]
+    table = below.table(
+        cells, rowLabels=[NAMES[n] for n in names], colLabels=heads, colWidths=[0.13] * 4 + [0.22] * 2,
+        loc="center", cellLoc="center", edges="horizontal",
+    )  # fmt: skip
+    table.auto_set_font_size(False)
+    table.set_fontsize(9)
+    table.scale(1.0, 1.3)
+    return figure
+
+
+def extrapolation(found: studies.Study):
+    """Torques in fast, small and mixed motions, all errors, and asymmetry."""
+    figure = sheet(12.0, 8.4)
+    above, below = figure.subfigures(2, 1, height_ratios=(1.0, 1.15))
+    loops, (plane, error, asymmetry) = above.subplots(1, 3), below.subplots(1, 3)
+    known = {e.trial.name: e for e in found.extrapolations}
+    tiny, crossing = (next(e for n, e in known.items() if part in n) for part in ("sine_20", "crossing"))
+    _loop(loops[0], known["p15_triangle_spin"], "fast: spin at 400 deg/s")
+    _loop(loops[1], known["p13_sine_spin"], "small: spin of 0.2 deg at 20 Hz")
+    _loop(loops[2], tiny, "smaller: spin of 0.05 deg at 20 Hz")
+    _plane(plane, crossing)
+    _every(error, found, "nrmse", "rms error / rms torque [-]")
+    error.set_xscale("log")
+    error.set_xticks([0.1, 0.2, 0.5, 1.0, 2.0, 5.0], ["0.1", "0.2", "0.5", "1", "2", "5"])
+    error.set_xticks([], minor=True)
+    error.set_title("error against the truth", fontsize=10)
+    _every(asymmetry, found, "asymmetry", "rms of torque(w) + torque(-w) / rms [-]")
+    asymmetry.tick_params(labelleft=False)
+    asymmetry.set_title("asymmetry (0 in LuGre and curve)", fontsize=10)
+    handles, labels = loops[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False)
+    return figure
+
+
+def _loop(axes, e: studies.Extrapolation, title: str):
+    """Torque of spin over its angle, in the last two cycles."""
+    trial = e.trial
+    pace = trial.facts.get("frequency") or trial.facts["speed"] / (4.0 * trial.facts["amplitude"])
+    last = slice(max(trial.samples - round(2.0 / pace / trial.step), 0), None)
+    angle = np.degrees(trial.angle[last, SPIN])
+    angle -= 0.5 * (angle.max() + angle.min())
+    axes.plot(angle, trial.torque[last, SPIN], label="truth", **STYLE["truth"])
+    for name, torque in e.torque.items():
+        axes.plot(angle, torque[last, SPIN], label=NAMES[name], **STYLE[name])
+    axes.set_title(title, fontsize=10)
+    finish(axes, "torque [N m]", "angle [deg]", legend=False)
+
+
+def _plane(axes, e: studies.Extrapolation):
+    """Torque of spin over that of tilt, in the last third."""
+    last = slice(2 * e.trial.samples // 3, None)
+    axes.plot(e.trial.torque[last, TILT], e.trial.torque[last, SPIN], **STYLE["truth"])
+    for name, torque in e.torque.items():
+        axes.plot(torque[last, TILT], torque[last, SPIN], **STYLE[name])
+    axes.set_title("mixed: spin at 1.5 Hz, tilt at 1 Hz, 8 deg", fontsize=10)
+    finish(axes, "torque of spin [N m]", "torque of tilt [N m]", legend=False)
+
+
+def _every(axes, found: studies.Study, what: str, label: str):
+    """One number of each motion and model, motions by group."""
+    shown = sorted(found.extrapolations, key=lambda e: ("fast", "small", "mixed").index(e.group))
+    places = np.arange(len(shown))[::-1]
+    for name, mark in zip(STYLE, "oosD^", strict=True):
+        values = [getattr(e, what).get(name, 0.0) for e in shown]
+        if max(values) > 1e-9:
+            open_face = {"mfc": "none", "ms": 8} if name == "lugre1d" else {"ms": 5}
+            axes.plot(values, places, mark, color=STYLE[name]["color"], **open_face)
+    axes.set_yticks(places, [studies.described(e.trial) for e in shown], fontsize=7)
+    finish(axes, "", label, legend=False)
+
+
+def fixed_step(found: studies.Study):
+    """A preloaded joint simulated at 1 ms, and what remains and grows at other steps."""
+    figure = sheet(12.0, 4.2)
+    time, chatter, growth = figure.subplots(1, 3)
+    for f in found.fixed_steps:
+        style, name = STYLE[f.model], NAMES[f.model]
+        begin = f.time <= 0.1
+        time.plot(1e3 * f.time[begin], f.rate[begin, SPIN], label=name, **style)
+        chatter.loglog(1e3 * f.steps, np.maximum(f.chatter, 1e-9), **style)
+        growth.loglog(1e3 * f.steps, f.growth, **style)
+        if math.isfinite(f.bound):
+            growth.axvline(1e3 * f.bound, color=style["color"], lw=0.8, ls=":")
+    time.set_title(f"{studies.LOAD[SPIN]:g} N m put on at rest, step 1 ms", fontsize=10)
+    finish(time, "rate of spin [rad/s]", "time [ms]", legend=False)
+    chatter.set_title("what is left from 0.5 s on: it has to stick", fontsize=10)
+    finish(chatter, "rms rate [rad/s], below 1e-9 as 1e-9", "step [ms]", legend=False)
+    growth.axhline(1.0, color="0.4", lw=0.8)
+    growth.set_title("growth of a small disturbance", fontsize=10)
+    finish(growth, "factor a step [-]", "step [ms]; dotted: bound by linear analysis", legend=False)
+    handles, labels = time.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False)
+    return figure
+
+
+def progress(found: studies.Study):
+    """Error over iterations and epochs, and where the starts ended."""
+    figure = sheet(12.0, 4.0)
+    iterations, starts, epochs = figure.subplots(1, 3)
+    for p in found.progress:
+        style = STYLE[p.model]
+        if p.model == "lstm":
+            counts = np.arange(1, len(p.error) + 1)
+            epochs.loglog(counts, p.error, label="windows trained on", **style)
+            epochs.loglog(counts, p.held_out, label="windows held out", **(style | {"color": "0.5", "lw": 0.8}))
+        elif p.model == "curve":
+            iterations.axhline(p.error[-1], label="curve (linear)", **style)
+        else:
+            iterations.semilogy(p.error, label=NAMES[p.model], **style)
+            starts.plot(
+                p.passes, p.ends, "os"[p.model == "lugre1d"], color=style["color"], mfc="none", label=NAMES[p.model]
+            )
+    iterations.set_yticks([0.1, 0.2, 0.3], ["0.1", "0.2", "0.3"])
+    iterations.set_yticks([], minor=True)
+    finish(iterations, "rms error / rms torque [-]", "iteration from the best start")
+    finish(starts, "rms error / rms torque [-]", "passes over the samples of each start")
+    finish(epochs, "rms error / rms torque [-]", "epoch of the LSTM")
+    return figure
+
+
+PICTURES = {"nrmse": errors, "extrapolation": extrapolation, "fixed_step": fixed_step, "progress": progress}
+
+
+def main():
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("-o", "--output", type=Path, default=Path(__file__).parent, metavar="DIR")
+    options.add_argument("--seed", type=int, default=0, help="of the bench and the fits")
+    asked = options.parse_args()
+    found = studies.study(asked.seed, progress_of=print)
+    print("\n".join(["", *studies.tables(found), ""]))
+    for name, picture in PICTURES.items():
+        print(save(picture(found), asked.output / f"ball_joint_{name}.png"))
+
+
+if __name__ == "__main__":
+    main()
