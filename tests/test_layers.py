@@ -30,6 +30,9 @@ ONLY_IN = {
     "pinocchio": {"clearance.evidence.pinocchio"},
     "matplotlib": {"postprocess.figures", "clearance.evidence.pictures", "clearance.evidence.film_pictures"},
     "h5py": {"clearance.results", "clearance.recording"},
+    "jax": {"clearance.identify.learn"},
+    "optax": {"clearance.identify.learn"},
+    "equinox": {"clearance.identify.learn"},
     "tqdm": {"clearance.cli", "clearance.commands.sweep", "clearance.film.table"},
 }
 
