@@ -467,7 +467,7 @@ def _fixed_step_table(found: Study) -> list[str]:
     for f in found.fixed_steps:
         i = int(np.argmin(abs(f.steps - STEP)))
         bound = "-" if math.isnan(f.bound) else f"{1e3 * f.bound:.3g} ms"
-        stable = f"{1e3 * f.stable:.3g} ms" if f.stable else "none tried"
+        stable = f"{1e3 * f.stable:.3g} ms" if f.stable else "none of these"
         lines.append(f"| {f.model} | {f.growth[i]:.3g} | {f.chatter[i]:.1e} rad/s | {stable} | {bound} |")
     return lines
 
