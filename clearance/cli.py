@@ -330,7 +330,7 @@ def _joint_extremes(result) -> dict:
         found[name] = {n: float(facts[n]) for n in JOINT_FACTS if n in facts}
         if result.time.size and "film_thickness_ratio" in joint and "film_radial" in joint:
             found[name]["smallest_film_thickness_ratio"] = result.range(f"joints/{name}/film_thickness_ratio")[0]
-        if result.time.size and f"joints/{name}/friction_load" in result:
+        if result.time.size and f"joints/{name}/friction" in result and "gap" not in joint:
             found[name]["peak_friction"] = _peak(result, f"joints/{name}/friction")
             found[name]["friction_units"] = result.units(f"joints/{name}/friction")
     return found

@@ -112,7 +112,7 @@ class SpringDamper(Load):
     """Linear spring and damper between two points.
 
     Tension k (l - free_length) + damping l' along the line of the points; stiffness k [N/m], damping [N s/m],
-    free_length [m].
+    free_length [m]. It lies parallel to the plane of motion: a point's z gives its force an arm, and l no more length.
     """
 
     a: Point

@@ -65,7 +65,8 @@ def run(options) -> int:
     summary["wall_s"] = time.perf_counter() - began
     if failure is not None:
         summary.pop("status")
-        return complain(options, failure, FAILED, **summary)
+        kept = f"{failure}; kept {result.time.size} samples before it in {path}"
+        return complain(options, kept, FAILED, **summary)
     print(json.dumps(summary) if options.json else "\n".join(_readable(summary)))
     return DONE
 

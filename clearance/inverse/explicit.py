@@ -13,7 +13,8 @@ import numpy as np
 from clearance.loads import Drive
 from clearance.mechanism import store
 from clearance.mechanism.build import Mechanism, build
-from clearance.mechanism.closing import last_position
+from clearance.mechanism.closing import last_position, what_is_lost
+from clearance.mechanism.topology import closed_plan
 from clearance.scene import Scene
 from clearance.stepping.tour import tour
 from clearance.stepping.types import KERNEL
@@ -50,7 +51,7 @@ class Explicit:
         work, began = np.append(m.work0, 0.0), clock.perf_counter()
         done = tour(
             *self.kernels, self.structure.commits, times, m.y0, m.par, work, STRETCH / m.frequency, self._places(),
-            SLACK * m.start.size, rows,
+            SLACK * m.start.size, np.empty((2, rows.shape[1])), rows,
         )  # fmt: skip
         self.loop_s = clock.perf_counter() - began
         if done < times.size:
@@ -68,7 +69,8 @@ class Explicit:
         if np.isfinite(rows[done]).all():
             return f"before t = {times[done]:.9g} s: a loop passes a singular position and jumps to its other branch"
         if done == 0:
-            return f"at t = {times[0]:.9g} s, the first sample: the scene has no finite position, speed or load here"
+            outputs = dict(zip((c.path for c in self.channels), rows[0], strict=True))
+            return f"at t = {times[0]:.9g} s, the first sample: {what_is_lost(self.mechanism, outputs)}"
         found = last_position(self.mechanism, work, times[done - 1], times[done])
         if found is None:
             return f"before t = {times[done]:.9g} s: the mechanism can no longer be followed"
@@ -82,10 +84,10 @@ def _prescribed(scene: Scene) -> Mechanism:
         raise ValueError(f"{joint.label()} has clearance: its motion is found, not prescribed; use cl.simulate")
     for drive in (d for d in scene.loads if isinstance(d, Drive) and not d.prescribes):
         raise ValueError(f"{drive.label()} gives an effort, not a motion; inverse dynamics needs speed= or motion=")
-    mechanism = build(scene, ledger=False)
-    if free := mechanism.structure.plan.free:
+    if free := closed_plan(scene).free:
         names = ", ".join(f"{c.body.name} {c.what}" for c in free)
         raise ValueError(f"no drive prescribes {names}: inverse dynamics needs a motion for every degree of freedom")
+    mechanism = build(scene, ledger=False)
     if bristles := mechanism.structure.bristles:
         joint = bristles[0]
         raise ValueError(

@@ -32,6 +32,9 @@ FOUND, ROUNDING = 1e-13, 1e-9
 #: contraction of the friction's fixed point above which Newton's method takes over, and evaluations before it is judged
 SLOW, PATIENCE = 0.5, 2
 LIMIT = 100
+#: then: least share of the friction taken up at a time, Newton steps for it, the last of them and the largest change
+#: with it over the efforts
+SHORTEST, CORRECTIONS, CLOSED, FURTHEST = 1e-4, 6, 1e-12, 0.3
 
 
 class SingularPosition(ValueError):
@@ -287,11 +290,39 @@ class _Friction:
         gradient = weights * np.divide(acting, each, out=np.zeros_like(acting), where=each > 0.0)
         return (lengths * self.weights).sum(axis=-1), gradient
 
-    def newton(self, parts, rates, loads, gradient, error: np.ndarray) -> np.ndarray:
-        """Newton's step of the efforts from what they differ from those of the law: (1 - law' load' R) step = error."""
+    def newton(self, parts, rates, efforts: np.ndarray, share: float) -> np.ndarray:
+        """Newton's step of the efforts towards a share of those of the law: (1 - share law' load' R) step = error."""
+        loads, gradient = self.loads(parts, efforts)
+        error = share * _values(self.laws, rates, loads) - efforts
         slopes = _values(self.slopes, rates, loads)[..., None]
         response = np.einsum("sjc,sjck->sjk", gradient, parts[..., 1:])
-        return solve(np.eye(len(self.laws)) - slopes * response, error[..., None])[..., 0]
+        return solve(np.eye(len(self.laws)) - share * slopes * response, error[..., None])[..., 0]
+
+    def followed(self, parts: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray | None, int]:
+        """Efforts of one sample, from no friction to the whole of it, and Newton steps; None where the way ends.
+
+        Strong friction can have several solutions: this is the one that grows out of none.
+        """
+        efforts, reached, stride, count = np.zeros(rates.shape), 0.0, 0.0625, 0
+        while stride > SHORTEST:
+            share, trial = min(reached + stride, 1.0), efforts
+            for _ in range(CORRECTIONS):
+                step = self.newton(parts, rates, trial, share)
+                trial, count = trial + step, count + 1
+                closed = np.abs(step / self.arms).sum() <= CLOSED * np.abs(trial / self.arms).sum()
+                if closed or not np.isfinite(trial).all():
+                    break
+            far = (
+                reached > 0.0
+                and np.abs((trial - efforts) / self.arms).sum() > FURTHEST * np.abs(trial / self.arms).sum()
+            )
+            if not closed or far:
+                stride *= 0.5
+                continue
+            efforts, reached, stride = trial, share, 2.0 * stride
+            if share >= 1.0:
+                return efforts, count
+        return None, count
 
     def balanced(self, parts: np.ndarray, rates: np.ndarray):
         """Efforts s with s = law(rate, load(s)), all joints and samples together, from no friction on.
@@ -300,26 +331,32 @@ class _Friction:
         (samples,), and which samples found no balance.
         """
         efforts, samples = np.zeros(rates.shape), len(rates)
-        loads, gradient = self.loads(parts, efforts)
+        loads = self.loads(parts, efforts)[0]
         change = (loads / self.arms).max(axis=1)
         iterations, contraction, active = np.zeros(samples), np.zeros(samples), np.arange(samples)
+        jammed = []
         for count in range(1, LIMIT + 1):
-            error = _values(self.laws, rates[active], loads[active]) - efforts[active]
             slow = (contraction[active] > SLOW) & (count > PATIENCE)
-            if slow.any():
-                at = active[slow]
-                error[slow] = self.newton(parts[at], rates[at], loads[at], gradient[at], error[slow])
-            efforts[active] += error
-            fresh, gradient[active] = self.loads(parts[active], efforts[active])
+            for i in active[slow]:
+                found, steps = self.followed(parts[i : i + 1], rates[i : i + 1])
+                iterations[i] = count + steps
+                if found is None:
+                    jammed.append(i)
+                    continue
+                efforts[i], loads[i] = found[0], self.loads(parts[i : i + 1], found)[0][0]
+            active = active[~slow]
+            if not active.size:
+                break
+            efforts[active] = _values(self.laws, rates[active], loads[active])
+            fresh = self.loads(parts[active], efforts[active])[0]
             old, new = change[active], (np.abs(fresh - loads[active]) / self.arms).max(axis=1)
-            ratio = np.divide(new, old, out=np.zeros_like(new), where=old > 0.0)
-            contraction[active] = np.where(slow, contraction[active], ratio)
+            contraction[active] = np.divide(new, old, out=np.zeros_like(new), where=old > 0.0)
             loads[active], change[active], iterations[active] = fresh, new, count
             largest = (fresh / self.arms).max(axis=1)
             active = active[(new > FOUND * largest) & ((new < old) | (new > ROUNDING * largest))]
             if not active.size:
                 break
-        return efforts, loads, iterations, contraction, active
+        return efforts, loads, iterations, contraction, np.sort(np.array([*active, *jammed], dtype=int))
 
 
 def _weights(joint: FrictionJoint) -> tuple[float, float, float]:

@@ -24,7 +24,7 @@ def last_position(mechanism: Mechanism, work: np.ndarray, before: float, after: 
             before, known = middle, found
         else:
             after, lost = middle, found
-    return before, _what(mechanism, known, lost)
+    return before, what_is_lost(mechanism, lost, known)
 
 
 def _finite(outputs: dict[str, float]) -> bool:
@@ -38,14 +38,14 @@ def _outputs(mechanism: Mechanism, work: np.ndarray, time: float) -> dict[str, f
     return {c.path: float(v) for c, v in zip(channels, out, strict=True)}
 
 
-def _what(mechanism: Mechanism, known: dict, lost: dict) -> str:
-    """The first group that has no position any more, or the first output without a value."""
+def what_is_lost(mechanism: Mechanism, lost: dict[str, float], known: dict[str, float] | None = None) -> str:
+    """The first group that has no position any more, or what else has no value; known: outputs of the place before."""
     for group in mechanism.structure.plan.groups:
         bodies = [a.body.name for a in group.attachments]
         if group.closures and not all(
             np.isfinite(lost[f"bodies/{b}/{n}"]) for b in bodies for n in ("x", "omega", "alpha")
         ):
-            angles = ", ".join(f"{b} at {known[f'bodies/{b}/theta']:.6g} rad" for b in bodies)
+            angles = ", ".join(f"{b} at {known[f'bodies/{b}/theta']:.6g} rad" if known else b for b in bodies)
             joints = ", ".join(j.name for j in group.closures)
             return f"the loop of {angles}, closed by joint {joints}, is in a singular position and cannot go on"
     first = next(path for path, value in lost.items() if not np.isfinite(value))

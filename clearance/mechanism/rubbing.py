@@ -3,7 +3,8 @@
 The reactions are linear in the friction efforts s: R = R_0 + G s, and friction is s = law(rate, Q(R)). Where no
 friction reaches a reaction that friction depends on, G has structural zeros only and s is explicit; that is so as long
 as only driven joints rub in a mechanism whose motion is prescribed. Elsewhere the kernel solves
-s = law(rate, Q(R_0 + G s)) by fixed point, and by Newton's method where that contracts slowly.
+s = law(rate, Q(R_0 + G s)) by fixed point, and where that contracts slowly by Newton's method along a growing share of
+the friction: strong friction can have several solutions, and this is the one that grows out of none.
 """
 
 from dataclasses import dataclass, field
@@ -18,6 +19,9 @@ TOLERANCE = 1e-13
 #: contraction of the fixed point from which Newton's method takes over, and steps before that is judged
 SLOW, PATIENCE = 0.5, 4
 LIMIT = 60
+#: share of the friction that Newton's method takes up at first, least share before the mechanism counts as jammed,
+#: corrections for a share, the last of them over the efforts, and the largest change of these with a share
+STRIDE, SHORTEST, CORRECTIONS, CLOSED, FURTHEST = 0.0625, 1e-4, 6, 1e-12, 0.3
 
 
 @dataclass
@@ -134,7 +138,7 @@ def _coupled(d, joints: list, places: list[int], start: dict, slopes: dict, foun
     active = [i for i, a in enumerate(inside.outer) if not a.fixed]
     wrap = f"work, {', '.join(['{}'] * len(inside.outer))}"
     eliminate = library.add(eliminated)
-    library.add_text(_solver_text(name, inside, unknowns, results, eliminate))
+    library.add_text(_solver_text(name, inside, joints, unknowns, results, eliminate))
     library.add_text(_slope_text(f"{name}_d", inside, unknowns, results, eliminate, active))
 
     def rule(args, tangents):
@@ -177,34 +181,71 @@ class _Inside:
         return [f"x{i}" for i in range(len(self.outer))]
 
 
-def _solver_text(name: str, inside: _Inside, unknowns: list, results: list, eliminate: str) -> str:
+def _solver_text(name: str, inside: _Inside, joints: list, unknowns: list, results: list, eliminate: str) -> str:
     """Fixed point, then Newton's method: returns the efforts, iterations after the first evaluation, contraction."""
-    trace, size = inside.trace, len(unknowns)
-    z, n, step = ([f"{letter}{i}" for i in range(size)] for letter in "znd")
-    slopes = trace.tangent(results, {u: {i: 1.0} for i, u in enumerate(unknowns)})
-    matrix = [(1.0 if i == j else 0.0) - slopes[i].get(j, 0.0) for i in range(size) for j in range(size)]
-    evaluate = [*trace.statements(results), *(f"{a} = {text(r)}" for a, r in zip(n, results, strict=True))]
-    residual = [u - r for u, r in zip(unknowns, results, strict=True)]
-    changed = " + ".join(f"abs({a} - {b})" for a, b in zip(n, z, strict=True))
-    whole = " + ".join(f"abs({a})" for a in n)
-    lines = [f"def {name}(work, {', '.join(inside.names)}):", f"    {' = '.join(z)} = 0.0"]
-    lines += ["    last = contraction = 0.0"]
-    lines += [f"    for i in range({LIMIT}):", *("        " + s for s in evaluate)]
-    lines += [f"        change, whole = {changed}, {whole}", *(f"        {a} = {b}" for a, b in zip(z, n, strict=True))]
-    lines += [
-        f"        if change <= {TOLERANCE!r} * whole:",
-        f"            return {', '.join(z)}, i + 0.0, contraction",
+    size = len(unknowns)
+    z, n = ([f"{letter}{i}" for i in range(size)] for letter in "zn")
+    evaluate = [*inside.trace.statements(results), *(f"{a} = {text(r)}" for a, r in zip(n, results, strict=True))]
+    arms = [1.0 if isinstance(j, Prismatic) else inside.calls.number(f"{j.key}.pin_radius") for j in joints]
+    changed = _forces([f"{a} - {b}" for a, b in zip(n, z, strict=True)], arms)
+    given = ", ".join(z)
+    lines = [f"def {name}(work, {', '.join(inside.names)}):"]
+    body = [f"{' = '.join(z)} = 0.0", "before = last = contraction = 0.0", f"for i in range({LIMIT}):"]
+    body += ["    " + s for s in evaluate]
+    body += [
+        f"    change, whole = {changed}, {_forces(n, arms)}",
+        *(f"    {a} = {b}" for a, b in zip(z, n, strict=True)),
     ]
-    lines += [f"        if i > 0 and last > {1e3 * TOLERANCE!r} * whole:", "            contraction = change / last"]
-    lines += [f"        if i >= {PATIENCE} and contraction > {SLOW!r}:", "            break", "        last = change"]
-    lines += [f"    for i in range({LIMIT}):", *("        " + s for s in trace.statements([*residual, *matrix]))]
+    body += [f"    if change <= {TOLERANCE!r} * whole:", f"        return {given}, i + 0.0, contraction"]
+    body += [
+        f"    if i > 1 and change > {1e3 * TOLERANCE!r} * whole:",
+        "        contraction = math.sqrt(change / before)",
+    ]
+    body += [f"    if i >= {PATIENCE} and contraction > {SLOW!r}:", "        break", "    before, last = last, change"]
+    body += _continuation(inside, z, arms, unknowns, results, eliminate)
+    body += [f"return {', '.join(['math.nan'] * (size + 2))}"]
+    return "\n".join([*lines, *("    " + s for s in body)])
+
+
+def _forces(efforts: list[str], arms: list) -> str:
+    """Sum of efforts as forces, so that torques of hinges and forces of slides can be compared."""
+    return " + ".join(f"abs({e}) / {text(a)}" for e, a in zip(efforts, arms, strict=True))
+
+
+def _continuation(
+    inside: _Inside, z: list[str], arms: list, unknowns: list, results: list, eliminate: str
+) -> list[str]:
+    """Statements that follow the efforts from no friction to the whole of it by Newton's method.
+
+    Strong friction can have several solutions; this is the one that grows out of none. Where it ends, the mechanism
+    jams.
+    """
+    trace, size, step = inside.trace, len(z), [f"d{i}" for i in range(len(z))]
+    goal, kept = trace.load("goal"), [f"k{i}" for i in range(size)]
+    slopes = trace.tangent(results, {u: {i: 1.0} for i, u in enumerate(unknowns)})
+    matrix = [(1.0 if i == j else 0.0) - goal * slopes[i].get(j, 0.0) for i in range(size) for j in range(size)]
+    residual = [u - goal * r for u, r in zip(unknowns, results, strict=True)]
+    lines = [f"{' = '.join(z)} = 0.0", f"factor, stride, count = 0.0, {STRIDE!r}, {PATIENCE}.0"]
+    lines += [
+        f"while stride > {SHORTEST!r}:",
+        f"    {', '.join(kept)} = {', '.join(z)}" if size > 1 else f"    {kept[0]} = {z[0]}",
+    ]
+    lines += ["    goal, closed = min(factor + stride, 1.0), 0.0", f"    for i in range({CORRECTIONS}):"]
+    lines += ["        " + s for s in trace.statements([*residual, *matrix])]
     lines += ["        " + s for s in _solving(eliminate, matrix, residual, step)]
     lines += [f"        {a} = {a} - {b}" for a, b in zip(z, step, strict=True)]
+    lines += ["        count += 1.0", f"        if {_forces(step, arms)} <= {CLOSED!r} * ({_forces(z, arms)}):"]
+    moved = _forces([f"{a} - {b}" for a, b in zip(z, kept, strict=True)], arms)
+    lines += ["            closed = 1.0", "            break"]
+    lines += [f"    if factor > 0.0 and {moved} > {FURTHEST!r} * ({_forces(z, arms)}):", "        closed = 0.0"]
+    lines += ["    if closed > 0.0:", "        if goal >= 1.0:"]
+    lines += [f"            return {', '.join(z)}, count, contraction", "        factor, stride = goal, 2.0 * stride"]
     lines += [
-        f"        if {' + '.join(f'abs({b})' for b in step)} <= {TOLERANCE!r} * ({' + '.join(f'abs({a})' for a in z)}):"
+        "    else:",
+        *(f"        {a} = {b}" for a, b in zip(z, kept, strict=True)),
+        "        stride = 0.5 * stride",
     ]
-    lines += [f"            return {', '.join(z)}, {PATIENCE} + i + 1.0, contraction"]
-    return "\n".join([*lines, f"    return {', '.join(['math.nan'] * (size + 2))}"])
+    return lines
 
 
 def _slope_text(name: str, inside: _Inside, unknowns: list, results: list, eliminate: str, active: list[int]) -> str:

@@ -242,9 +242,10 @@ class Structure:
         """A joint without clearance: its reaction, in the plane and out of it, and its friction."""
         fx, fy, moment = self.reactions.forces[joint]
         slides, body, effort = hasattr(joint, "axis"), joint.b.body.name, self.rubbing.efforts.get(joint, 0.0)
-        if slides:
+        if slides:  # all that passes from a to b there; what a drive prescribes has its effort in the reaction already
+            pushed = self.trace.sum(e for d, e in self.applied.efforts.items() if d.target is joint)
             dx, dy = self.kinematics.axis(joint, joint.a.body)
-            fx, fy = fx + effort * dx, fy + effort * dy
+            fx, fy = fx + (effort + pushed) * dx, fy + (effort + pushed) * dy
         yield from self._forces(joint, (fx, fy))
         if slides:
             yield f"{here}/moment", "N m", f"moment on {body} about its joint point", moment
@@ -255,7 +256,12 @@ class Structure:
                 yield f"{here}/{name}", units, f"{what} {axis} on {body}, out of the plane", value
         if joint in self.rubbing.efforts:
             what, units = ("force", "N") if slides else ("torque", "N m")
-            yield f"{here}/friction", units, f"friction {what} on {body}, positive along its motion", effort
+            yield (
+                f"{here}/friction",
+                units,
+                f"friction {what} on {body}, opposed to its motion against {joint.a.body.name}",
+                effort,
+            )
             if joint in self.rubbing.deflections:
                 what = "deflection of the friction law's bristles"
                 yield f"{here}/bristle_deflection", "m" if slides else "rad", what, self.rubbing.deflections[joint]

@@ -9,44 +9,57 @@ JUMP = 0.5
 
 
 @inline
-def jumped(rows, i, places, step, slack):
+def put(source, i, target, k):
+    """Copy a row without making an array."""
+    for j in range(source.shape[1]):
+        target[k, j] = source[i, j]
+
+
+@inline
+def jumped(pair, places, step, slack):
     """Whether a position is not where its speed takes it, or a speed not where its acceleration does.
 
     Beside twice the way explained a position may move by `slack` [m], a speed by a share JUMP of itself.
     """
     for j in range(0, places.size, 3):
         at, speed, rate = places[j], places[j + 1], places[j + 2]
-        before, now = rows[i - 1, speed], rows[i, speed]
-        fast, gain = max(abs(before), abs(now)), max(abs(rows[i - 1, rate]), abs(rows[i, rate]))
-        if abs(rows[i, at] - rows[i - 1, at]) > 2.0 * step * fast + slack:
+        before, now = pair[0, speed], pair[1, speed]
+        fast, gain = max(abs(before), abs(now)), max(abs(pair[0, rate]), abs(pair[1, rate]))
+        if abs(pair[1, at] - pair[0, at]) > 2.0 * step * fast + slack:
             return True
         if abs(now - before) > 2.0 * step * gain + JUMP * fast:
             return True
     return False
 
 
-@compiled(int64(int64, int64, int64, VECTOR, VECTOR, VECTOR, VECTOR, float64, INTEGERS, float64, MATRIX))
-def tour(observe, commit, commits, times, y, par, work, longest, places, slack, rows):
+@compiled(int64(int64, int64, int64, VECTOR, VECTOR, VECTOR, VECTOR, float64, INTEGERS, float64, MATRIX, MATRIX))
+def tour(observe, commit, commits, times, y, par, work, longest, places, slack, pair, rows):
     """Fill a row for each time; returns how many are good: the next has values that are not finite, or a jump.
 
     observe, commit: addresses of the kernels; commits: how many values an accepted place leaves for the next (0: none,
     commit is not called). Between two times the mechanism is followed in stretches of at most `longest` [s], so that
-    what is solved by iteration stays on its branch. places: columns of positions, speeds and accelerations, in turn;
-    between times no further apart than three stretches they must not jump, as they do where a loop changes its branch.
+    what is solved by iteration stays on its branch. places: columns of positions, speeds and accelerations, in turn,
+    that must not jump from one place followed to the next, as they do where a loop changes its branch; pair: two rows
+    for these places.
     """
     look, keep = kernel_at(observe), kernel_at(commit)
+    followed = commits > 0 or places.size > 0
     for i in range(times.size):
-        if commits > 0 and i > 0:
-            stretches = int(math.ceil(abs(times[i] - times[i - 1]) / longest))
-            for k in range(1, stretches):
-                keep(times[i - 1] + (times[i] - times[i - 1]) * k / stretches, y, par, work, work)
-        look(times[i], y, par, work, rows[i])
-        for value in rows[i]:
-            if not math.isfinite(value):
+        way = times[i] - times[i - 1] if i > 0 else 0.0
+        stretches = max(int(math.ceil(way / longest)), 1) if followed else 1
+        for k in range(1, stretches + 1):
+            last = k == stretches
+            time = times[i] if last else times[i - 1] + way * k / stretches
+            look(time, y, par, work, pair[1])
+            for value in pair[1]:
+                if not math.isfinite(value):
+                    put(pair, 1, rows, i)
+                    return i
+            if i > 0 and jumped(pair, places, way / stretches, slack):
+                put(pair, 1, rows, i)
                 return i
-        step = times[i] - times[i - 1] if i > 0 else math.inf
-        if step <= 3.0 * longest and jumped(rows, i, places, step, slack):
-            return i
-        if commits > 0:
-            keep(times[i], y, par, work, work)
+            put(pair, 1, pair, 0)
+            if commits > 0:
+                keep(time, y, par, work, work)
+        put(pair, 1, rows, i)
     return times.size
