@@ -22,7 +22,7 @@ from clearance.film.asking import Answerer
 from clearance.joints import Prismatic
 from clearance.mechanism import store
 from clearance.mechanism.build import Mechanism, build
-from clearance.mechanism.closing import last_position
+from clearance.mechanism.closing import last_position, lost_at
 from clearance.recording import FileSink, LedgerWatch, Recorder, chosen, filters
 from clearance.regimes import FULL_FILM, hole_warning
 from clearance.results import Result
@@ -502,14 +502,18 @@ class Run:
             code, ended = codes.FILM_LEFT, thin[0]
         where = f"joint {joints[ended].name}: " if code == codes.FILM_LEFT else ""
         time = self.clock[self.loop.TIME]
-        if code == codes.STEP_TOO_SMALL and (lost := self._lost(time, time + self.clock[self.loop.LARGEST])):
+        if code in (codes.STEP_TOO_SMALL, codes.NOT_FINITE) and (
+            lost := self._lost(time, time + self.clock[self.loop.LARGEST])
+        ):
             return lost
         return f"at t = {time:.9g} s: {where}{codes.MESSAGES[code]} ({'; '.join(states) or 'no free state'})"
 
     def _lost(self, before: float, after: float) -> str | None:
         """Where a mechanism whose motion is prescribed comes to an end between two times, if it does."""
-        if self.mechanism.size > 0 or not self.outputs or before >= after:
+        if self.mechanism.size > 0 or not self.outputs:
             return None
+        if (lost := lost_at(self.mechanism, self.work, before)) is not None:
+            return f"at t = {before:.9g} s: {lost}"
         found = last_position(self.mechanism, self.work, before, after)
         return found and f"at t = {found[0]:.9g} s: {found[1]}"
 

@@ -27,6 +27,12 @@ def last_position(mechanism: Mechanism, work: np.ndarray, before: float, after: 
     return before, what_is_lost(mechanism, lost, known)
 
 
+def lost_at(mechanism: Mechanism, work: np.ndarray, time: float) -> str | None:
+    """What has no value at a time; None where all outputs have."""
+    found = _outputs(mechanism, work, time)
+    return None if _finite(found) else what_is_lost(mechanism, found)
+
+
 def _finite(outputs: dict[str, float]) -> bool:
     return all(map(np.isfinite, outputs.values()))
 

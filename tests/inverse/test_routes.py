@@ -36,8 +36,6 @@ class TestCompare:
         full = study.route("Pinocchio, reactions")
         assert max(full.efforts, full.reactions) < 1e-10
         assert math.isnan(study.route("Pinocchio").reactions)
-        for r in (full, study.route("Pinocchio")):  # some 40 times slower: no load of the machine hides that
-            assert min(r.seconds) > 5.0 * min(study.route("explicit").seconds)
 
     def test_explicit_needs_fewer_operations(self, study):
         """The source's claim: 483 operations, the motion's among them, against 6980 of a dense solve."""
@@ -50,7 +48,6 @@ class TestCompare:
         for r in study.routes:
             assert 1 <= len(r.seconds) <= routes.REPEATS
             assert min(r.seconds) <= r.per_sample <= max(r.seconds)
-        assert min(study.route("multipliers").seconds) > 5.0 * min(study.route("explicit").seconds)
 
     def test_reactions_that_friction_changes_are_not_compared(self):
         scene = cl.load_case("mobile_manipulator")
