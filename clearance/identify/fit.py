@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares, lsq_linear
@@ -27,6 +28,10 @@ FORMAT_VERSION = 1
 CONFIDENCE = 0.95
 LOOK, FINISH = 1e-3, 1e-9  # relative change of the cost at which a start is judged, and the best one is finished
 MOST_LOOKS, MOST = 25, 300  # passes over the samples of a start, and of the finish
+FEW, MOST_THINNED = 1000, 10  # samples of a trial that starts are judged by, at least; one in so many of them, at most
+FOLLOWED = 3  # starts that are followed on all samples
+NEAR, ENOUGH = 0.05, 0.2  # starts agree within this share of the cost; doubted where fewer than this share of them do
+HUGE = 1e100  # N m, whose square is a number
 LEVEL = 1e-9  # weight of neighbouring knots being equal, over that of all samples: what holds knots without samples
 ROUNDING = 1e-8  # of singular values of slopes whose columns have the norm 1, after their products were taken
 BLIND = 1e-12  # share of a parameter in the cost's curvature below which the samples do not see it
@@ -258,106 +263,286 @@ def _bound_doubts(model: Model, values: np.ndarray, sizes: np.ndarray) -> tuple[
 
 
 # --- LuGre
-class Passes:
-    """Residuals over trials and their slopes by the logarithms of the parameters, as triangles; counts and history."""
+class Search:
+    """Coordinates of a nonlinear fit: logarithms of parameters whose bounds are positive, others as they are.
 
-    def __init__(self, model: LuGre, trials: Sequence):
-        self.model, self.trials, self.axes = model, trials, [_axes(t) for t in trials]
-        ends = np.cumsum([0, *(t.samples * a.size for t, a in zip(trials, self.axes, strict=True))])
+    `natural` ones are those; `searched` ones have for a kinetic torque its place between its lower bound (0) and the
+    static torque (1), in the logarithm, so that a box of them holds what has static >= kinetic and keeps all bounds.
+    """
+
+    def __init__(self, model: LuGre):
+        parameters, names = model.parameters, [p.name for p in model.parameters]
+        self.log = np.array([p.low > 0.0 for p in parameters])
+        self.low, self.high, self.typical = (
+            np.array([math.log(v) if p.low > 0.0 else v for p in parameters for v in [getattr(p, which)]])
+            for which in ("low", "high", "typical")
+        )
+        kinetic = [n for n in names if n.endswith("_kinetic")]
+        self.pairs = [(names.index(n), names.index(n.replace("_kinetic", "_static"))) for n in kinetic]
+        self.bounds = np.array([self.low, self.high])
+        for k, s in self.pairs:
+            self.bounds[:, k] = 0.0, 1.0
+            self.bounds[0, s] = max(self.low[s], self.low[k])
+            if self.bounds[0, s] >= self.high[s]:
+                raise ValueError(f"bounds of {names[k]} and {names[s]} leave no static torque above the kinetic one")
+
+    def values(self, x: np.ndarray) -> np.ndarray:
+        """Parameters at natural coordinates (p,)."""
+        return np.where(self.log, np.exp(np.where(self.log, x, 0.0)), x)
+
+    def slopes(self, x: np.ndarray) -> np.ndarray:
+        """Slopes of the parameters by the natural coordinates (p,)."""
+        return np.where(self.log, self.values(x), 1.0)
+
+    def natural(self, y: np.ndarray) -> np.ndarray:
+        """Natural coordinates at searched ones."""
+        x = y.copy()
+        for k, s in self.pairs:
+            x[k] = self.low[k] + y[k] * (min(self.high[k], y[s]) - self.low[k])
+        return x
+
+    def searched(self, x: np.ndarray) -> np.ndarray:
+        """Searched coordinates at natural ones, moved to where static >= kinetic."""
+        y = np.clip(x, self.bounds[0], self.bounds[1])
+        for k, s in self.pairs:
+            room = min(self.high[k], y[s]) - self.low[k]
+            y[k] = min(max((x[k] - self.low[k]) / room, 0.0), 1.0) if room > 0.0 else 1.0
+        return y
+
+    def chained(self, slopes: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Slopes (m, p) by natural coordinates, as such by searched ones."""
+        found = slopes.copy()
+        for k, s in self.pairs:
+            found[:, k] = slopes[:, k] * (min(self.high[k], y[s]) - self.low[k])
+            found[:, s] = slopes[:, s] + (y[k] * slopes[:, k] if y[s] < self.high[k] else 0.0)
+        return found
+
+
+class Thinned(NamedTuple):
+    """Every so many samples of a trial."""
+
+    name: str
+    rate: np.ndarray
+    torque: np.ndarray
+    step: float
+    samples: int
+
+
+def _thinned(trial) -> Thinned:
+    every = min(max(trial.samples // FEW, 1), MOST_THINNED)
+    rate, torque = (np.ascontiguousarray(a[::every]) for a in (trial.rate, trial.torque))
+    return Thinned(trial.name, rate, torque, trial.step * every, len(rate))
+
+
+class Passes:
+    """Residuals of axes (a list of them a trial) and slopes by natural coordinates, as triangles; counts its passes."""
+
+    def __init__(self, model: LuGre, search: Search, trials: Sequence, axes: Sequence[np.ndarray]):
+        self.model, self.search, self.trials, self.axes = model, search, trials, axes
+        ends = np.cumsum([0, *(t.samples * a.size for t, a in zip(trials, axes, strict=True))])
         self.rows = [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
-        self.measured = np.concatenate([t.torque[:, a].ravel() for t, a in zip(trials, self.axes, strict=True)])
+        self.measured = np.concatenate([t.torque[:, a].ravel() for t, a in zip(trials, axes, strict=True)])
         self.torque, self.slopes = np.empty(ends[-1]), np.empty((ends[-1], len(model.parameters) + PADDING))
-        self.smooth = np.zeros((len(model.neighbours), len(model.parameters)))
-        for row, pair in zip(self.smooth, model.neighbours, strict=True):
-            row[pair] = np.array([-1.0, 1.0]) * model.smoothing * np.linalg.norm(self.measured)
+        rows, wanted = model.roughness
+        self.smooth = np.column_stack([rows, -wanted]) * np.linalg.norm(self.measured)
         self.evaluations, self.last = 0, None
 
     def reduced(self, x: np.ndarray) -> np.ndarray:
-        """Slopes and residuals at the logarithms x of the values: the samples' triangle, below it the smoothing."""
+        """Slopes and residuals at natural coordinates x: the samples' triangle, below it the smoothing."""
         if self.last is not None and np.array_equal(self.last[0], x):
             return self.last[1]
-        values = np.exp(x)
+        values = self.search.values(x)
         packed = self.model.packed(values)
         for trial, axes, rows in zip(self.trials, self.axes, self.rows, strict=True):
             shape = trial.samples, axes.size
             slopes = self.slopes[rows].reshape(*shape, -1)
             self.model.sensitivities(packed, trial, axes, self.torque[rows].reshape(shape), slopes)
-            if not np.isfinite(self.torque[rows]).all():
+            if not abs(self.torque[rows]).max() < HUGE:
                 given = ", ".join(f"{p.name} {v:.4g}" for p, v in zip(self.model.parameters, values, strict=True))
-                raise ValueError(f"trial {trial.name!r}: the modelled torque is not a number at {given}")
+                raise ValueError(f"trial {trial.name!r}: the modelled torque is beyond all numbers at {given}")
         self.evaluations += 1
         found = triangle(self.slopes[:, : values.size], self.torque - self.measured)
-        found[:, :-1] *= values
-        found = np.vstack([found, np.column_stack([self.smooth, self.smooth @ x])])
+        found[:, :-1] *= self.search.slopes(x)
+        found = np.vstack([found, np.column_stack([self.smooth[:, :-1], self.smooth @ np.append(x, 1.0)])])
         self.last = x.copy(), found
         return found
 
-    def seen(self, x: np.ndarray) -> np.ndarray:
-        """Which parameters the samples see, by themselves or at another knot."""
-        sizes = np.linalg.norm(self.samples(x)[:, :-1], axis=0)
-        seen = sizes > BLIND * sizes.max()
-        for pair in [*self.model.neighbours, *self.model.neighbours[::-1]]:
-            seen[pair] = seen[pair].any()
-        return seen
+    def cost(self, x: np.ndarray) -> float:
+        """Half the sum of squares at natural coordinates, without slopes."""
+        values, squares = self.search.values(x), 0.0
+        for trial, axes in zip(self.trials, self.axes, strict=True):
+            squares += float(np.sum((self.model.torque(values, trial) - trial.torque)[:, axes] ** 2))
+        return 0.5 * (squares + float(np.sum((self.smooth @ np.append(x, 1.0)) ** 2)))
 
     def samples(self, x: np.ndarray) -> np.ndarray:
         """The samples' triangle alone."""
         return self.reduced(x)[: len(x) + 1]
 
-    def solved(self, begin: np.ndarray, free: np.ndarray, bounds: np.ndarray, change: float, most: int) -> tuple:
-        """The least cost from a point, free parameters moving: point, cost, its history, evaluations, convergence."""
-        history, before = [], self.evaluations
+    def solved(self, begin: np.ndarray, free: np.ndarray, change: float, most: int) -> "Solved":
+        """The least cost from searched coordinates, of which the free ones move."""
+        history, before, search = [], self.evaluations, self.search
 
-        def whole(x):
+        def whole(free_ones):
             moved = begin.copy()
-            moved[free] = x
-            return self.reduced(moved)
+            moved[free] = free_ones
+            return moved, self.reduced(search.natural(moved))
 
-        def jacobian(x):
-            found = whole(x)
+        def jacobian(free_ones):
+            y, found = whole(free_ones)
             history.append(0.5 * float(found[:, -1] @ found[:, -1]))
-            return found[:, :-1][:, free]
+            return search.chained(found[:, :-1], y)[:, free]
 
         found = least_squares(
-            lambda x: whole(x)[:, -1], begin[free], jacobian, bounds[:, free], "trf", change, change, 1e-12, "jac",
-            max_nfev=most,
+            lambda y: whole(y)[1][:, -1], begin[free], jacobian, search.bounds[:, free], "trf", change, change, 1e-12,
+            "jac", max_nfev=most,
         )  # fmt: skip
         point = begin.copy()
         point[free] = found.x
-        return point, found.cost, history, self.evaluations - before, found.status > 0
+        return Solved(point, float(found.cost), history, self.evaluations - before, found.status > 0)
+
+
+class Solved(NamedTuple):
+    """Searched coordinates, their cost, its history, passes over the samples, convergence."""
+
+    point: np.ndarray
+    cost: float
+    history: list[float]
+    evaluations: int
+    converged: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Parameters that trials see together, and those trials' axes: a fit of its own."""
+
+    free: np.ndarray
+    trials: list
+    axes: list[np.ndarray]
+
+
+def parts(model: LuGre, search: Search, trials: Sequence) -> list[Part]:
+    """The fit taken apart: trials of one axis each say nothing about the parameters of other axes."""
+    p = len(model.parameters)
+    label = np.arange(p)
+    for row in model.roughness[0]:
+        _join(label, row != 0.0)
+    found = []
+    for trial in trials:
+        for axis in _axes(trial):
+            slopes = Passes(model, search, [trial], [np.array([axis])]).samples(search.typical)[:, :-1]
+            seen = np.linalg.norm(slopes, axis=0) > 0.0
+            _join(label, seen)
+            found.append((trial, axis, seen))
+    there = [(trial, axis, label[seen][0]) for trial, axis, seen in found if seen.any()]
+    own = {name: [(t, a) for t, a, n in there if n == name] for name in dict.fromkeys(n for *_, n in there)}
+    return [Part(label == name, *_by_trial(units)) for name, units in own.items()]
+
+
+def _join(label: np.ndarray, together: np.ndarray) -> None:
+    """Give parameters that belong together one label."""
+    if together.any():
+        label[np.isin(label, label[together])] = label[together].min()
+
+
+def _by_trial(units: list) -> tuple[list, list[np.ndarray]]:
+    trials = list({id(t): t for t, _ in units}.values())
+    return trials, [np.array([a for t, a in units if t is trial]) for trial in trials]
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What the fit of a part gives: its end, the cost's history, costs, passes and points of all starts."""
+
+    end: Solved
+    history: list[float]
+    costs: np.ndarray
+    passes: np.ndarray
+    points: list[np.ndarray]
+    evaluations: int
+
+
+def _solve(model: LuGre, search: Search, part: Part, begins: list[np.ndarray], tell: Callable[[], None]) -> Found:
+    """The best of several starts: all on few samples, the best of those on all, and the best one to the end."""
+    whole = Passes(model, search, part.trials, part.axes)
+    looks = whole if len(begins) == 1 else Passes(model, search, [_thinned(t) for t in part.trials], part.axes)
+    looked = []
+    for begin in begins:
+        looked.append(looks.solved(begin, part.free, LOOK, MOST_LOOKS))
+        tell()
+    passes, points = np.array([s.evaluations for s in looked]), [s.point for s in looked]
+    costs = np.array([whole.cost(search.natural(y)) for y in points])
+    histories = {0: looked[0].history}
+    for n in np.argsort(costs, kind="stable")[:FOLLOWED] if looks is not whole else ():
+        further = whole.solved(points[n], part.free, LOOK, MOST_LOOKS)
+        points[n], costs[n], histories[n] = further.point, further.cost, further.history
+        passes[n] += further.evaluations
+    best = int(np.argmin(costs))
+    end = whole.solved(points[best], part.free, FINISH, MOST)
+    history = [*histories[best], *end.history[1:]]
+    return Found(end, history, costs, passes, points, int(passes.sum()) + end.evaluations)
 
 
 def _estimate_lugre(model: LuGre, trials: Sequence, *, starts: int, seed: int, progress: Callable) -> Estimate:
-    bounds = np.log([[p.low for p in model.parameters], [p.high for p in model.parameters]])
-    typical, random = np.log([p.typical for p in model.parameters]), np.random.default_rng(seed)
-    passes, found = Passes(model, trials), []
-    free = passes.seen(typical)
-    for n in range(starts):
-        begin = np.where(free, random.uniform(*bounds), typical) if n else typical
-        found.append(passes.solved(begin, free, bounds, LOOK, MOST_LOOKS))
-        progress((n + 1) / (starts + 1))
-    best, _, history, _, _ = min(found, key=lambda f: f[1])
-    x, _, further, _, converged = passes.solved(best, free, bounds, FINISH, MOST)
-    progress(1.0)
-    values, samples = np.exp(x), passes.samples(x)
+    search, random = Search(model), np.random.default_rng(seed)
+    typical = search.searched(search.typical)
+    begins = [typical, *(random.uniform(*search.bounds) for _ in range(starts - 1))]
+    split, told = parts(model, search, trials), []
+
+    def tell():
+        told.append(None)
+        progress(len(told) / (len(split) * (starts + 1)))
+
+    found, points, end = [], np.tile(typical, (starts, 1)), typical.copy()
+    for part in split:
+        found.append(_solve(model, search, part, [np.where(part.free, b, typical) for b in begins], tell))
+        end[part.free] = found[-1].end.point[part.free]
+        points[:, part.free] = np.array(found[-1].points)[:, part.free]
+        tell()
+    x = search.natural(end)
+    whole = Passes(model, search, trials, [_axes(t) for t in trials])
+    values, samples = search.values(x), whole.samples(x)
     cost = 0.5 * float(samples[:, -1] @ samples[:, -1])
-    covariance, wide, noise = spread(passes.reduced(x)[:, :-1], cost, passes.measured.size)
-    doubts = _bound_doubts(model, values, np.linalg.norm(samples[:, :-1], axis=0))
-    if not converged:
-        doubts = (*doubts, f"the fit was still improving after {MOST} passes over the samples")
+    covariance, wide, noise = spread(whole.reduced(x)[:, :-1], cost, whole.measured.size)
+    slopes = search.slopes(x)
+    doubts = _bound_doubts(model, values, np.linalg.norm(samples[:, :-1], axis=0)) + _start_doubts(found)
+    longest = max(len(f.history) for f in found)
+    history = sum(np.array(f.history + [f.history[-1]] * (longest - len(f.history))) for f in found)
+    blind = whole.cost(x) - sum(f.end.cost for f in found)  # of axes that no parameter moves
     return Estimate(
         values,
-        *np.exp(np.clip([x - wide, x + wide], *bounds)),
-        covariance * np.outer(values, values),
-        np.array([*history, *further[1:]]),
+        *(search.values(np.clip(e, search.low, search.high)) for e in (x - wide, x + wide)),
+        covariance * np.outer(slopes, slopes),
+        history + blind,
         {
-            "cost": np.array([f[1] for f in found]),
-            "evaluations": np.array([f[3] for f in found]),
-            "values": np.exp([f[0] for f in found]),
+            "cost": sum(f.costs for f in found) + blind,
+            "evaluations": sum(f.passes for f in found),
+            "values": np.array([search.values(search.natural(y)) for y in points]),
         },
-        {"noise": noise, "evaluations": passes.evaluations, "converged": bool(converged)},
+        {
+            "noise": noise, "evaluations": sum(f.evaluations for f in found), "agreeing": min(map(agreeing, found)),
+            "converged": all(f.end.converged for f in found),
+        },
         doubts,
-    )
+    )  # fmt: skip
+
+
+def agreeing(found: Found) -> int:
+    """How many starts came near the least cost."""
+    return int(np.sum(found.costs <= (1.0 + NEAR) * found.end.cost))
+
+
+def _start_doubts(found: Sequence[Found]) -> tuple[str, ...]:
+    doubts = []
+    starts = len(found[0].costs)
+    fewest = min(map(agreeing, found))
+    if starts >= 5 and fewest < ENOUGH * starts:
+        doubts.append(
+            f"{fewest} of {starts} starts ended within {NEAR:.0%} of the least cost: a lower one may have been missed; "
+            "try more starts or another seed"
+        )
+    if not all(f.end.converged for f in found):
+        doubts.append(f"the fit was still improving after {MOST} passes over the samples")
+    return tuple(doubts)
 
 
 # --- characteristic curve

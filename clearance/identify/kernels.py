@@ -27,6 +27,8 @@ from clearance.mechanism.store import njit
 TORQUE, STIFFNESS, DAMPING, VISCOUS = range(4)  # functions of the speed that an axis has
 PADDING = 4  # numbers behind the parameters: stiffness and damping of a static law; two that empty slopes fall on
 ENDLESS = 1e150  # s, step after which bristles are at rest: what a static law takes
+FASTEST = 1e100  # rad/s, beyond which squares of rates are taken of smaller numbers
+UNIT = 0.01  # rad/s, around which a network's input log(1 + |w| / UNIT) goes over from linear to logarithmic
 TINY, SMALL = 1e-8, 1e-2  # k dt below which the step, and its slope, are written as series
 
 
@@ -34,7 +36,8 @@ class Layout(NamedTuple):
     """How a model's parameters stand in `values`.
 
     places: of the first one of each axis and function, (3, 4); knots [rad/s] of the tables over the speed, none for a
-    Stribeck law; exponent d of that law; coupled: by the ellipsoid; static: no bristles, the torque of steady sliding.
+    Stribeck law; exponent d of that law; coupled: by the ellipsoid; static: no bristles, the torque of steady sliding;
+    hidden: units of a network over the speed, 0 for none; their rates and steepnesses stand before an axis' torque.
     """
 
     places: np.ndarray
@@ -42,6 +45,7 @@ class Layout(NamedTuple):
     exponent: float
     coupled: bool
     static: bool
+    hidden: int = 0
 
 
 def compiled(function):
@@ -61,9 +65,25 @@ def cell(knots, speed):
 
 
 @compiled
+def network(layout, values, axis, function, speed):
+    """A function of an axis as a network: level exp(sum_k weight_k tanh(steepness_k (s - s_k))), s = log(1 + |w| / u).
+
+    s_k is that of the rate of unit k; the units are shared by the functions of an axis. Positive and bounded.
+    """
+    n, first, s, total = layout.hidden, layout.places[axis, function], math.log1p(speed / UNIT), 0.0
+    inner = layout.places[axis, TORQUE] - 2 * n
+    for k in range(n):
+        away = s - math.log1p(values[inner + k] / UNIT)
+        total += values[first + k] * math.tanh(values[inner + n + k] * away)
+    return values[first + n] * math.exp(total)
+
+
+@compiled
 def envelope(layout, values, axis, speed):
     """T [N m] of an axis at a speed [rad/s]; where its three parameters stand and its slopes by them; the speed."""
     first = layout.places[axis, TORQUE]
+    if layout.hidden > 0:
+        return network(layout, values, axis, TORQUE, speed), first, 0.0, 0.0, 0.0, speed
     if layout.knots.size > 0:
         m, share = cell(layout.knots, speed)
         first += m
@@ -71,6 +91,7 @@ def envelope(layout, values, axis, speed):
     kinetic, static, scale = values[first], values[first + 1], values[first + 2]
     ratio = speed / scale
     power = ratio * ratio if layout.exponent == 2.0 else ratio**layout.exponent
+    power = min(power, 1e3)
     fall = math.exp(-power)
     drop = (static - kinetic) * fall
     return kinetic + drop, first, 1.0 - fall, fall, drop * layout.exponent * power / scale, speed
@@ -80,6 +101,8 @@ def envelope(layout, values, axis, speed):
 def tabulated(layout, values, axis, function, speed):
     """Stiffness, damping or viscosity of an axis at a speed; where its two parameters stand and its slopes by them."""
     first = layout.places[axis, function]
+    if layout.hidden > 0 and function != VISCOUS and not layout.static:
+        return network(layout, values, axis, function, speed), first, 0.0, 0.0
     if layout.knots.size > 0 and function != VISCOUS and not layout.static:
         m, share = cell(layout.knots, speed)
         first += m
@@ -88,11 +111,21 @@ def tabulated(layout, values, axis, function, speed):
 
 
 @compiled
+def norm(x, y, z):
+    """Length of a vector, also where its square is beyond all numbers."""
+    most = max(abs(x), abs(y), abs(z))
+    if most < FASTEST:
+        return math.sqrt(x * x + y * y + z * z)
+    x, y, z = x / most, y / most, z / most
+    return most * math.sqrt(x * x + y * y + z * z)
+
+
+@compiled
 def envelopes(layout, values, w):
     """The envelopes of the three axes at a rate."""
     x, y, z = abs(w[0]), abs(w[1]), abs(w[2])
     if layout.coupled:
-        x = y = z = math.sqrt(x * x + y * y + z * z)
+        x = y = z = norm(x, y, z)
     first = envelope(layout, values, 0, x)
     alike = x == y and layout.places[0, 0] == layout.places[1, 0]
     return first, first if alike else envelope(layout, values, 1, y), envelope(layout, values, 2, z)
@@ -103,8 +136,7 @@ def strength(layout, axis, w, e):
     """|M w| [W], of one axis where the axes are not coupled."""
     if not layout.coupled:
         return e[axis][0] * abs(w[axis])
-    x, y, z = e[0][0] * w[0], e[1][0] * w[1], e[2][0] * w[2]
-    return math.sqrt(x * x + y * y + z * z)
+    return norm(e[0][0] * w[0], e[1][0] * w[1], e[2][0] * w[2])
 
 
 @compiled
@@ -208,8 +240,28 @@ def torques(layout, values, rate, dt, state, torque):
 
 # --- sensitivities
 @compiled
-def add_envelope(e, factor, row):
+def add_network(layout, values, axis, function, speed, factor, row):
+    """Adds a multiple of a network's slopes by the parameters."""
+    n, first, s = layout.hidden, layout.places[axis, function], math.log1p(speed / UNIT)
+    inner = layout.places[axis, TORQUE] - 2 * n
+    factor *= network(layout, values, axis, function, speed)
+    row[first + n] += factor / values[first + n]
+    for k in range(n):
+        rate, steepness = values[inner + k], values[inner + n + k]
+        away = s - math.log1p(rate / UNIT)
+        bent = math.tanh(steepness * away)
+        row[first + k] += factor * bent
+        slope = factor * values[first + k] * (1.0 - bent * bent)
+        row[inner + k] -= slope * steepness / (UNIT + rate)
+        row[inner + n + k] += slope * away
+
+
+@compiled
+def add_envelope(layout, values, axis, e, factor, row):
     """Adds a multiple of an envelope's slopes by the parameters."""
+    if layout.hidden > 0:
+        add_network(layout, values, axis, TORQUE, e[5], factor, row)
+        return
     row[e[1]] += factor * e[2]
     row[e[1] + 1] += factor * e[3]
     row[e[1] + 2] += factor * e[4]
@@ -218,6 +270,9 @@ def add_envelope(e, factor, row):
 @compiled
 def add_tabulated(layout, values, axis, function, speed, factor, row):
     """Adds a multiple of the slopes of stiffness, damping or viscosity."""
+    if layout.hidden > 0 and function != VISCOUS and not layout.static:
+        add_network(layout, values, axis, function, speed, factor, row)
+        return
     found = tabulated(layout, values, axis, function, speed)
     row[found[1]] += factor * found[2]
     row[found[1] + 1] += factor * found[3]
@@ -231,14 +286,14 @@ def add_relaxation(layout, values, axis, w, e, k, stiffness, factor, row):
     factor *= k
     add_tabulated(layout, values, axis, STIFFNESS, e[axis][5], factor / stiffness, row)
     if not layout.coupled:
-        add_envelope(e[axis], -factor / e[axis][0], row)
+        add_envelope(layout, values, axis, e[axis], -factor / e[axis][0], row)
         return
-    add_envelope(e[axis], -2.0 * factor / e[axis][0], row)
+    add_envelope(layout, values, axis, e[axis], -2.0 * factor / e[axis][0], row)
     whole = strength(layout, axis, w, e)
     for j in range(3):
         if w[j] != 0.0:
             share = e[j][0] * w[j] / whole
-            add_envelope(e[j], factor * share * share / e[j][0], row)
+            add_envelope(layout, values, j, e[j], factor * share * share / e[j][0], row)
 
 
 @compiled

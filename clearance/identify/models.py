@@ -58,6 +58,8 @@ KINETIC = Parameter("kinetic", "N m", 0.02, 10.0, 2.0)
 STATIC = Parameter("static", "N m", 0.02, 10.0, 2.5)
 SPEED = Parameter("stribeck_speed", "rad/s", 1e-3, 2.0, 0.05)
 BRISTLES = Parameter("stiffness", "N m/rad", 100.0, 1e4, 1000.0), Parameter("damping", "N m s/rad", 1e-3, 20.0, 1.0)
+WEIGHT = Parameter("weight", "1", -2.0, 2.0, 0.1)
+LOOSE = 0.1  # how firmly a network's units are held, beside its weights
 THICK = Parameter("viscous", "N m s/rad", 1e-3, 10.0, 0.05)
 
 
@@ -86,7 +88,10 @@ class Model:
     def bounded(self, parameters: Sequence[Parameter], least: float) -> tuple[Parameter, ...]:
         """Parameters with the bounds asked for."""
         self._check_names(self.bounds, [p.name for p in parameters], "bounds")
-        return tuple(p.within(self.bounds[p.name], least) if p.name in self.bounds else p for p in parameters)
+        return tuple(
+            p.within(self.bounds[p.name], least if p.low > 0.0 else p.low) if p.name in self.bounds else p
+            for p in parameters
+        )
 
     def _check_names(self, given, known: Sequence[str], what: str) -> None:
         if unknown := [n for n in given if n not in known]:
@@ -103,8 +108,8 @@ class Model:
         values = np.asarray(values, float)
         if values.shape != (len(names),):
             raise ValueError(f"values: {self.name} has {len(names)} parameters, got an array of shape {values.shape}")
-        for name, value in zip(names, values.tolist(), strict=True):
-            (finite if self.linear else positive)(name, value)
+        for p, value in zip(self.parameters, values.tolist(), strict=True):
+            (positive if p.low > 0.0 else finite)(p.name, value)
         return values
 
     def packed(self, values: Values) -> np.ndarray:
@@ -116,9 +121,15 @@ class Model:
         return np.zeros(0 if self.linear else 3)
 
     def step(self, values: Values, state: np.ndarray, rate: np.ndarray, dt: float) -> np.ndarray:
-        """Torque (3,) [N m] at the end of a step [s] of constant rate (3,) [rad/s]; moves the state."""
-        torque = np.empty(3)
-        self.compiled(self.layout, self.packed(values), state, np.asarray(rate, float), float(dt), torque)
+        """Torque (3,) [N m] at the end of a step [s] of constant rate (3,) [rad/s]; moves the state.
+
+        Raises ValueError for rates that are not three numbers, and for a step that is negative; `compiled` looks at
+        neither.
+        """
+        torque, rate = np.empty(3), np.asarray(rate, float)
+        if rate.shape != (3,) or not all(map(math.isfinite, rate.tolist())):
+            raise ValueError(f"rate must be three finite numbers [rad/s], got {rate.tolist()}")
+        self.compiled(self.layout, self.packed(values), state, rate, non_negative("dt", dt), torque)
         return torque
 
 
@@ -130,8 +141,9 @@ class LuGre(Model):
     exp(-(|w| / w_s)^exponent), stiffness sigma0 [N m/rad], damping sigma1, viscous sigma2 [N m s/rad].
 
     symmetric: both tilt axes have one set. knots [rad/s]: T, sigma0 and sigma1 are piecewise linear in |w| with values
-    at these instead, level beyond them; smoothing: what a factor of e between neighbouring knots costs a fit, as an
-    NRMSE. static: the torque of steady sliding, without bristles; at rest it keeps what it was. bounds: of parameters
+    at these instead, level beyond them. network: T, sigma0 and sigma1 are functions of |w| that a network of so many
+    tanh units shared by them gives, positive and bounded, see `kernels.network`. smoothing: what a factor of e between
+    neighbouring knots, or by a unit, costs a fit, as an NRMSE. static: the torque of steady sliding, without bristles; at rest it keeps what it was. bounds: of parameters
     by name. |w| is the rate's norm where axes are coupled, else the axis' own.
 
     Valid for one preload and temperature; sticks with the stiffness sigma0, creeps under a load that swings below T_s.
@@ -140,6 +152,7 @@ class LuGre(Model):
     coupled: bool = True
     symmetric: bool = True
     knots: tuple[float, ...] = ()
+    network: int = 0
     smoothing: float = 0.03
     exponent: float = 2.0
     static: bool = False
@@ -149,6 +162,10 @@ class LuGre(Model):
 
     def __post_init__(self):
         object.__setattr__(self, "knots", _checked_knots(self.knots, 2) if len(self.knots) else ())
+        if isinstance(self.network, bool) or not isinstance(self.network, int) or self.network < 0:
+            raise ValueError(f"network must be a whole number of units, 0 for none, got {self.network!r}")
+        if self.network and self.knots:
+            raise ValueError(f"knots {self.knots} and a network of {self.network} units exclude each other")
         positive("exponent", self.exponent)
         non_negative("smoothing", self.smoothing)
         _ = self.parameters  # bounds of unknown parameters
@@ -166,28 +183,44 @@ class LuGre(Model):
     def _functions(self) -> list[list[Parameter]]:
         """Parameters of T, sigma0, sigma1, sigma2 of one axis."""
         bristles = [] if self.static else list(BRISTLES)
+        if self.network:
+            outputs, count = [replace(KINETIC, name="torque"), *bristles], range(1, self.network + 1)
+            return [
+                *([*(replace(WEIGHT, name=f"{p.name}_weight_{k}") for k in count), replace(p, name=f"{p.name}_level")]
+                  for p in outputs), [THICK],
+            ]  # fmt: skip
         if not self.knots:
             return [[KINETIC, STATIC, SPEED], *([p] for p in bristles), [THICK]]
         tables = [replace(KINETIC, name="torque"), *bristles]
         return [*([replace(p, name=f"{p.name}_at_{k:g}") for k in self.knots] for p in tables), [THICK]]
 
     @cached_property
+    def _units(self) -> list[Parameter]:
+        """Rates and steepnesses of a network's units, of one axis."""
+        rates = np.geomspace(0.02, 1.0, self.network + 2)[1:-1]
+        return [
+            *(Parameter(f"unit_rate_{k}", "rad/s", 1e-3, 10.0, float(r)) for k, r in enumerate(rates, 1)),
+            *(Parameter(f"unit_steepness_{k}", "1", 0.2, 5.0, 1.0) for k in range(1, self.network + 1)),
+        ]
+
+    @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        groups, functions = dict.fromkeys(self.groups), list(itertools.chain(*self._functions))
+        groups, functions = dict.fromkeys(self.groups), [*self._units, *itertools.chain(*self._functions)]
         return self.bounded([replace(p, name=f"{g}_{p.name}") for g in groups for p in functions], 1e-12)
 
     @cached_property
     def layout(self) -> Layout:
         sizes = [len(f) for f in self._functions]
-        own, groups = sum(sizes), list(dict.fromkeys(self.groups))
+        inner = len(self._units)
+        own, groups = inner + sum(sizes), list(dict.fromkeys(self.groups))
         places, behind = np.empty((3, 4), np.int64), own * len(groups)
         for axis, group in enumerate(self.groups):
-            first = [own * groups.index(group) + sum(sizes[:f]) for f in range(len(sizes))]
+            first = [own * groups.index(group) + inner + sum(sizes[:f]) for f in range(len(sizes))]
             if self.static:
                 places[axis] = first[0], behind, behind + 1, first[1]
             else:
                 places[axis] = first
-        return Layout(places, np.array(self.knots), float(self.exponent), self.coupled, self.static)
+        return Layout(places, np.array(self.knots), float(self.exponent), self.coupled, self.static, self.network)
 
     @cached_property
     def neighbours(self) -> np.ndarray:
@@ -195,6 +228,23 @@ class LuGre(Model):
         functions = () if not self.knots else (TORQUE,) if self.static else (TORQUE, STIFFNESS, DAMPING)
         firsts = sorted({int(f) for f in self.layout.places[:, functions].ravel()})
         return np.array([(f + k, f + k + 1) for f in firsts for k in range(len(self.knots) - 1)], int).reshape(-1, 2)
+
+    @cached_property
+    def roughness(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rows (k, p) and numbers (k,) whose difference, over the rms torque, a fit holds small.
+
+        Of the logarithms of parameters, and of weights: those at neighbouring knots are to be alike, a network's weights
+        small, its units less firmly where they were.
+        """
+        eye, rows = np.eye(len(self.parameters)), [np.zeros((0, len(self.parameters)))]
+        rows += [self.smoothing * (eye[after] - eye[before])[None] for before, after in self.neighbours]
+        wanted = [np.zeros(len(self.neighbours))]
+        for n, p in enumerate(self.parameters if self.network else ()):
+            share = 1.0 if "_weight_" in p.name else LOOSE if "_unit_" in p.name else 0.0
+            if share:
+                rows.append(share * self.smoothing * eye[n][None])
+                wanted.append([0.0 if p.low <= 0.0 else share * self.smoothing * math.log(p.typical)])
+        return np.concatenate(rows), np.concatenate(wanted)
 
     def torque(self, values: Values, trial) -> np.ndarray:
         """Torque (n, 3) [N m] of a trial from undeflected bristles; see the module."""

@@ -25,7 +25,8 @@ KNOTS = (0.0, 0.05, 0.3, 1.0)
 VARIANTS = {
     "lugre1d": lugre1d(), "lugre3d": lugre3d(), "asymmetric": lugre3d(symmetric=False),
     "tables": lugre3d(knots=KNOTS), "tables of each axis": lugre1d(knots=KNOTS), "exponent": lugre3d(exponent=1.3),
-    "static": lugre3d(static=True), "static tables": lugre1d(static=True, knots=KNOTS), "curve": Curve(),
+    "network": lugre3d(network=3), "network of each axis": lugre1d(network=2, symmetric=False),
+    "static network": lugre3d(static=True, network=3), "static": lugre3d(static=True), "static tables": lugre1d(static=True, knots=KNOTS), "curve": Curve(),
 }  # fmt: skip
 
 
@@ -332,6 +333,53 @@ def test_tables_meet_their_knots_are_linear_between_and_level_beyond():
     np.testing.assert_array_equal(found[0], found[1])
 
 
+def test_a_network_is_positive_and_bounded_and_follows_its_equation():
+    model, speeds = lugre3d(network=2), np.geomspace(1e-6, 1e3, 50)
+    values = dict(zip([p.name for p in model.parameters], typical(model), strict=True))
+    values |= {"spin_torque_weight_1": -0.7, "spin_torque_weight_2": 0.4, "spin_damping_weight_2": -2.0}
+    found = model.functions(values, speeds)[2]
+    for row, name in zip(found, ("torque", "stiffness", "damping"), strict=False):
+        total = 0.0
+        for k in (1, 2):
+            away = np.log((0.01 + speeds) / (0.01 + values[f"spin_unit_rate_{k}"]))
+            total = total + values[f"spin_{name}_weight_{k}"] * np.tanh(values[f"spin_unit_steepness_{k}"] * away)
+        np.testing.assert_allclose(row, values[f"spin_{name}_level"] * np.exp(total), rtol=1e-12)
+        most = math.exp(sum(abs(values[f"spin_{name}_weight_{k}"]) for k in (1, 2)))
+        assert (row <= values[f"spin_{name}_level"] * most).all()
+    assert (found > 0.0).all()
+
+
+def test_a_network_is_passive_within_its_bound():
+    """As the tables of a falling damping; where the bound is finite, a hundred times the rate gives energy."""
+    model = lugre3d(network=2)
+    values = {p.name: p.typical for p in model.parameters} | {f"{g}_damping_level": 12.0 for g in ("tilt", "spin")}
+    values |= {f"{g}_stiffness_weight_{k}": 0.0 for g in ("tilt", "spin") for k in (1, 2)}
+    bound = model.passive_rate(values)
+    assert 0.1 < bound < 10.0
+    random, worst = np.random.default_rng(2), []
+    for most in (bound, 100.0 * bound):
+        powers = []
+        for _ in range(2000):
+            w = random.normal(size=3)
+            w *= most / np.linalg.norm(w) * random.uniform()
+            torque, stiffness, damping, viscous = model.functions(values, [np.linalg.norm(w)])[:, :, 0].T
+            z = random.uniform(-1.0, 1.0, 3) * torque / stiffness
+            k = np.linalg.norm(torque * w) * stiffness / torque**2
+            rate = w - k * z
+            powers.append((w * (stiffness * z + damping * rate + viscous * w) - stiffness * z * rate).min())
+        worst.append(min(powers))
+    assert worst[0] >= -1e-9 > -1.0 > worst[1]
+
+
+def test_rates_beyond_their_squares():
+    """1e155 rad/s and more: finite in three axes as in one."""
+    for rate in (1e120, 1e160, 1e250):
+        for model in (lugre1d(), lugre3d(), lugre3d(static=True)):
+            values = [p.typical for p in model.parameters]
+            assert np.isfinite(model.step(values, model.start(), np.full(3, rate), 1e-3)).all()
+            assert np.isfinite(model.sensitivity(values, trial(np.full((60, 3), rate)))[0]).all()
+
+
 # --- gradients
 @pytest.mark.parametrize("name", VARIANTS)
 @pytest.mark.parametrize("seed", [1, 2])
@@ -422,6 +470,11 @@ def test_where_a_curve_drives():
         (lambda: lugre3d(bounds={"spin_stifness": (1, 2)}), "bounds: lugre3d has no parameter 'spin_stifness'"),
         (lambda: lugre3d(bounds={"spin_stiffness": (2, 1)}), "bounds of spin_stiffness"),
         (lambda: lugre3d(bounds={"spin_stiffness": (0, 1)}), "bounds of spin_stiffness"),
+        (lambda: lugre3d(network=2.5), "network must be a whole number of units, 0 for none, got 2.5"),
+        (lambda: lugre3d(network=2, knots=KNOTS), "knots .* and a network of 2 units exclude each other"),
+        (lambda: lugre3d().step(VALUES, np.zeros(3), [0.1, math.nan, 0.0], 1e-3), "rate must be three finite numbers"),
+        (lambda: lugre3d().step(VALUES, np.zeros(3), [0.1, 0.2], 1e-3), "rate must be three finite numbers"),
+        (lambda: lugre3d().step(VALUES, np.zeros(3), [0.1, 0.2, 0.0], -1e-3), "dt must not be negative, got -0.001"),
         (lambda: Curve(knots=(0.0, 1.0)), "the first knot must lie above"),
         (lambda: lugre3d().torque(np.ones(11), mixed()), r"12 parameters, got an array of shape \(11,\)"),
         (lambda: lugre3d().torque(VALUES | {"spin_static": -1.0}, mixed()), "spin_static must be positive, got -1"),
