@@ -4,7 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
-from clearance.commands.common import DONE, number
+from clearance.commands.common import DONE, number, seed_of
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -26,7 +26,7 @@ def run(options) -> int:
     path = Path(options.output or f"{options.joint}.h5")
     if path.suffix.lower() not in (".h5", ".hdf5", ".csv"):
         raise ValueError(f"-o {path}: a measurement's name must end in .h5, .hdf5 or .csv")
-    measurement = bench(options.seed, options.scatter, options.noise)
+    measurement = bench(seed_of(options), options.scatter, options.noise)
     write(path, measurement)
     roles = {r: {"trials": len((of := measurement.of(r)).trials), "samples": of.samples} for r in measurement.roles}
     if options.json:

@@ -31,6 +31,13 @@ def number(text: str) -> float:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
 
 
+def seed_of(options) -> int:
+    """--seed. Raises ValueError for a negative one."""
+    if options.seed < 0:
+        raise ValueError(f"--seed must be a whole number from 0 on, got {options.seed}")
+    return options.seed
+
+
 def complain(options, message: str, status: int, **more) -> int:
     """One line on stderr, and under --json a document on stdout; returns the exit status."""
     line = " ".join(message.split())

@@ -5,7 +5,7 @@ import dataclasses
 import json
 from pathlib import Path
 
-from clearance.commands.common import DONE, Line, listed, make_folder
+from clearance.commands.common import DONE, Line, listed, make_folder, seed_of
 
 #: parameters are listed up to so many; networks have more
 MOST_LISTED = 100
@@ -19,8 +19,17 @@ def add(commands) -> argparse.ArgumentParser:
         "--model", default="lugre3d", metavar="NAME",
         help="lugre1d, lugre3d, curve, or lstm with the extra learn (default lugre3d)",
     )  # fmt: skip
+    p.add_argument(
+        "-p", dest="options", metavar="NAME=VALUE", action="append", default=[],
+        help="an option of the model, such as knots=0.01,0.1,1 network=4 exponent=1 symmetric=no static=yes "
+        "nonnegative=yes smoothing=0.1, of the lstm hidden=8; may be repeated",
+    )  # fmt: skip
+    p.add_argument(
+        "--bound", dest="bounds", metavar="NAME=LO:HI", action="append", default=[],
+        help="bounds of a parameter in its SI unit, such as spin_stiffness=500:5000; may be repeated",
+    )  # fmt: skip
     p.add_argument("--roles", default="training", metavar="NAMES", help="trials to fit: comma list (training)")
-    p.add_argument("--starts", type=int, default=5, metavar="N", help="points a nonlinear fit begins from (5)")
+    p.add_argument("--starts", type=int, default=20, metavar="N", help="points a nonlinear fit begins from (20)")
     p.add_argument("--seed", type=int, default=0, metavar="N", help="of the starts (0)")
     p.add_argument("--trust-units", action="store_true", help="read numbers that look like degrees, N mm or ms as SI")
     p.add_argument("-o", dest="output", metavar="DIR", help="folder for fit.h5, modelled.h5 and pictures")
@@ -35,10 +44,11 @@ def run(options) -> int:
 
     if options.plot and not options.output:
         raise ValueError("--plot needs a folder for the pictures: give -o DIR")
+    model = _model(options)
     measurement = read(options.data, trusted=options.trust_units)
     line = Line(options)
     found = fit(
-        measurement, options.model, starts=options.starts, seed=options.seed, roles=listed(options.roles),
+        measurement, model, starts=options.starts, seed=seed_of(options), roles=listed(options.roles),
         progress=lambda share: line(f"{share:.0%}"),
     )  # fmt: skip
     found.facts["data"] = str(options.data)
@@ -50,6 +60,50 @@ def run(options) -> int:
         lines += [f"  wrote        {path}" for path in document["files"]]
     print(json.dumps(document) if options.json else "\n".join(lines))
     return DONE
+
+
+def _model(options):
+    """The model with its options and bounds. Raises ValueError for those it has not or cannot have."""
+    from clearance.identify import models
+
+    known, chosen = models.model(options.model).options, {}
+    for item in options.options:
+        name, equals, text = item.partition("=")
+        if not equals:
+            raise ValueError(f"-p {item}: expected NAME=VALUE")
+        if name not in known or name == "bounds":
+            names = ", ".join(n for n in known if n != "bounds")
+            raise ValueError(f"-p {item}: {options.model} has no option {name!r}; it has {names}")
+        chosen[name] = _value(item, text, known[name])
+    if options.bounds and "bounds" not in known:
+        raise ValueError(f"--bound {options.bounds[0]}: {options.model} has no bounds")
+    if options.bounds:
+        chosen["bounds"] = dict(map(_bound, options.bounds))
+    return models.model(options.model, **chosen)
+
+
+def _value(item: str, text: str, default):
+    """The value of an option, of the kind that its default has."""
+    try:
+        if isinstance(default, bool):
+            return {"yes": True, "true": True, "no": False, "false": False}[text.lower()]
+        if isinstance(default, tuple):
+            return tuple(float(part) for part in listed(text) or ())
+        return type(default)(text)
+    except (KeyError, ValueError):
+        kinds = {bool: "yes or no", tuple: "a comma list of numbers", int: "a whole number"}
+        raise ValueError(f"-p {item}: expected {kinds.get(type(default), 'a number')}, got {text!r}") from None
+
+
+def _bound(item: str) -> tuple[str, tuple[float, float]]:
+    name, equals, ends = item.partition("=")
+    low, colon, high = ends.partition(":")
+    try:
+        if equals and colon:
+            return name, (float(low), float(high))
+    except ValueError:
+        pass
+    raise ValueError(f"--bound {item}: expected NAME=LO:HI")
 
 
 def _keep(found, measurement, folder: Path, plot: bool) -> list[Path]:
@@ -83,20 +137,24 @@ def _document(found, measurement) -> dict:
     document = {
         "status": "complete", "model": found.model.name, "data": found.facts["data"],
         "synthetic": bool(measurement.facts.get("synthetic", False)), "fitted": found.facts["samples"],
+        "options": found.model.options, "widening": found.facts.get("widening"),
         "roles": found.facts["roles"], "seconds": found.facts["seconds"], "parameter_count": len(found.values),
         "scores": scores, "doubts": list(found.doubts),
         "left_aside": list(measurement.facts.get("columns_left_aside", [])),
     }  # fmt: skip
     if len(found.values) <= MOST_LISTED:
-        units = {p.name: p.units for p in found.model.parameters}
+        units, (low, high) = {p.name: p.units for p in found.model.parameters}, found.widened()
         document["parameters"] = {
-            n: {"value": v, "units": units[n], "low": found.low.get(n), "high": found.high.get(n)}
+            n: {"value": v, "units": units[n], "low": found.low.get(n), "high": found.high.get(n),
+                "widened_low": low.get(n), "widened_high": high.get(n)}
             for n, v in found.values.items()
-        }
+        }  # fmt: skip
     return document
 
 
 def _readable(document: dict) -> list[str]:
+    from clearance.identify.doubts import WIDER
+
     d = document
     lines = [
         f"{d['model']} of {d['data']}: {d['fitted']} samples of {', '.join(d['roles'])} in {d['seconds']:.3g} s"
@@ -104,7 +162,10 @@ def _readable(document: dict) -> list[str]:
     ]
     for name, p in d.get("parameters", {}).items():
         line = f"  {name:<24} {p['value']:>11.5g} {p['units']:<10}"
-        lines.append(line + (f" 95 % {p['low']:.5g} to {p['high']:.5g}" if p["low"] is not None else ""))
+        if p["low"] is not None:
+            line += f" 95 % {p['low']:.5g} to {p['high']:.5g}"
+            line += f", widened {p['widened_low']:.5g} to {p['widened_high']:.5g}" if d["widening"] >= WIDER else ""
+        lines.append(line)
     if "parameters" not in d:
         lines.append(f"  {d['parameter_count']} parameters, kept in the file of the fit")
     lines.append(f"  {'NRMSE: rms error over':<24} {'rms':>8} {'std':>8} {'range':>8}   of the measured torque")

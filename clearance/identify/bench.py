@@ -24,6 +24,7 @@ FINE = 2.5e-4
 #: rate [rad/s] within which friction goes over from one direction's to the other's
 TURNING = 1e-3
 
+MOST_SCATTER = 1.0  # of the level's logarithm
 #: of the random numbers, what seed 0 begins with
 FIRST = 6
 
@@ -104,6 +105,8 @@ def bench(
     curve 0.24 to 0.27 and 0.28 to 0.40 (median 0.32). Torques are integrated to 0.002 N m (rms).
     """
     scatter, noise = non_negative("scatter", scatter), non_negative("noise", noise)
+    if scatter > MOST_SCATTER:
+        raise ValueError(f"scatter must lie in [0, {MOST_SCATTER:g}], 0.16 is 16 %, got {scatter:g}")
     if not 200.0 <= finite("rate_of_samples", rate_of_samples) <= 20000.0:
         raise ValueError(f"rate_of_samples must lie in [200, 20000] 1/s, got {rate_of_samples!r}")
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:

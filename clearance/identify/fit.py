@@ -1,40 +1,26 @@
-"""Estimation of a model's parameters from measured friction torques: one call, with errors and provenance.
+"""Parameters of a friction model from measured torques: one call, with errors, doubts and provenance.
 
-LuGre: nonlinear least squares (trust region, bounds) in the logarithms of the parameters, from analytic sensitivities
-and several starts. After each pass over the samples the residuals r and slopes J are reduced to the triangle that has
-the same J^T J, J^T r and r^T r, so that scipy makes the very steps it would make with all rows, at no cost.
-Characteristic curve: linear least squares. Other models bring `estimate(trials, starts, seed, progress)` themselves.
+How they are found is in identify/estimation.py. Other models bring `estimate(trials, starts, seed, progress)`
+themselves.
 """
 
 import json
 import math
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import least_squares, lsq_linear
-from scipy.special import stdtrit
 
-from clearance.identify import models
-from clearance.identify.kernels import PADDING
-from clearance.identify.models import AXES, Curve, LuGre, Model
+from clearance.identify import doubts, models
+from clearance.identify.estimation import ESTIMATES, STARTS, axes_of
+from clearance.identify.models import AXES, LuGre, Model
 from clearance.results import open_checked, save_tables
 
 FORMAT = "clearance-friction-fit"
 FORMAT_VERSION = 1
-CONFIDENCE = 0.95
-LOOK, FINISH = 1e-3, 1e-9  # relative change of the cost at which a start is judged, and the best one is finished
-MOST_LOOKS, MOST = 25, 300  # passes over the samples of a start, and of the finish
-FEW, MOST_THINNED = 1000, 10  # samples of a trial that starts are judged by, at least; one in so many of them, at most
-FOLLOWED = 3  # starts that are followed on all samples
-NEAR, ENOUGH = 0.05, 0.2  # starts agree within this share of the cost; doubted where fewer than this share of them do
-HUGE = 1e100  # N m, whose square is a number
-LEVEL = 1e-9  # weight of neighbouring knots being equal, over that of all samples: what holds knots without samples
-ROUNDING = 1e-8  # of singular values of slopes whose columns have the norm 1, after their products were taken
-BLIND = 1e-12  # share of a parameter in the cost's curvature below which the samples do not see it
+STILL = 1e-7  # rad: a trial that turns less has no motion
 
 
 def nrmse(measured: np.ndarray, modelled: np.ndarray, over: str = "rms") -> float:
@@ -56,33 +42,15 @@ def nrmse(measured: np.ndarray, modelled: np.ndarray, over: str = "rms") -> floa
 
 
 @dataclass(frozen=True, eq=False)
-class Estimate:
-    """What the estimation of a model gives: values (p,), low and high (p,) of 95 % intervals, covariance (p, p).
-
-    history: cost over the iterations; starts: columns of the table of starts; facts, doubts. A model without intervals
-    leaves low, high and covariance empty.
-    """
-
-    values: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-    covariance: np.ndarray
-    history: np.ndarray
-    starts: dict[str, np.ndarray]
-    facts: dict = field(default_factory=dict)
-    doubts: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, eq=False)
 class Fit:
     """A model with the values found for it.
 
     values: by the parameters' names; low, high: 95 % intervals, in the logarithms where a model is not linear, no wider
     than the bounds; covariance (p, p) of the values, to first order. All three take the errors of samples as
-    independent: where the model is too simple they are not, and intervals are too narrow. nrmse: by role, see `nrmse`;
-    history: cost [(N m)^2] (half the sum of squares, of a table's roughness too) over the iterations from the best
-    start; starts: cost, evaluations and values of all starts; facts: samples, noise [N m], evaluations, seconds ...;
-    doubts: sentences.
+    independent: where the model is too simple they are not, and intervals are too narrow, see `widened`. nrmse: by
+    role, see `nrmse`; history: cost [(N m)^2] (half the sum of squares, of a table's roughness too) over the iterations
+    from the best start; starts: cost, evaluations and values of all starts; facts: samples, noise [N m], evaluations,
+    seconds ...; doubts: sentences.
     """
 
     model: Model
@@ -103,6 +71,36 @@ class Fit:
     def score(self, trials: Iterable, over: str = "rms") -> float:
         """NRMSE of these trials, see `nrmse`."""
         return _score(self.model, self.values, trials, over)
+
+    def widened(self) -> tuple[dict[str, float], dict[str, float]]:
+        """Low and high ends of the intervals as wide as the correlation of the errors makes them, within the bounds.
+
+        By sqrt(tau), tau [samples] the integrated autocorrelation time of the errors along the motion; of all
+        parameters alike, an estimate. What differs from specimen to specimen is not in it.
+        """
+        factor, low, high = self.facts.get("widening", 1.0), {}, {}
+        for p in self.model.parameters if self.low else ():
+            value, log = self.values[p.name], p.low > 0.0 and not self.model.linear
+            ends = np.array([self.low[p.name], self.high[p.name]])
+            wide = value * (ends / value) ** factor if log else value + factor * (ends - value)
+            low[p.name], high[p.name] = (float(e) for e in np.clip(wide, p.low, p.high))
+        return low, high
+
+    def law(self, axis: str = "spin"):
+        """The friction of one axis (spin, tilt; of models that tell them apart tilt_x, tilt_y) as `cl.joint_lugre`.
+
+        Turned about that axis alone, the model is that law. Raises ValueError for an axis that the model has not, and
+        for models that are no LuGre law of constant parameters.
+        """
+        from clearance.laws import joint_lugre
+
+        if not isinstance(self.model, LuGre) or self.model.knots or self.model.network or self.model.static:
+            raise ValueError(f"law: this {self.model.name} is no LuGre law of constant parameters")
+        if axis not in self.model.groups:
+            raise ValueError(f"law: axis must be one of {', '.join(dict.fromkeys(self.model.groups))}, got {axis!r}")
+        own = {n: self.values[f"{axis}_{n}"] for n in ("static", "kinetic", "stiffness", "damping", "viscous")}
+        speed = self.values[f"{axis}_stribeck_speed"]
+        return joint_lugre(**own, stribeck_rate=speed, exponent=self.model.exponent)
 
     def save(self, path: str | Path) -> Path:
         """All of it as HDF5 (format clearance-friction-fit), for `open_fit`."""
@@ -128,6 +126,7 @@ class Fit:
         }  # fmt: skip
         attributes = {
             "format_version": FORMAT_VERSION, "model": self.model.name, "options": json.dumps(self.model.options),
+            "synthetic": bool(self.facts.get("synthetic", False)),
             "facts": json.dumps(self.facts), "doubts": json.dumps(self.doubts),
         }  # fmt: skip
         return save_tables(path, FORMAT, attributes, tables)
@@ -162,7 +161,7 @@ def fit(
     measurement,
     model: str | Model = "lugre3d",
     *,
-    starts: int = 5,
+    starts: int = STARTS,
     seed: int = 0,
     roles: Sequence[str] = ("training",),
     progress: Callable[[float], None] | None = None,
@@ -170,35 +169,54 @@ def fit(
     """Parameters of a model (or of one by its name) from the trials of these roles.
 
     starts: how many points a nonlinear fit begins from, the first at the typical values, the others spread over the
-    bounds by the seed. progress: called with the done share. Raises ValueError for no such trials, no measured axis, a
-    torque or rate that is not a number, and an unknown model.
+    bounds by the seed. progress: called with the done share. Raises ValueError for roles that no trial has, a trial
+    without motion or measured axis, a torque or rate that is not a number, and an unknown model.
     """
     model = models.model(model) if isinstance(model, str) else model
     roles = (roles,) if isinstance(roles, str) else tuple(roles)
     trials = [t for t in measurement.trials if t.role in roles]
-    if not trials:
-        there = ", ".join(dict.fromkeys(t.role for t in measurement.trials)) or "none"
-        raise ValueError(f"no trial has a role of {', '.join(roles)}; there are {there}")
+    there = list(dict.fromkeys(t.role for t in measurement.trials))
+    absent = [r for r in roles if r not in there]
+    if absent or not trials:
+        raise ValueError(
+            f"no trial has a role of {', '.join(absent) or 'none'}; there are {', '.join(there) or 'none'}"
+        )
     if starts < 1:
         raise ValueError(f"starts must be at least 1, got {starts}")
+    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
+        raise ValueError(f"seed must be a whole number from 0 on, got {seed!r}")
     for trial in trials:
         _check(trial)
     began = time.perf_counter()
     how = {"starts": starts, "seed": seed, "progress": progress or (lambda share: None)}
-    known = type(model) in _ESTIMATES
-    found = _ESTIMATES[type(model)](model, trials, **how) if known else model.estimate(trials, **how)
+    known = type(model) in ESTIMATES
+    found = ESTIMATES[type(model)](model, trials, **how) if known else model.estimate(trials, **how)
     took = time.perf_counter() - began
     names = [p.name for p in model.parameters]
     values, low, high = (dict(zip(names, v.tolist(), strict=False)) for v in (found.values, found.low, found.high))
-    there = dict.fromkeys(t.role for t in measurement.trials)
     scores = {r: _score(model, values, [t for t in measurement.trials if t.role == r]) for r in there}
     fastest = max(float(np.linalg.norm(t.rate, axis=1).max()) for t in trials)
     facts = {
         "roles": list(roles), "trials": [t.name for t in trials], "samples": sum(t.samples for t in trials),
-        "starts": starts, "seed": seed, "seconds": took, "fastest": fastest, **found.facts,
+        "starts": starts, "seed": int(seed), "seconds": took, "fastest": fastest,
+        "synthetic": bool(getattr(measurement, "facts", {}).get("synthetic", False)), **found.facts,
     }  # fmt: skip
-    doubts = (*found.doubts, *model.doubts(values, fastest))
-    return Fit(model, values, low, high, found.covariance, scores, found.history, found.starts, facts, doubts)
+    said = *doubts.of_records(trials), *doubts.of_scores(scores, trials), *found.doubts, *model.doubts(values, fastest)
+    if low:
+        facts |= _correlated(model, values, trials)
+        samples = sum(t.samples * sum(t.measured) for t in trials)
+        said = *said, *doubts.of_intervals(facts["widening"], samples, facts["independent_samples"])
+    return Fit(model, values, low, high, found.covariance, scores, found.history, found.starts, facts, said)
+
+
+def _correlated(model: Model, values: dict[str, float], trials: Sequence) -> dict[str, float]:
+    """How many independent errors the samples' errors are worth, and what that widens intervals by."""
+    errors = []  # along the motion: a level that is too high is one error, whichever way the joint turns
+    for trial in trials:
+        along = (model.torque(values, trial) - trial.torque) * np.where(trial.rate < 0.0, -1.0, 1.0)
+        errors += [along[:, axis] for axis in axes_of(trial)]
+    time_of_one = doubts.correlation(errors)
+    return {"independent_samples": sum(map(len, errors)) / time_of_one, "widening": math.sqrt(time_of_one)}
 
 
 def _check(trial) -> None:
@@ -207,365 +225,12 @@ def _check(trial) -> None:
     for what, array in (("rate", trial.rate), ("torque", np.where(trial.measured, trial.torque, 0.0))):
         for row, axis in np.argwhere(~np.isfinite(array))[:1]:
             raise ValueError(f"trial {trial.name!r}: {what}_{AXES[axis]} is {array[row, axis]} in row {row}")
-
-
-def _axes(trial) -> np.ndarray:
-    return np.flatnonzero(trial.measured)
+    if (way := float(abs(trial.rate).sum()) * trial.step) < STILL:
+        raise ValueError(f"trial {trial.name!r} never moves ({way:.2g} rad in all): it tells nothing about friction")
 
 
 def _score(model: Model, values: dict[str, float], trials: Iterable, over: str = "rms") -> float:
     trials = list(trials)
-    measured = [t.torque[:, _axes(t)].ravel() for t in trials]
-    modelled = [model.torque(values, t)[:, _axes(t)].ravel() for t in trials]
+    measured = [t.torque[:, axes_of(t)].ravel() for t in trials]
+    modelled = [model.torque(values, t)[:, axes_of(t)].ravel() for t in trials]
     return nrmse(np.concatenate(measured), np.concatenate(modelled), over)
-
-
-# --- what estimations share
-def triangle(slopes: np.ndarray, residuals: np.ndarray) -> np.ndarray:
-    """(p + 1, p + 1): of the same products among columns as slopes (m, p) and residuals (m,) beside them."""
-    p = slopes.shape[1]
-    products = np.empty((p + 1, p + 1))
-    products[:p, :p] = slopes.T @ slopes
-    products[p, :p] = products[:p, p] = slopes.T @ residuals
-    products[p, p] = residuals @ residuals
-    sizes = np.sqrt(np.diag(products))
-    scale = np.where(sizes > 0.0, sizes, 1.0)
-    powers, directions = np.linalg.eigh(products / np.outer(scale, scale))
-    return np.sqrt(np.maximum(powers, 0.0))[:, None] * directions.T * sizes  # columns of zeros stay that
-
-
-def spread(slopes: np.ndarray, cost: float, samples: int) -> tuple[np.ndarray, np.ndarray, float]:
-    """Covariance (p, p), half widths (p,) of 95 % intervals, and standard deviation of a sample's error.
-
-    slopes (m, p) at the least cost, half the sum of squares, of so many samples. Directions that the samples do not see
-    come out very wide, not infinite.
-    """
-    freedom = max(samples - slopes.shape[1], 1)
-    variance = 2.0 * cost / freedom
-    sizes = np.linalg.norm(slopes, axis=0)
-    sizes[sizes == 0.0] = 1e-12
-    _, singular, rows = np.linalg.svd(slopes / sizes, full_matrices=False)
-    inverse = rows.T / np.maximum(singular, ROUNDING)
-    covariance = variance * (inverse @ inverse.T) / np.outer(sizes, sizes)
-    wide = stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE) * np.sqrt(np.diag(covariance))
-    return covariance, wide, math.sqrt(variance)
-
-
-def _bound_doubts(model: Model, values: np.ndarray, sizes: np.ndarray) -> tuple[str, ...]:
-    """Parameters that the samples (slopes of the given sizes) do not see, and those that end at a bound."""
-    found = []
-    for p, value, size in zip(model.parameters, values, sizes, strict=True):
-        if size <= BLIND * sizes.max():
-            found.append(f"{p.name}: the trials say nothing about it")
-        elif not p.low * (1.0 + 1e-3) < value < p.high * (1.0 - 1e-3) and p.low >= 0.0:
-            found.append(f"{p.name}: ends at a bound, {value:.4g} {p.units}")
-    return tuple(found)
-
-
-# --- LuGre
-class Search:
-    """Coordinates of a nonlinear fit: logarithms of parameters whose bounds are positive, others as they are.
-
-    `natural` ones are those; `searched` ones have for a kinetic torque its place between its lower bound (0) and the
-    static torque (1), in the logarithm, so that a box of them holds what has static >= kinetic and keeps all bounds.
-    """
-
-    def __init__(self, model: LuGre):
-        parameters, names = model.parameters, [p.name for p in model.parameters]
-        self.log = np.array([p.low > 0.0 for p in parameters])
-        self.low, self.high, self.typical = (
-            np.array([math.log(v) if p.low > 0.0 else v for p in parameters for v in [getattr(p, which)]])
-            for which in ("low", "high", "typical")
-        )
-        kinetic = [n for n in names if n.endswith("_kinetic")]
-        self.pairs = [(names.index(n), names.index(n.replace("_kinetic", "_static"))) for n in kinetic]
-        self.bounds = np.array([self.low, self.high])
-        for k, s in self.pairs:
-            self.bounds[:, k] = 0.0, 1.0
-            self.bounds[0, s] = max(self.low[s], self.low[k])
-            if self.bounds[0, s] >= self.high[s]:
-                raise ValueError(f"bounds of {names[k]} and {names[s]} leave no static torque above the kinetic one")
-
-    def values(self, x: np.ndarray) -> np.ndarray:
-        """Parameters at natural coordinates (p,)."""
-        return np.where(self.log, np.exp(np.where(self.log, x, 0.0)), x)
-
-    def slopes(self, x: np.ndarray) -> np.ndarray:
-        """Slopes of the parameters by the natural coordinates (p,)."""
-        return np.where(self.log, self.values(x), 1.0)
-
-    def natural(self, y: np.ndarray) -> np.ndarray:
-        """Natural coordinates at searched ones."""
-        x = y.copy()
-        for k, s in self.pairs:
-            x[k] = self.low[k] + y[k] * (min(self.high[k], y[s]) - self.low[k])
-        return x
-
-    def searched(self, x: np.ndarray) -> np.ndarray:
-        """Searched coordinates at natural ones, moved to where static >= kinetic."""
-        y = np.clip(x, self.bounds[0], self.bounds[1])
-        for k, s in self.pairs:
-            room = min(self.high[k], y[s]) - self.low[k]
-            y[k] = min(max((x[k] - self.low[k]) / room, 0.0), 1.0) if room > 0.0 else 1.0
-        return y
-
-    def chained(self, slopes: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Slopes (m, p) by natural coordinates, as such by searched ones."""
-        found = slopes.copy()
-        for k, s in self.pairs:
-            found[:, k] = slopes[:, k] * (min(self.high[k], y[s]) - self.low[k])
-            found[:, s] = slopes[:, s] + (y[k] * slopes[:, k] if y[s] < self.high[k] else 0.0)
-        return found
-
-
-class Thinned(NamedTuple):
-    """Every so many samples of a trial."""
-
-    name: str
-    rate: np.ndarray
-    torque: np.ndarray
-    step: float
-    samples: int
-
-
-def _thinned(trial) -> Thinned:
-    every = min(max(trial.samples // FEW, 1), MOST_THINNED)
-    rate, torque = (np.ascontiguousarray(a[::every]) for a in (trial.rate, trial.torque))
-    return Thinned(trial.name, rate, torque, trial.step * every, len(rate))
-
-
-class Passes:
-    """Residuals of axes (a list of them a trial) and slopes by natural coordinates, as triangles; counts its passes."""
-
-    def __init__(self, model: LuGre, search: Search, trials: Sequence, axes: Sequence[np.ndarray]):
-        self.model, self.search, self.trials, self.axes = model, search, trials, axes
-        ends = np.cumsum([0, *(t.samples * a.size for t, a in zip(trials, axes, strict=True))])
-        self.rows = [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
-        self.measured = np.concatenate([t.torque[:, a].ravel() for t, a in zip(trials, axes, strict=True)])
-        self.torque, self.slopes = np.empty(ends[-1]), np.empty((ends[-1], len(model.parameters) + PADDING))
-        rows, wanted = model.roughness
-        self.smooth = np.column_stack([rows, -wanted]) * np.linalg.norm(self.measured)
-        self.evaluations, self.last = 0, None
-
-    def reduced(self, x: np.ndarray) -> np.ndarray:
-        """Slopes and residuals at natural coordinates x: the samples' triangle, below it the smoothing."""
-        if self.last is not None and np.array_equal(self.last[0], x):
-            return self.last[1]
-        values = self.search.values(x)
-        packed = self.model.packed(values)
-        for trial, axes, rows in zip(self.trials, self.axes, self.rows, strict=True):
-            shape = trial.samples, axes.size
-            slopes = self.slopes[rows].reshape(*shape, -1)
-            self.model.sensitivities(packed, trial, axes, self.torque[rows].reshape(shape), slopes)
-            if not abs(self.torque[rows]).max() < HUGE:
-                given = ", ".join(f"{p.name} {v:.4g}" for p, v in zip(self.model.parameters, values, strict=True))
-                raise ValueError(f"trial {trial.name!r}: the modelled torque is beyond all numbers at {given}")
-        self.evaluations += 1
-        found = triangle(self.slopes[:, : values.size], self.torque - self.measured)
-        found[:, :-1] *= self.search.slopes(x)
-        found = np.vstack([found, np.column_stack([self.smooth[:, :-1], self.smooth @ np.append(x, 1.0)])])
-        self.last = x.copy(), found
-        return found
-
-    def cost(self, x: np.ndarray) -> float:
-        """Half the sum of squares at natural coordinates, without slopes."""
-        values, squares = self.search.values(x), 0.0
-        for trial, axes in zip(self.trials, self.axes, strict=True):
-            squares += float(np.sum((self.model.torque(values, trial) - trial.torque)[:, axes] ** 2))
-        return 0.5 * (squares + float(np.sum((self.smooth @ np.append(x, 1.0)) ** 2)))
-
-    def samples(self, x: np.ndarray) -> np.ndarray:
-        """The samples' triangle alone."""
-        return self.reduced(x)[: len(x) + 1]
-
-    def solved(self, begin: np.ndarray, free: np.ndarray, change: float, most: int) -> "Solved":
-        """The least cost from searched coordinates, of which the free ones move."""
-        history, before, search = [], self.evaluations, self.search
-
-        def whole(free_ones):
-            moved = begin.copy()
-            moved[free] = free_ones
-            return moved, self.reduced(search.natural(moved))
-
-        def jacobian(free_ones):
-            y, found = whole(free_ones)
-            history.append(0.5 * float(found[:, -1] @ found[:, -1]))
-            return search.chained(found[:, :-1], y)[:, free]
-
-        found = least_squares(
-            lambda y: whole(y)[1][:, -1], begin[free], jacobian, search.bounds[:, free], "trf", change, change, 1e-12,
-            "jac", max_nfev=most,
-        )  # fmt: skip
-        point = begin.copy()
-        point[free] = found.x
-        return Solved(point, float(found.cost), history, self.evaluations - before, found.status > 0)
-
-
-class Solved(NamedTuple):
-    """Searched coordinates, their cost, its history, passes over the samples, convergence."""
-
-    point: np.ndarray
-    cost: float
-    history: list[float]
-    evaluations: int
-    converged: bool
-
-
-@dataclass(frozen=True, eq=False)
-class Part:
-    """Parameters that trials see together, and those trials' axes: a fit of its own."""
-
-    free: np.ndarray
-    trials: list
-    axes: list[np.ndarray]
-
-
-def parts(model: LuGre, search: Search, trials: Sequence) -> list[Part]:
-    """The fit taken apart: trials of one axis each say nothing about the parameters of other axes."""
-    p = len(model.parameters)
-    label = np.arange(p)
-    for row in model.roughness[0]:
-        _join(label, row != 0.0)
-    found = []
-    for trial in trials:
-        for axis in _axes(trial):
-            slopes = Passes(model, search, [trial], [np.array([axis])]).samples(search.typical)[:, :-1]
-            seen = np.linalg.norm(slopes, axis=0) > 0.0
-            _join(label, seen)
-            found.append((trial, axis, seen))
-    there = [(trial, axis, label[seen][0]) for trial, axis, seen in found if seen.any()]
-    own = {name: [(t, a) for t, a, n in there if n == name] for name in dict.fromkeys(n for *_, n in there)}
-    return [Part(label == name, *_by_trial(units)) for name, units in own.items()]
-
-
-def _join(label: np.ndarray, together: np.ndarray) -> None:
-    """Give parameters that belong together one label."""
-    if together.any():
-        label[np.isin(label, label[together])] = label[together].min()
-
-
-def _by_trial(units: list) -> tuple[list, list[np.ndarray]]:
-    trials = list({id(t): t for t, _ in units}.values())
-    return trials, [np.array([a for t, a in units if t is trial]) for trial in trials]
-
-
-@dataclass(frozen=True, eq=False)
-class Found:
-    """What the fit of a part gives: its end, the cost's history, costs, passes and points of all starts."""
-
-    end: Solved
-    history: list[float]
-    costs: np.ndarray
-    passes: np.ndarray
-    points: list[np.ndarray]
-    evaluations: int
-
-
-def _solve(model: LuGre, search: Search, part: Part, begins: list[np.ndarray], tell: Callable[[], None]) -> Found:
-    """The best of several starts: all on few samples, the best of those on all, and the best one to the end."""
-    whole = Passes(model, search, part.trials, part.axes)
-    looks = whole if len(begins) == 1 else Passes(model, search, [_thinned(t) for t in part.trials], part.axes)
-    looked = []
-    for begin in begins:
-        looked.append(looks.solved(begin, part.free, LOOK, MOST_LOOKS))
-        tell()
-    passes, points = np.array([s.evaluations for s in looked]), [s.point for s in looked]
-    costs = np.array([whole.cost(search.natural(y)) for y in points])
-    histories = {0: looked[0].history}
-    for n in np.argsort(costs, kind="stable")[:FOLLOWED] if looks is not whole else ():
-        further = whole.solved(points[n], part.free, LOOK, MOST_LOOKS)
-        points[n], costs[n], histories[n] = further.point, further.cost, further.history
-        passes[n] += further.evaluations
-    best = int(np.argmin(costs))
-    end = whole.solved(points[best], part.free, FINISH, MOST)
-    history = [*histories[best], *end.history[1:]]
-    return Found(end, history, costs, passes, points, int(passes.sum()) + end.evaluations)
-
-
-def _estimate_lugre(model: LuGre, trials: Sequence, *, starts: int, seed: int, progress: Callable) -> Estimate:
-    search, random = Search(model), np.random.default_rng(seed)
-    typical = search.searched(search.typical)
-    begins = [typical, *(random.uniform(*search.bounds) for _ in range(starts - 1))]
-    split, told = parts(model, search, trials), []
-
-    def tell():
-        told.append(None)
-        progress(len(told) / (len(split) * (starts + 1)))
-
-    found, points, end = [], np.tile(typical, (starts, 1)), typical.copy()
-    for part in split:
-        found.append(_solve(model, search, part, [np.where(part.free, b, typical) for b in begins], tell))
-        end[part.free] = found[-1].end.point[part.free]
-        points[:, part.free] = np.array(found[-1].points)[:, part.free]
-        tell()
-    x = search.natural(end)
-    whole = Passes(model, search, trials, [_axes(t) for t in trials])
-    values, samples = search.values(x), whole.samples(x)
-    cost = 0.5 * float(samples[:, -1] @ samples[:, -1])
-    covariance, wide, noise = spread(whole.reduced(x)[:, :-1], cost, whole.measured.size)
-    slopes = search.slopes(x)
-    doubts = _bound_doubts(model, values, np.linalg.norm(samples[:, :-1], axis=0)) + _start_doubts(found)
-    longest = max(len(f.history) for f in found)
-    history = sum(np.array(f.history + [f.history[-1]] * (longest - len(f.history))) for f in found)
-    blind = whole.cost(x) - sum(f.end.cost for f in found)  # of axes that no parameter moves
-    return Estimate(
-        values,
-        *(search.values(np.clip(e, search.low, search.high)) for e in (x - wide, x + wide)),
-        covariance * np.outer(slopes, slopes),
-        history + blind,
-        {
-            "cost": sum(f.costs for f in found) + blind,
-            "evaluations": sum(f.passes for f in found),
-            "values": np.array([search.values(search.natural(y)) for y in points]),
-        },
-        {
-            "noise": noise, "evaluations": sum(f.evaluations for f in found), "agreeing": min(map(agreeing, found)),
-            "converged": all(f.end.converged for f in found),
-        },
-        doubts,
-    )  # fmt: skip
-
-
-def agreeing(found: Found) -> int:
-    """How many starts came near the least cost."""
-    return int(np.sum(found.costs <= (1.0 + NEAR) * found.end.cost))
-
-
-def _start_doubts(found: Sequence[Found]) -> tuple[str, ...]:
-    doubts = []
-    starts = len(found[0].costs)
-    fewest = min(map(agreeing, found))
-    if starts >= 5 and fewest < ENOUGH * starts:
-        doubts.append(
-            f"{fewest} of {starts} starts ended within {NEAR:.0%} of the least cost: a lower one may have been missed; "
-            "try more starts or another seed"
-        )
-    if not all(f.end.converged for f in found):
-        doubts.append(f"the fit was still improving after {MOST} passes over the samples")
-    return tuple(doubts)
-
-
-# --- characteristic curve
-def _estimate_curve(model: Curve, trials: Sequence, *, starts: int, seed: int, progress: Callable) -> Estimate:
-    p = len(model.parameters)
-    slopes = np.concatenate([model.hats(t.rate)[:, _axes(t)].reshape(-1, p) for t in trials])
-    measured = np.concatenate([t.torque[:, _axes(t)].ravel() for t in trials])
-    reduced = triangle(slopes, measured)
-    count = len(model.knots)
-    level = np.array([[(c == k + 1) - (c == k) for c in range(p)] for k in range(p - 1) if (k + 1) % count], float)
-    held = np.vstack([reduced[:, :-1], level.reshape(-1, p) * math.sqrt(LEVEL * measured.size)])
-    wanted = np.concatenate([reduced[:, -1], np.zeros(len(level))])
-    bounds = [q.low for q in model.parameters], [q.high for q in model.parameters]
-    result = lsq_linear(held, wanted, bounds, method="bvls", tol=1e-14)
-    progress(1.0)
-    values = result.x
-    cost = 0.5 * float(np.sum((slopes @ values - measured) ** 2))
-    covariance, wide, noise = spread(held, cost, measured.size)
-    table = {"cost": np.array([cost]), "evaluations": np.array([1]), "values": values[None]}
-    doubts = _bound_doubts(model, values, np.linalg.norm(reduced[:, :-1], axis=0))
-    facts = {"noise": noise, "evaluations": 1, "converged": bool(result.success)}
-    ends = (np.clip(x, *bounds) for x in (values - wide, values + wide))
-    return Estimate(values, *ends, covariance, np.array([cost]), table, facts, doubts)
-
-
-_ESTIMATES = {LuGre: _estimate_lugre, Curve: _estimate_curve}

@@ -26,7 +26,7 @@ import numpy as np
 
 from clearance.checks import finite, positive
 from clearance.identify import models
-from clearance.identify.fit import Estimate
+from clearance.identify.estimation import Estimate
 from clearance.identify.models import AXES, Model, Parameter, Values
 from clearance.mechanism.store import njit
 

@@ -143,8 +143,9 @@ class LuGre(Model):
     symmetric: both tilt axes have one set. knots [rad/s]: T, sigma0 and sigma1 are piecewise linear in |w| with values
     at these instead, level beyond them. network: T, sigma0 and sigma1 are functions of |w| that a network of so many
     tanh units shared by them gives, positive and bounded, see `kernels.network`. smoothing: what a factor of e between
-    neighbouring knots, or by a unit, costs a fit, as an NRMSE. static: the torque of steady sliding, without bristles; at rest it keeps what it was. bounds: of parameters
-    by name. |w| is the rate's norm where axes are coupled, else the axis' own.
+    neighbouring knots, or by a unit, costs a fit, as an NRMSE. static: the torque of steady sliding, without bristles;
+    at rest it keeps what it was. bounds: of parameters by name. |w| is the rate's norm where axes are coupled, else the
+    axis' own.
 
     Valid for one preload and temperature; sticks with the stiffness sigma0, creeps under a load that swings below T_s.
     """
@@ -233,8 +234,8 @@ class LuGre(Model):
     def roughness(self) -> tuple[np.ndarray, np.ndarray]:
         """Rows (k, p) and numbers (k,) whose difference, over the rms torque, a fit holds small.
 
-        Of the logarithms of parameters, and of weights: those at neighbouring knots are to be alike, a network's weights
-        small, its units less firmly where they were.
+        Of the logarithms of parameters, and of weights: those at neighbouring knots are to be alike, a network's
+        weights small, its units less firmly where they were.
         """
         eye, rows = np.eye(len(self.parameters)), [np.zeros((0, len(self.parameters)))]
         rows += [self.smoothing * (eye[after] - eye[before])[None] for before, after in self.neighbours]
@@ -365,10 +366,12 @@ class Curve(Model):
 
     def doubts(self, values: Values, fastest: float) -> list[str]:
         """What to doubt of the values where rates reach `fastest` [rad/s]."""
-        bound = self.passive_rate(values)
-        if fastest <= bound:
+        before = [0.0, *self.knots[:-1]] * (len(self.parameters) // len(self.knots))
+        reached = zip(self.parameters, self.array(values), before, strict=True)
+        bad = [f"{p.name} {v:.3g}" for p, v, rate in reached if v < 0.0 and rate < fastest]
+        if not bad:
             return []
-        return [f"curve: drives beyond {bound:.3g} rad/s, and the data reach {fastest:.3g}"]
+        return [f"curve: drives the joint where its torque is negative: {', '.join(bad)}; nonnegative holds it at zero"]
 
 
 def lugre1d(**options) -> LuGre:

@@ -10,7 +10,7 @@ HDF5 (format "clearance-measurement"; SI, every dataset has `units` and `long_na
         torque_x torque_y torque_z      [N m] torque that keeps the motion up; an axis left out was not measured
 
 Frame: that of the housing; x and y tilt, z is the stud, about which the joint spins. A dataset whose `units` say ms,
-deg/s or N mm is converted.
+deg/s, N mm or kN m is converted.
 
 CSV: one line a sample, headed by the same names, and `trial` (else the whole file is one trial), `role` (else
 training), `kind`, `axis`. Other units are taken only where the name says so: time_ms, rate_z_deg_s, torque_z_N_mm. The
@@ -45,7 +45,7 @@ LABELS = {
 UNITS = {
     "time": {"s": 1.0, "ms": 1e-3},
     "rate": {"rad/s": 1.0, "deg/s": math.pi / 180.0},
-    "torque": {"N m": 1.0, "N mm": 1e-3},
+    "torque": {"N m": 1.0, "N mm": 1e-3, "kN m": 1e3},
 }
 WHAT = {"time": "time", "rate": "relative angular velocity", "torque": "torque that keeps the motion up"}
 #: fewest samples of a trial
@@ -59,6 +59,7 @@ WIDEST_TILT, WIDEST_SPIN = math.pi, 2.0 * math.pi  # rad from end to end
 TORQUES = 1e-3, 200.0  # N m: largest torque of a measurement
 #: how to say that a column is in other units
 CALL = "Then call it {} in CSV, or its units {!r} in HDF5"
+TRUST = "; if these are SI, --trust-units (trusted=True) reads them as they are"
 
 Where = Callable[[int], str]
 
@@ -202,11 +203,13 @@ def check_units(measurement: Measurement, row: Callable[[str], Where] = lambda t
             hint = f"is it in degrees? {CALL.format(f'rate_{axis}_deg_s', 'deg/s')}"
             if rate.max() > HIGHEST_RATE:
                 where = f"{said}, {row(trial.name)(int(rate.argmax()))}, column rate_{axis}"
-                raise ValueError(f"{where}: {rate.max():g} rad/s is more than {HIGHEST_RATE:g} rad/s; {hint}")
+                raise ValueError(f"{where}: {rate.max():g} rad/s is more than {HIGHEST_RATE:g} rad/s; {hint}{TRUST}")
             widest = WIDEST_SPIN if axis == "z" else WIDEST_TILT
             if (swept := float(np.ptp(angle))) > widest:
                 where = f"{said}, {row(trial.name)(int(angle.argmax()))}, column rate_{axis}"
-                raise ValueError(f"{where}: it turns through {swept:.4g} rad, more than {widest:.4g} rad; {hint}")
+                raise ValueError(
+                    f"{where}: it turns through {swept:.4g} rad, more than {widest:.4g} rad; {hint}{TRUST}"
+                )
             if trial.measured[i] and rate.any() and not np.ptp(trial.torque[:, i]):
                 raise ValueError(
                     f"{said}, column torque_{axis}: {trial.torque[0, i]:g} N m in all rows; nothing measured?"
@@ -216,7 +219,8 @@ def check_units(measurement: Measurement, row: Callable[[str], Where] = lambda t
     if not TORQUES[0] <= peak <= TORQUES[1]:
         i, k = np.unravel_index(abs(trial.torque).argmax(), trial.torque.shape)
         where = f"trial {trial.name!r}, {row(trial.name)(int(i))}, column torque_{AXES[k]}"
-        hint = f"in N mm? {CALL.format(f'torque_{AXES[k]}_N_mm', 'N mm')}" if peak > TORQUES[1] else "in kN m?"
+        units = "N mm" if peak > TORQUES[1] else "kN m"
+        hint = f"in {units}? {CALL.format(f'torque_{AXES[k]}_{units}'.replace(' ', '_'), units)}"
         raise ValueError(f"{where}: no ball joint has a largest torque of {peak:g} N m; is it {hint}")
 
 

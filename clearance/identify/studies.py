@@ -13,6 +13,7 @@ import numpy as np
 
 from clearance.identify import learn, models
 from clearance.identify.bench import Joint, bench, sine
+from clearance.identify.estimation import STARTS
 from clearance.identify.fit import Fit, fit, nrmse
 from clearance.identify.records import Measurement, Trial
 from clearance.mechanism.store import njit
@@ -43,7 +44,7 @@ def fitted(
     names: Sequence[str] = tuple(SOURCE),
     *,
     seed: int = 0,
-    starts: int = 5,
+    starts: int = STARTS,
     progress: Callable[[str], None] = lambda text: None,
 ) -> dict[str, Fit]:
     """Fits of models by name, from the trials for training; the lstm is left out where the extra `learn` is missing.
@@ -280,9 +281,13 @@ def _progress(found: Fit, squares: float) -> Progress:
 # --- known parameters
 @dataclass(frozen=True, eq=False)
 class Recovery:
-    """Parameters that made the data (p,), and those found from them for several draws of the noise (draws, p)."""
+    """Parameters that made the data (p,), and those found from them for several draws of the noise (draws, p).
+
+    roles: of the bench's trials that the fits saw.
+    """
 
     model: str
+    roles: tuple[str, ...]
     names: tuple[str, ...]
     true: np.ndarray
     found: np.ndarray
@@ -293,28 +298,35 @@ class Recovery:
         return self.found / self.true - 1.0
 
 
+#: trials that parameters are recovered from: those that the fits of the studies see, and all of one axis
+SEEN = ("training",), ("training", "test", "other")
 #: a joint in the class of the LuGre models, by parts of the parameters' names
 KNOWN = {"kinetic": 2.0, "static": 2.7, "stribeck_speed": 0.06, "stiffness": 1200.0, "damping": 1.5, "viscous": 0.2}
 
 
 def recovery(
-    model: str = "lugre3d", *, noise: float = 0.02, seeds: Sequence[int] = (0, 1), starts: int = 3
+    model: str = "lugre3d",
+    *,
+    roles: Sequence[str] = ("training",),
+    noise: float = 0.02,
+    seeds: Sequence[int] = range(5),
+    starts: int = 3,
 ) -> Recovery:
-    """Fit a model to torques of its own with noise [N m], in the motions of the bench's single-axis trials.
+    """Fit a model to torques of its own with noise [N m], in the motions of the bench's trials of these roles.
 
     The true values are those of `KNOWN`, about the spin axis 0.8 times as large.
     """
     made = models.model(model)
     parts = [p.name.split("_", 1) for p in made.parameters]
     true = np.array([(0.8 if group == "spin" else 1.0) * KNOWN[part] for group, part in parts])
-    motions = bench(scatter=0.0, noise=0.0).of("training", "test", "other").trials
+    motions = bench(scatter=0.0, noise=0.0).of(*roles).trials
     found = []
     for seed in seeds:
         random = np.random.default_rng(seed)
         trials = [_own(made, true, trial, noise, random) for trial in motions]
         values = fit(Measurement(tuple(trials)), made, starts=starts, seed=seed).values
         found.append([values[p.name] for p in made.parameters])
-    return Recovery(made.name, tuple(p.name for p in made.parameters), true, np.array(found))
+    return Recovery(made.name, tuple(roles), tuple(p.name for p in made.parameters), true, np.array(found))
 
 
 def _own(model: models.Model, values, trial: Trial, noise: float, random) -> Trial:
@@ -409,7 +421,7 @@ def study(
         extrapolations=extrapolations(fits),
         fixed_steps=fixed_steps(fits),
         progress=progress(fits, measurement),
-        recoveries=[recovery(n) for n in known],
+        recoveries=[recovery(n, roles=roles) for n in known for roles in SEEN],
         speeds=speeds(fits),
         left_out=[f"{n}: {learn.missing()}" for n in names if n not in fits],
     )
@@ -473,10 +485,17 @@ def _fixed_step_table(found: Study) -> list[str]:
 
 
 def _recovery_table(found: Study) -> list[str]:
-    lines = ["| known parameters, 0.02 N m noise | largest error | parameter |", "|---|---|---|"]
+    lines = [
+        "| known parameters, 0.02 N m noise | trials fitted | draws | largest error | parameter | of the others |",
+        "|---|---|---|---|---|---|",
+    ]
     for r in found.recoveries:
-        worst = abs(r.errors).max(axis=0)
-        lines.append(f"| {r.model} | {100.0 * worst.max():.1f} % | {r.names[int(worst.argmax())]} |")
+        worst = 100.0 * abs(r.errors).max(axis=0)
+        name = r.names[int(worst.argmax())]
+        others = max(w for n, w in zip(r.names, worst, strict=True) if n.split("_", 1)[1] != name.split("_", 1)[1])
+        lines.append(
+            f"| {r.model} | {', '.join(r.roles)} | {len(r.found)} | {worst.max():.1f} % | {name} | {others:.1f} % |"
+        )
     return lines
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from clearance.cli import main
+from clearance.identify import models
 from clearance.identify.bench import bench
 from clearance.identify.fit import fit, open_fit
 from clearance.identify.records import Measurement, read, write
@@ -58,7 +59,8 @@ def test_bench_data_says_what_it_wrote(tmp_path, capsys):
     [
         (["-o", "x.txt"], "must end in .h5, .hdf5 or .csv"),
         (["--scatter", "-1"], "scatter must not be negative"),
-        (["--seed", "-1"], "seed must be a whole number from 0 on"),
+        (["--scatter", "1000"], "scatter must lie in [0, 1], 0.16 is 16 %, got 1000"),
+        (["--seed", "-1"], "--seed must be a whole number from 0 on, got -1"),
     ],
 )
 def test_bad_bench_data(tmp_path, monkeypatch, capsys, arguments, said):
@@ -95,6 +97,7 @@ def test_the_whole_round(data, tmp_path, capsys):
     kept = open_fit(out / "fit.h5")
     assert kept.values == pytest.approx(expected.values, rel=1e-9)
     assert kept.facts["data"] == str(data)
+    assert kept.facts["synthetic"] is True
     modelled = read(out / "modelled.h5")
     assert modelled.facts["modelled_by"] == "lugre3d"
     for a, b in zip(modelled.trials, read(data).trials, strict=True):
@@ -129,6 +132,40 @@ def test_pictures(small, tmp_path, capsys):
         assert path.stat().st_size > 10_000, path
 
 
+def test_options_of_the_model_and_bounds(small, tmp_path, capsys):
+    """The same numbers as from Python, for tables, curves and bounds."""
+    cases = (
+        (["--model", "curve", "-p", "knots=0.03, 0.3, 1", "-p", "nonnegative=yes"],
+         models.Curve(knots=(0.03, 0.3, 1.0), nonnegative=True)),
+        (["--model", "lugre1d", "-p", "knots=0.01,0.3,1", "-p", "smoothing=0.1", "-p", "symmetric=no"],
+         models.lugre1d(knots=(0.01, 0.3, 1.0), smoothing=0.1, symmetric=False)),
+        (["--model", "lugre3d", "-p", "exponent=1", "--bound", "spin_stiffness=2000:3000"],
+         models.lugre3d(exponent=1.0, bounds={"spin_stiffness": (2000.0, 3000.0)})),
+        (["--model", "lugre3d", "-p", "network=2", "-p", "static=true"], models.lugre3d(network=2, static=True)),
+    )  # fmt: skip
+    for arguments, model in cases:
+        out = tmp_path / str(len(list(tmp_path.iterdir())))
+        whole = ["identify", "--data", str(small), "--starts", "1", *arguments, "-o", str(out), "--json"]
+        assert main(whole) == 0
+        document, kept = json.loads(told(capsys)), open_fit(out / "fit.h5")
+        assert kept.model.options == model.options
+        expected = fit(read(small), model, starts=1)
+        assert {n: p["value"] for n, p in document["parameters"].items()} == pytest.approx(expected.values, rel=1e-9)
+
+
+def test_intervals_that_are_too_narrow_are_widened(small, tmp_path, capsys):
+    arguments = ["identify", "--data", str(small), "--starts", "1", "-o", str(tmp_path)]
+    assert main(arguments) == 0
+    out, kept = told(capsys).splitlines(), open_fit(tmp_path / "fit.h5")
+    assert kept.facts["widening"] > 1.5
+    low, high = kept.widened()
+    line = next(line for line in out if line.split()[0] == "spin_kinetic")
+    assert f"widened {low['spin_kinetic']:.5g} to {high['spin_kinetic']:.5g}" in line
+    assert low["spin_kinetic"] < kept.low["spin_kinetic"] < kept.high["spin_kinetic"] < high["spin_kinetic"]
+    assert any(d.startswith("the 95 % intervals are too narrow by a factor of about") for d in kept.doubts)
+    assert any("doubt" in line and "too narrow" in line for line in out)
+
+
 def test_roles(small, capsys):
     arguments = ["identify", "--model", "curve", "--data", str(small), "--roles", "training, test", "--json"]
     assert main(arguments) == 0
@@ -142,6 +179,18 @@ def test_roles(small, capsys):
     [
         (["--model", "dahl"], "model must be one of lugre1d, lugre3d, curve, lstm, got 'dahl'"),
         (["--roles", "exam"], "no trial has a role of exam"),
+        (["--roles", "training,tset"], "no trial has a role of tset; there are training, test, extrapolation"),
+        (["--seed", "-1"], "--seed must be a whole number from 0 on, got -1"),
+        (["-p", "knots"], "-p knots: expected NAME=VALUE"),
+        (["-p", "knot=1"], "-p knot=1: lugre3d has no option 'knot'; it has symmetric, knots, network, smoothing"),
+        (["-p", "knots=1,x"], "-p knots=1,x: expected a comma list of numbers, got '1,x'"),
+        (["-p", "symmetric=2"], "-p symmetric=2: expected yes or no, got '2'"),
+        (["-p", "network=2.5"], "-p network=2.5: expected a whole number, got '2.5'"),
+        (["-p", "exponent=two"], "-p exponent=two: expected a number, got 'two'"),
+        (["-p", "bounds=1"], "-p bounds=1: lugre3d has no option 'bounds'"),
+        (["--bound", "spin_stiffness=5"], "--bound spin_stiffness=5: expected NAME=LO:HI"),
+        (["--bound", "spin_stifness=1:5"], "bounds: lugre3d has no parameter 'spin_stifness'"),
+        (["--model", "lstm", "--bound", "x=1:5"], "--bound x=1:5: lstm has no bounds"),
         (["--starts", "0"], "starts must be at least 1, got 0"),
         (["--plot"], "--plot needs a folder for the pictures: give -o DIR"),
         (["--data", "none.h5"], "no measurement file none.h5"),

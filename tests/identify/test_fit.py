@@ -4,14 +4,20 @@ import dataclasses
 import math
 from types import SimpleNamespace
 
+import h5py
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
+from scipy.signal import lfilter
 
-from clearance.identify import fit as fitting
+import clearance as cl
+from clearance.identify import estimation as fitting
 from clearance.identify import models
+from clearance.identify.bench import bench
+from clearance.identify.doubts import correlation
 from clearance.identify.fit import fit, nrmse, open_fit
 from clearance.identify.models import Curve, lugre1d, lugre3d
 from clearance.identify.records import Measurement, Trial
@@ -85,7 +91,6 @@ def test_from_any_start_to_the_same_place():
     found = fit(small(), "lugre3d", starts=4, seed=7)
     assert found.starts["values"].shape == (4, 12)
     assert found.starts["cost"].min() >= found.history[-1] * (1.0 - 1e-12)
-    assert np.sort(found.starts["cost"])[1] < 1.01 * found.history[-1]  # others are cut short, or have static < kinetic
     assert (np.diff(found.history) <= 0.0).all()
     np.testing.assert_array_equal(fit(small(), "lugre3d", starts=4, seed=7).history, found.history)
     assert len(set(found.starts["cost"])) == 4
@@ -163,7 +168,171 @@ def test_own_bounds_hold():
     assert any(d.startswith("spin_stiffness: ends at a bound, 2") for d in found.doubts)
 
 
+# --- static torque not below the kinetic one, and its own best of many starts
+@pytest.mark.parametrize(("seed", "least"), [(8, 0.0898), (10, 0.0832), (19, 0.0971), (7, 0.0830)])
+def test_hard_draws_of_the_bench_end_at_the_best_of_thirty_starts(seed, least):
+    """The NRMSE of thirty starts on all samples; five plain starts ended at 0.1206 for seed 8, static < kinetic."""
+    data = bench(seed).of("training")
+    one, three = fit(data, "lugre1d"), fit(data, "lugre3d")
+    assert one.nrmse["training"] == pytest.approx(least, rel=0.01)
+    assert three.nrmse["training"] == pytest.approx(one.nrmse["training"], rel=1e-6)
+    for group in ("tilt", "spin"):
+        assert one.values[f"{group}_static"] >= one.values[f"{group}_kinetic"]
+    assert one.facts["agreeing"] >= 5
+    assert not any("starts" in d for d in one.doubts)
+    assert one.facts["seconds"] > 0.0
+
+
+def test_static_stays_above_kinetic_whatever_the_data_say():
+    values = TRUTH | {"spin_static": 1.1, "tilt_static": 1.5}
+    bounds = {"spin_kinetic": (1.4, 10.0), "tilt_kinetic": (1.9, 10.0)}
+    found = fit(told(lugre3d(), values, programme(2000)), lugre3d(bounds=bounds), starts=3)
+    for g in ("tilt", "spin"):
+        assert found.values[f"{g}_static"] == pytest.approx(found.values[f"{g}_kinetic"], rel=1e-2)
+        assert found.values[f"{g}_static"] >= found.values[f"{g}_kinetic"] * (1.0 - 1e-12)
+        assert f"{g}_static: ends at {g}_kinetic, below which it cannot go" in found.doubts
+
+
+def test_searched_coordinates_there_and_back_and_their_slopes():
+    search = fitting.Search(lugre3d(bounds={"tilt_kinetic": (0.1, 1.0), "spin_static": (1.0, 4.0)}))
+    random = np.random.default_rng(0)
+    for _ in range(20):
+        y = random.uniform(*search.bounds)
+        x = search.natural(y)
+        np.testing.assert_allclose(search.searched(x), y, rtol=0, atol=1e-12)
+        assert (x >= search.low - 1e-12).all()
+        assert (x <= search.high + 1e-12).all()
+        assert all(x[k] <= x[s] for k, s in search.pairs)
+        eye = np.eye(y.size)
+        wanted = np.array([(search.natural(y + 1e-7 * e) - search.natural(y - 1e-7 * e)) / 2e-7 for e in eye]).T
+        np.testing.assert_allclose(search.chained(eye, y), wanted, rtol=0, atol=1e-6)
+    with pytest.raises(ValueError, match="bounds of spin_kinetic and spin_static leave no static torque above"):
+        fitting.Search(lugre1d(bounds={"spin_kinetic": (3.0, 4.0), "spin_static": (1.0, 2.0)}))
+
+
+def test_axes_are_fitted_apart_where_no_trial_couples_them():
+    model = lugre3d()
+    search = fitting.Search(model)
+    apart = fitting.parts(model, search, programme(500))
+    assert [int(p.free.sum()) for p in apart] == [6, 6]
+    assert [len(p.trials) for p in apart] == [4, 4]
+    together = fitting.parts(model, search, programme(500, axes=((0,), (0, 2))))
+    assert [int(p.free.sum()) for p in together] == [12]
+    own = fitting.parts(lugre1d(), fitting.Search(lugre1d()), programme(500, axes=((0, 2),)))
+    assert [int(p.free.sum()) for p in own] == [6, 6]
+
+
+# --- networks
+def test_a_network_fits_the_bench_at_least_as_well_as_the_stribeck_function(tmp_path):
+    """Measured 0.070 beside 0.083 for two units; at 200 Hz, which is quick."""
+    data = bench(rate_of_samples=200.0).of("training")
+    found, plain = fit(data, lugre3d(network=2), starts=1), fit(data, "lugre3d")
+    assert found.nrmse["training"] <= 1.01 * plain.nrmse["training"]
+    assert (found.model.functions(found.values, np.geomspace(1e-4, 1e2, 30))[:, :3] > 0.0).all()
+    again = open_fit(found.save(tmp_path / "network.h5"))
+    assert again.model.network == 2
+    assert again.values == found.values
+    np.testing.assert_array_equal(again.torque(data.trials[0]), found.torque(data.trials[0]))
+    with pytest.raises(ValueError, match="no LuGre law of constant parameters"):
+        found.law()
+
+
+# --- errors that hang together
+def test_correlated_errors_widen_the_intervals():
+    """Noise with rho = 0.9 a sample: tau = (1 + rho) / (1 - rho) = 19, sqrt 4.36; its estimate is known to some 10 %.
+
+    30 records, six parameters each: plain intervals miss the truth in most, widened ones in about one of twenty.
+    """
+    trials, plain, widened = programme(3000, axes=((2,),)), 0, 0
+    for seed in range(30):
+        random, data = np.random.default_rng(seed), told(lugre1d(), TRUTH, trials, noise=0.0)
+        noisy = []
+        for t in data.trials:
+            white = random.standard_normal((t.samples, 3)) * 0.02 * math.sqrt(1.0 - 0.81)
+            noisy.append(dataclasses.replace(t, torque=t.torque + lfilter([1.0], [1.0, -0.9], white, axis=0)))
+        found = fit(Measurement(tuple(noisy)), "lugre1d", starts=1)
+        assert found.facts["widening"] == pytest.approx(math.sqrt(19.0), rel=0.3)
+        low, high = found.widened()
+        for k in (k for k in TRUTH if k.startswith("spin")):
+            plain += found.low[k] <= TRUTH[k] <= found.high[k]
+            widened += low[k] <= TRUTH[k] <= high[k]
+    assert plain < 110
+    assert 155 <= widened <= 180
+    said = next(d for d in found.doubts if "intervals are too narrow" in d)
+    assert f"factor of about {found.facts['widening']:.2g}" in said
+
+
+def test_independent_errors_do_not():
+    found = fit(small(), "lugre1d", starts=1)
+    assert found.facts["widening"] == pytest.approx(1.0, abs=0.1)
+    assert not any("too narrow" in d for d in found.doubts)
+    low, high = found.widened()
+    assert (
+        low["spin_kinetic"]
+        <= found.low["spin_kinetic"] * (1.0 + 1e-9)
+        < found.high["spin_kinetic"]
+        <= high["spin_kinetic"] * (1.0 + 1e-9)
+    )
+
+
+def test_correlation_of_a_constant_is_its_length():
+    assert correlation([np.ones(100)]) >= 30.0
+    assert correlation([np.zeros(100)]) == 1.0
+    assert correlation([np.random.default_rng(0).standard_normal(20000)]) == pytest.approx(1.0, abs=0.1)
+
+
+# --- a law for a scene
+@pytest.mark.parametrize("name", ["lugre1d", "lugre3d"])
+def test_the_law_in_a_hinge_makes_the_models_torque(name):
+    """A pendulum swings on it; its rate, 0.1 ms apart, through the model: second order in the step."""
+    found = fit(small(), name, starts=1)
+    body = cl.Body("arm", 20.0, 0.5, points={"pin": (0, 0)}, com=(0.2, 0), angle=0.0)
+    scene = cl.Scene(cl.Revolute(cl.ground, body["pin"], name="J", friction=found.law("spin")))
+    run = cl.simulate(scene, until=0.6, rtol=1e-10)
+    time = np.arange(6001) * 1e-4
+    rate = np.zeros((time.size, 3))
+    rate[:, 2] = CubicSpline(run.time, run["arm"].omega)(time)
+    trial = Trial("swing", "other", "spin", "other", time, rate, np.zeros_like(rate))
+    torque = found.torque(trial)[:, 2]
+    wanted = -CubicSpline(run.time, run.joint("J").friction)(time)
+    assert abs(torque).max() > 1.0
+    assert np.abs(torque - wanted)[10:].max() < 1e-3 * abs(torque).max()
+    assert found.law("tilt").parameters["stribeck_rate"] == found.values["tilt_stribeck_speed"]
+    with pytest.raises(ValueError, match="axis must be one of tilt, spin, got 'x'"):
+        found.law("x")
+
+
 # --- doubts
+def test_records_that_friction_cannot_give_are_doubted(tmp_path):
+    data = small()
+    flipped = Measurement(tuple(dataclasses.replace(t, torque=-t.torque) for t in data.trials))
+    found = fit(flipped, "lugre1d", starts=1)
+    assert any(d.startswith("torque_z: the joint gives energy in 4 of 4 trials") and "sign" in d for d in found.doubts)
+    assert any(d.startswith("training: NRMSE 1") for d in found.doubts)
+    assert open_fit(found.save(tmp_path / "fit.h5")).doubts == found.doubts
+    faint = Measurement(tuple(dataclasses.replace(t, torque=1e-3 * t.torque) for t in data.trials))
+    assert any("NRMSE" in d and "are they in kN m?" in d for d in fit(faint, "lugre1d", starts=1).doubts)
+    assert not any("gives energy" in d or "NRMSE" in d for d in fit(data, "lugre1d", starts=1).doubts)
+
+
+def test_a_curve_that_drives_is_doubted():
+    found = fit(small(), Curve(knots=(0.001, 0.003, 0.01, 0.1, 1.0)))
+    bad = {k for k, v in found.values.items() if v < 0.0}
+    assert bad
+    said = next(d for d in found.doubts if d.startswith("curve: drives the joint where its torque is negative"))
+    assert all(k in said for k in bad)
+    assert "nonnegative" in said
+
+
+def test_a_fit_of_synthetic_data_says_so(tmp_path):
+    data = small()
+    marked = fit(Measurement(data.trials, {"synthetic": True}), "curve")
+    for found, said in ((marked, True), (fit(data, "curve"), False)):
+        assert open_fit(found.save(tmp_path / "fit.h5")).facts["synthetic"] is said
+        with h5py.File(tmp_path / "fit.h5") as file:
+            assert bool(file.attrs["synthetic"]) is said
+
+
 def test_what_the_trials_do_not_see_is_said_and_its_interval_is_the_bounds():
     found = fit(small(axes=((2,),)), "lugre1d", starts=2)
     blind = {d.split(":")[0] for d in found.doubts}
@@ -256,7 +425,7 @@ def test_a_fit_comes_back_from_its_file(tmp_path, model):
 def test_progress_is_told():
     shares = []
     fit(small(), "lugre1d", starts=3, progress=shares.append)
-    assert shares == pytest.approx([0.25, 0.5, 0.75, 1.0])
+    assert shares == pytest.approx(np.arange(1, 9) / 8)  # two axes, three starts and the finish of each
 
 
 # --- bad input
@@ -277,12 +446,19 @@ def spoilt(name, value) -> Measurement:
     ("call", "wanted"),
     [
         (lambda: fit(small(), roles=("validation",)), "no trial has a role of validation; there are training, test"),
+        (lambda: fit(small(), roles=("training", "tset")), "no trial has a role of tset; there are training, test"),
+        (lambda: fit(small(), roles=()), "no trial has a role of none; there are training, test"),
+        (lambda: fit(small(), seed=-1), "seed must be a whole number from 0 on, got -1"),
+        (lambda: fit(broken(rate=np.zeros((2000, 3)))), "'training_x_0' never moves"),
         (lambda: fit(small(), "lugre"), "model must be one of .*'lugre'"),
         (lambda: fit(small(), starts=0), "starts must be at least 1, got 0"),
         (lambda: fit(broken(measured=(False,) * 3)), "'training_x_0' has no measured axis"),
         (lambda: fit(spoilt("torque", math.nan)), "'training_x_0': torque_x is nan in row 5"),
         (lambda: fit(spoilt("rate", math.inf)), "'training_x_0': rate_x is inf in row 5"),
-        (lambda: fit(spoilt("rate", 1e300)), "'training_x_0': the modelled torque is not a number at tilt_kinetic 2, "),
+        (
+            lambda: fit(spoilt("rate", 1e300)),
+            "'training_x_0': the modelled torque is beyond all numbers at tilt_kinetic 2, ",
+        ),
         (lambda: nrmse(np.ones(3), np.ones(3), over="mean"), "over must be one of rms, std, range, got 'mean'"),
         (lambda: nrmse(np.ones(3), np.ones(3), over="std"), "the std of the measured values is zero"),
         (lambda: nrmse(np.ones(3), np.ones(4)), "must be equal"),

@@ -26,7 +26,8 @@ VARIANTS = {
     "lugre1d": lugre1d(), "lugre3d": lugre3d(), "asymmetric": lugre3d(symmetric=False),
     "tables": lugre3d(knots=KNOTS), "tables of each axis": lugre1d(knots=KNOTS), "exponent": lugre3d(exponent=1.3),
     "network": lugre3d(network=3), "network of each axis": lugre1d(network=2, symmetric=False),
-    "static network": lugre3d(static=True, network=3), "static": lugre3d(static=True), "static tables": lugre1d(static=True, knots=KNOTS), "curve": Curve(),
+    "static network": lugre3d(static=True, network=3), "static": lugre3d(static=True),
+    "static tables": lugre1d(static=True, knots=KNOTS), "curve": Curve(),
 }  # fmt: skip
 
 
@@ -455,7 +456,9 @@ def test_where_a_curve_drives():
     assert model.passive_rate([1.0, 1.0, 0.0, 1.0, 1.0, 1.0]) == math.inf
     assert model.passive_rate([1.0, 1.0, -1.0, 1.0, 1.0, 1.0]) == 0.2
     assert model.passive_rate([-1.0, 1.0, -1.0, 1.0, 1.0, 1.0]) == 0.0
-    assert "drives beyond 0.2" in model.doubts([1.0, 1.0, -1.0, 1.0, 1.0, 1.0], 1.0)[0]
+    said = model.doubts([1.0, 1.0, -1.0, 1.0, 1.0, 1.0], 1.0)[0]
+    assert "negative: tilt_torque_at_0.3 -1; nonnegative" in said
+    assert model.doubts([1.0, 1.0, -1.0, 1.0, 1.0, 1.0], 0.15) == []
 
 
 # --- bad input

@@ -1,0 +1,68 @@
+"""What to doubt of a fit: records that no friction gives, errors as large as the torque, errors that hang together."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from clearance.identify.records import AXES
+
+GIVES = 0.05  # share of the power's size from which energy given counts as more than noise
+WORST = 1.0  # NRMSE of a model without torque
+FAINT = 0.02  # N m: rms torque below which the bounds of models end, and below that of ball joints
+WINDOW = 5.0  # lags that are summed, over the correlation time that they give
+WIDER = 1.5  # factor from which intervals are said to be too narrow
+
+
+def of_records(trials: Sequence) -> tuple[str, ...]:
+    """Axes about which the joint gives energy over a trial: the sign of torque or rate is wrong."""
+    found = []
+    for i, axis in enumerate(AXES):
+        works = {}
+        for trial in (t for t in trials if t.measured[i] and t.rate[:, i].any()):
+            power = trial.torque[:, i] * trial.rate[:, i] * trial.step
+            works[trial.name] = float(power.sum()), float(abs(power).sum())
+        giving = {name: work for name, (work, size) in works.items() if work < -GIVES * size}
+        if giving:
+            first, count = next(iter(giving)), f"{len(giving)} of {len(works)} trials"
+            found.append(
+                f"torque_{axis}: the joint gives energy in {count} ({-giving[first]:.3g} J in {first}), which "
+                f"friction cannot; is the sign of torque_{axis} or rate_{axis} flipped?"
+            )
+    return tuple(found)
+
+
+def of_scores(scores: Mapping[str, float], trials: Sequence) -> tuple[str, ...]:
+    """Roles whose error is as large as the torque itself."""
+    squares = np.concatenate([(t.torque[:, np.array(t.measured)] ** 2).ravel() for t in trials])
+    size = math.sqrt(float(squares.mean()))
+    faint = f"; the torques fitted are {size:.3g} N m (rms): are they in kN m?" if size < FAINT else ""
+    bad = [r for r, score in scores.items() if not score < WORST]
+    return tuple(f"{r}: NRMSE {scores[r]:.3g}, no better than a model without torque{faint}" for r in bad)
+
+
+def correlation(errors: Sequence[np.ndarray]) -> float:
+    """Integrated autocorrelation time of series (n,) of errors, in samples: 1 where all are independent.
+
+    tau = 1 + 2 sum_k rho_k up to the least lag that is `WINDOW` times tau (Sokal), rho of all series together.
+    """
+    longest = max(len(e) for e in errors)
+    products = np.zeros(longest)
+    for e in errors:
+        power = np.abs(np.fft.rfft(e, 2 * len(e))) ** 2
+        products[: len(e)] += np.fft.irfft(power, 2 * len(e))[: len(e)]
+    if not products[0] > 0.0:
+        return 1.0
+    times = 2.0 * np.cumsum(products / products[0]) - 1.0
+    ended = np.flatnonzero(np.arange(longest) >= WINDOW * times)
+    return max(float(times[ended[0]] if ended.size else times.max()), 1.0)
+
+
+def of_intervals(widening: float, samples: int, independent: float) -> tuple[str, ...]:
+    """Intervals from errors that hang together."""
+    if widening < WIDER:
+        return ()
+    return (
+        f"the 95 % intervals are too narrow by a factor of about {widening:.2g}: the errors hang together, {samples} "
+        f"samples say as much as {independent:.0f} independent ones",
+    )

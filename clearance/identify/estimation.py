@@ -1,0 +1,416 @@
+"""How the parameters of friction models are found.
+
+LuGre: nonlinear least squares (trust region, bounds, static torque not below the kinetic one) in the logarithms of the
+parameters, from analytic sensitivities. Axes that no trial couples are fitted each for itself; starts are compared on a
+part of the samples, the best are followed on all. After each pass over the samples the residuals r and slopes J are
+reduced to the triangle that has the same J^T J, J^T r and r^T r, so that scipy makes the very steps it would make with
+all rows, at no cost. Characteristic curve: linear least squares.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import least_squares, lsq_linear
+from scipy.special import stdtrit
+
+from clearance.identify.kernels import PADDING
+from clearance.identify.models import Curve, LuGre, Model
+
+CONFIDENCE = 0.95
+LOOK, FINISH = 1e-3, 1e-9  # relative change of the cost at which a start is judged, and the best one is finished
+FINISH_NETWORK = 1e-5  # the same of networks, whose weights make up for each other
+MOST_LOOKS, MOST = 25, 300  # passes over the samples of a start, and of the finish
+FEW, MOST_THINNED = 1000, 10  # samples of a trial that starts are judged by, at least; one in so many of them, at most
+FOLLOWED = 3  # starts that are followed on all samples
+NEAR, ENOUGH = 0.005, 0.2  # starts agree within this NRMSE; doubted where fewer than this share of them do
+HUGE = 1e100  # N m, whose square is a number
+LEVEL = 1e-9  # weight of neighbouring knots being equal, over that of all samples: what holds knots without samples
+STARTS = 20  # of a nonlinear fit, where nothing else is asked for
+ROUNDING = 1e-8  # of singular values of slopes whose columns have the norm 1, after their products were taken
+BLIND = 1e-12  # share of a parameter in the cost's curvature below which the samples do not see it
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """What the estimation of a model gives: values (p,), low and high (p,) of 95 % intervals, covariance (p, p).
+
+    history: cost over the iterations; starts: columns of the table of starts; facts, doubts. A model without intervals
+    leaves low, high and covariance empty.
+    """
+
+    values: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    covariance: np.ndarray
+    history: np.ndarray
+    starts: dict[str, np.ndarray]
+    facts: dict = field(default_factory=dict)
+    doubts: tuple[str, ...] = ()
+
+
+def axes_of(trial) -> np.ndarray:
+    return np.flatnonzero(trial.measured)
+
+
+# --- what estimations share
+def triangle(slopes: np.ndarray, residuals: np.ndarray) -> np.ndarray:
+    """(p + 1, p + 1): of the same products among columns as slopes (m, p) and residuals (m,) beside them."""
+    p = slopes.shape[1]
+    products = np.empty((p + 1, p + 1))
+    products[:p, :p] = slopes.T @ slopes
+    products[p, :p] = products[:p, p] = slopes.T @ residuals
+    products[p, p] = residuals @ residuals
+    sizes = np.sqrt(np.diag(products))
+    scale = np.where(sizes > 0.0, sizes, 1.0)
+    powers, directions = np.linalg.eigh(products / np.outer(scale, scale))
+    return np.sqrt(np.maximum(powers, 0.0))[:, None] * directions.T * sizes  # columns of zeros stay that
+
+
+def spread(slopes: np.ndarray, cost: float, samples: int) -> tuple[np.ndarray, np.ndarray, float]:
+    """Covariance (p, p), half widths (p,) of 95 % intervals, and standard deviation of a sample's error.
+
+    slopes (m, p) at the least cost, half the sum of squares, of so many samples. Directions that the samples do not see
+    come out very wide, not infinite.
+    """
+    freedom = max(samples - slopes.shape[1], 1)
+    variance = 2.0 * cost / freedom
+    sizes = np.linalg.norm(slopes, axis=0)
+    sizes[sizes == 0.0] = 1e-12
+    _, singular, rows = np.linalg.svd(slopes / sizes, full_matrices=False)
+    inverse = rows.T / np.maximum(singular, ROUNDING)
+    covariance = variance * (inverse @ inverse.T) / np.outer(sizes, sizes)
+    wide = stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE) * np.sqrt(np.diag(covariance))
+    return covariance, wide, math.sqrt(variance)
+
+
+def _bound_doubts(model: Model, values: np.ndarray, sizes: np.ndarray) -> tuple[str, ...]:
+    """Parameters that the samples (slopes of the given sizes) do not see, and those that end at a bound."""
+    found = []
+    known = dict(zip((p.name for p in model.parameters), values, strict=True))
+    for p, value, size in zip(model.parameters, values, sizes, strict=True):
+        lower = p.name.replace("_static", "_kinetic")
+        if size <= BLIND * sizes.max():
+            found.append(f"{p.name}: the trials say nothing about it")
+        elif not p.low * (1.0 + 1e-3) < value < p.high * (1.0 - 1e-3) and p.low >= 0.0:
+            found.append(f"{p.name}: ends at a bound, {value:.4g} {p.units}")
+        elif lower != p.name and value < known[lower] * (1.0 + 1e-3):
+            found.append(f"{p.name}: ends at {lower}, below which it cannot go")
+    return tuple(found)
+
+
+# --- LuGre
+class Search:
+    """Coordinates of a nonlinear fit: logarithms of parameters whose bounds are positive, others as they are.
+
+    `natural` ones are those; `searched` ones have for a kinetic torque its place between its lower bound (0) and the
+    static torque (1), in the logarithm, so that a box of them holds what has static >= kinetic and keeps all bounds.
+    """
+
+    def __init__(self, model: LuGre):
+        parameters, names = model.parameters, [p.name for p in model.parameters]
+        self.log = np.array([p.low > 0.0 for p in parameters])
+        self.low, self.high, self.typical = (
+            np.array([math.log(v) if p.low > 0.0 else v for p in parameters for v in [getattr(p, which)]])
+            for which in ("low", "high", "typical")
+        )
+        kinetic = [n for n in names if n.endswith("_kinetic")]
+        self.pairs = [(names.index(n), names.index(n.replace("_kinetic", "_static"))) for n in kinetic]
+        self.bounds = np.array([self.low, self.high])
+        for k, s in self.pairs:
+            self.bounds[:, k] = 0.0, 1.0
+            self.bounds[0, s] = max(self.low[s], self.low[k])
+            if self.bounds[0, s] >= self.high[s]:
+                raise ValueError(f"bounds of {names[k]} and {names[s]} leave no static torque above the kinetic one")
+
+    def values(self, x: np.ndarray) -> np.ndarray:
+        """Parameters at natural coordinates (p,)."""
+        return np.where(self.log, np.exp(np.where(self.log, x, 0.0)), x)
+
+    def slopes(self, x: np.ndarray) -> np.ndarray:
+        """Slopes of the parameters by the natural coordinates (p,)."""
+        return np.where(self.log, self.values(x), 1.0)
+
+    def natural(self, y: np.ndarray) -> np.ndarray:
+        """Natural coordinates at searched ones."""
+        x = y.copy()
+        for k, s in self.pairs:
+            x[k] = self.low[k] + y[k] * (min(self.high[k], y[s]) - self.low[k])
+        return x
+
+    def searched(self, x: np.ndarray) -> np.ndarray:
+        """Searched coordinates at natural ones, moved to where static >= kinetic."""
+        y = np.clip(x, self.bounds[0], self.bounds[1])
+        for k, s in self.pairs:
+            room = min(self.high[k], y[s]) - self.low[k]
+            y[k] = min(max((x[k] - self.low[k]) / room, 0.0), 1.0) if room > 0.0 else 1.0
+        return y
+
+    def chained(self, slopes: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Slopes (m, p) by natural coordinates, as such by searched ones."""
+        found = slopes.copy()
+        for k, s in self.pairs:
+            found[:, k] = slopes[:, k] * (min(self.high[k], y[s]) - self.low[k])
+            found[:, s] = slopes[:, s] + (y[k] * slopes[:, k] if y[s] < self.high[k] else 0.0)
+        return found
+
+
+class Thinned(NamedTuple):
+    """Every so many samples of a trial."""
+
+    name: str
+    rate: np.ndarray
+    torque: np.ndarray
+    step: float
+    samples: int
+
+
+def _thinned(trial) -> Thinned:
+    every = min(max(trial.samples // FEW, 1), MOST_THINNED)
+    rate, torque = (np.ascontiguousarray(a[::every]) for a in (trial.rate, trial.torque))
+    return Thinned(trial.name, rate, torque, trial.step * every, len(rate))
+
+
+class Passes:
+    """Residuals of axes (a list of them a trial) and slopes by natural coordinates, as triangles; counts its passes."""
+
+    def __init__(self, model: LuGre, search: Search, trials: Sequence, axes: Sequence[np.ndarray]):
+        self.model, self.search, self.trials, self.axes = model, search, trials, axes
+        ends = np.cumsum([0, *(t.samples * a.size for t, a in zip(trials, axes, strict=True))])
+        self.rows = [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        self.measured = np.concatenate([t.torque[:, a].ravel() for t, a in zip(trials, axes, strict=True)])
+        self.torque, self.slopes = np.empty(ends[-1]), np.empty((ends[-1], len(model.parameters) + PADDING))
+        rows, wanted = model.roughness
+        self.smooth = np.column_stack([rows, -wanted]) * np.linalg.norm(self.measured)
+        self.evaluations, self.last = 0, None
+
+    def reduced(self, x: np.ndarray) -> np.ndarray:
+        """Slopes and residuals at natural coordinates x: the samples' triangle, below it the smoothing."""
+        if self.last is not None and np.array_equal(self.last[0], x):
+            return self.last[1]
+        values = self.search.values(x)
+        packed = self.model.packed(values)
+        for trial, axes, rows in zip(self.trials, self.axes, self.rows, strict=True):
+            shape = trial.samples, axes.size
+            slopes = self.slopes[rows].reshape(*shape, -1)
+            self.model.sensitivities(packed, trial, axes, self.torque[rows].reshape(shape), slopes)
+            if not abs(self.torque[rows]).max() < HUGE:
+                given = ", ".join(f"{p.name} {v:.4g}" for p, v in zip(self.model.parameters, values, strict=True))
+                raise ValueError(f"trial {trial.name!r}: the modelled torque is beyond all numbers at {given}")
+        self.evaluations += 1
+        found = triangle(self.slopes[:, : values.size], self.torque - self.measured)
+        found[:, :-1] *= self.search.slopes(x)
+        found = np.vstack([found, np.column_stack([self.smooth[:, :-1], self.smooth @ np.append(x, 1.0)])])
+        self.last = x.copy(), found
+        return found
+
+    def cost(self, x: np.ndarray) -> float:
+        """Half the sum of squares at natural coordinates, without slopes."""
+        values, squares = self.search.values(x), 0.0
+        for trial, axes in zip(self.trials, self.axes, strict=True):
+            squares += float(np.sum((self.model.torque(values, trial) - trial.torque)[:, axes] ** 2))
+        return 0.5 * (squares + float(np.sum((self.smooth @ np.append(x, 1.0)) ** 2)))
+
+    def samples(self, x: np.ndarray) -> np.ndarray:
+        """The samples' triangle alone."""
+        return self.reduced(x)[: len(x) + 1]
+
+    def solved(self, begin: np.ndarray, free: np.ndarray, change: float, most: int) -> "Solved":
+        """The least cost from searched coordinates, of which the free ones move."""
+        history, before, search = [], self.evaluations, self.search
+
+        def whole(free_ones):
+            moved = begin.copy()
+            moved[free] = free_ones
+            return moved, self.reduced(search.natural(moved))
+
+        def jacobian(free_ones):
+            y, found = whole(free_ones)
+            history.append(0.5 * float(found[:, -1] @ found[:, -1]))
+            return search.chained(found[:, :-1], y)[:, free]
+
+        found = least_squares(
+            lambda y: whole(y)[1][:, -1], begin[free], jacobian, search.bounds[:, free], "trf", change, change, 1e-12,
+            "jac", max_nfev=most,
+        )  # fmt: skip
+        point = begin.copy()
+        point[free] = found.x
+        return Solved(point, float(found.cost), history, self.evaluations - before, found.status > 0)
+
+
+class Solved(NamedTuple):
+    """Searched coordinates, their cost, its history, passes over the samples, convergence."""
+
+    point: np.ndarray
+    cost: float
+    history: list[float]
+    evaluations: int
+    converged: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Parameters that trials see together, and those trials' axes: a fit of its own."""
+
+    free: np.ndarray
+    trials: list
+    axes: list[np.ndarray]
+
+
+def parts(model: LuGre, search: Search, trials: Sequence) -> list[Part]:
+    """The fit taken apart: trials of one axis each say nothing about the parameters of other axes."""
+    p = len(model.parameters)
+    label = np.arange(p)
+    for row in model.roughness[0]:
+        _join(label, row != 0.0)
+    found = []
+    for trial in trials:
+        for axis in axes_of(trial):
+            slopes = Passes(model, search, [trial], [np.array([axis])]).samples(search.typical)[:, :-1]
+            seen = np.linalg.norm(slopes, axis=0) > 0.0
+            _join(label, seen)
+            found.append((trial, axis, seen))
+    there = [(trial, axis, label[seen][0]) for trial, axis, seen in found if seen.any()]
+    own = {name: [(t, a) for t, a, n in there if n == name] for name in dict.fromkeys(n for *_, n in there)}
+    return [Part(label == name, *_by_trial(units)) for name, units in own.items()]
+
+
+def _join(label: np.ndarray, together: np.ndarray) -> None:
+    """Give parameters that belong together one label."""
+    if together.any():
+        label[np.isin(label, label[together])] = label[together].min()
+
+
+def _by_trial(units: list) -> tuple[list, list[np.ndarray]]:
+    trials = list({id(t): t for t, _ in units}.values())
+    return trials, [np.array([a for t, a in units if t is trial]) for trial in trials]
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What the fit of a part gives: its end, the cost's history, costs, passes and points of all starts; size: norm of
+    the measured torques.
+    """
+
+    end: Solved
+    history: list[float]
+    costs: np.ndarray
+    passes: np.ndarray
+    points: list[np.ndarray]
+    evaluations: int
+    size: float
+
+
+def _solve(model: LuGre, search: Search, part: Part, begins: list[np.ndarray], tell: Callable[[], None]) -> Found:
+    """The best of several starts: all on few samples, the best of those on all, and the best one to the end."""
+    whole = Passes(model, search, part.trials, part.axes)
+    looks = whole if len(begins) == 1 else Passes(model, search, [_thinned(t) for t in part.trials], part.axes)
+    looked = []
+    for begin in begins:
+        looked.append(looks.solved(begin, part.free, LOOK, MOST_LOOKS))
+        tell()
+    passes, points = np.array([s.evaluations for s in looked]), [s.point for s in looked]
+    costs = np.array([whole.cost(search.natural(y)) for y in points])
+    histories = {0: looked[0].history}
+    for n in np.argsort(costs, kind="stable")[:FOLLOWED] if looks is not whole else ():
+        further = whole.solved(points[n], part.free, LOOK, MOST_LOOKS)
+        points[n], costs[n], histories[n] = further.point, further.cost, further.history
+        passes[n] += further.evaluations
+    best = int(np.argmin(costs))
+    end = whole.solved(points[best], part.free, FINISH_NETWORK if model.network else FINISH, MOST)
+    history = [*histories[best], *end.history[1:]]
+    return Found(
+        end, history, costs, passes, points, int(passes.sum()) + end.evaluations, np.linalg.norm(whole.measured)
+    )
+
+
+def _estimate_lugre(model: LuGre, trials: Sequence, *, starts: int, seed: int, progress: Callable) -> Estimate:
+    search, random = Search(model), np.random.default_rng(seed)
+    typical = search.searched(search.typical)
+    begins = [typical, *(random.uniform(*search.bounds) for _ in range(starts - 1))]
+    split, told = parts(model, search, trials), []
+
+    def tell():
+        told.append(None)
+        progress(len(told) / (len(split) * (starts + 1)))
+
+    found, points, end = [], np.tile(typical, (starts, 1)), typical.copy()
+    for part in split:
+        found.append(_solve(model, search, part, [np.where(part.free, b, typical) for b in begins], tell))
+        end[part.free] = found[-1].end.point[part.free]
+        points[:, part.free] = np.array(found[-1].points)[:, part.free]
+        tell()
+    x = search.natural(end)
+    whole = Passes(model, search, trials, [axes_of(t) for t in trials])
+    values, samples = search.values(x), whole.samples(x)
+    cost = 0.5 * float(samples[:, -1] @ samples[:, -1])
+    covariance, wide, noise = spread(whole.reduced(x)[:, :-1], cost, whole.measured.size)
+    slopes = search.slopes(x)
+    said = _bound_doubts(model, values, np.linalg.norm(samples[:, :-1], axis=0)) + _start_doubts(found)
+    longest = max(len(f.history) for f in found)
+    history = sum(np.array(f.history + [f.history[-1]] * (longest - len(f.history))) for f in found)
+    blind = whole.cost(x) - sum(f.end.cost for f in found)  # of axes that no parameter moves
+    return Estimate(
+        values,
+        *(search.values(np.clip(e, search.low, search.high)) for e in (x - wide, x + wide)),
+        covariance * np.outer(slopes, slopes),
+        history + blind,
+        {
+            "cost": sum(f.costs for f in found) + blind,
+            "evaluations": sum(f.passes for f in found),
+            "values": np.array([search.values(search.natural(y)) for y in points]),
+        },
+        {
+            "noise": noise, "evaluations": sum(f.evaluations for f in found), "agreeing": min(map(agreeing, found)),
+            "converged": all(f.end.converged for f in found),
+        },
+        said,
+    )  # fmt: skip
+
+
+def agreeing(found: Found) -> int:
+    """How many starts came near the least cost."""
+    errors = np.sqrt(2.0 * np.append(found.costs, found.end.cost)) / found.size
+    return int(np.sum(errors[:-1] <= errors[-1] + NEAR))
+
+
+def _start_doubts(found: Sequence[Found]) -> tuple[str, ...]:
+    said = []
+    starts = len(found[0].costs)
+    fewest = min(map(agreeing, found))
+    if starts >= 5 and fewest < ENOUGH * starts:
+        said.append(
+            f"only {fewest} of {starts} starts came within an NRMSE of {NEAR:g} of the best one: a better one may "
+            "have been missed; try more starts or another seed"
+        )
+    if not all(f.end.converged for f in found):
+        said.append(f"the fit was still improving after {MOST} passes over the samples")
+    return tuple(said)
+
+
+# --- characteristic curve
+def _estimate_curve(model: Curve, trials: Sequence, *, starts: int, seed: int, progress: Callable) -> Estimate:
+    p = len(model.parameters)
+    slopes = np.concatenate([model.hats(t.rate)[:, axes_of(t)].reshape(-1, p) for t in trials])
+    measured = np.concatenate([t.torque[:, axes_of(t)].ravel() for t in trials])
+    reduced = triangle(slopes, measured)
+    count = len(model.knots)
+    level = np.array([[(c == k + 1) - (c == k) for c in range(p)] for k in range(p - 1) if (k + 1) % count], float)
+    held = np.vstack([reduced[:, :-1], level.reshape(-1, p) * math.sqrt(LEVEL * measured.size)])
+    wanted = np.concatenate([reduced[:, -1], np.zeros(len(level))])
+    bounds = [q.low for q in model.parameters], [q.high for q in model.parameters]
+    result = lsq_linear(held, wanted, bounds, method="bvls", tol=1e-14)
+    progress(1.0)
+    values = result.x
+    cost = 0.5 * float(np.sum((slopes @ values - measured) ** 2))
+    covariance, wide, noise = spread(held, cost, measured.size)
+    table = {"cost": np.array([cost]), "evaluations": np.array([1]), "values": values[None]}
+    said = _bound_doubts(model, values, np.linalg.norm(reduced[:, :-1], axis=0))
+    facts = {"noise": noise, "evaluations": 1, "converged": bool(result.success)}
+    ends = (np.clip(x, *bounds) for x in (values - wide, values + wide))
+    return Estimate(values, *ends, covariance, np.array([cost]), table, facts, said)
+
+
+ESTIMATES = {LuGre: _estimate_lugre, Curve: _estimate_curve}
