@@ -23,7 +23,12 @@ MODULES = [p for folder in ("clearance", "cases", "postprocess") for p in sorted
 ONLY_IN = {
     "numba": {"clearance.mechanism.store", "clearance.evidence.peers"},
     "skfem": {"clearance.film.fem"},
-    "scipy": {"clearance.evidence.peers", "clearance.film.fem", "clearance.sweeping.points", "clearance.identify.fit"},
+    "scipy": {
+        "clearance.evidence.peers",
+        "clearance.film.fem",
+        "clearance.sweeping.points",
+        "clearance.identify.estimation",
+    },
     "distributed": {"clearance.sweeping.teams"},
     "xarray": {"clearance.sweeping.index"},
     "pandas": {"clearance.sweeping.index"},

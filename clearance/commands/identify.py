@@ -58,6 +58,10 @@ def run(options) -> int:
         make_folder(options)
         document["files"] = [str(p) for p in _keep(found, measurement, Path(options.output), options.plot)]
         lines += [f"  wrote        {path}" for path in document["files"]]
+        if found.has_law:
+            lines.append(
+                f"  a hinge      open_fit('{document['files'][0]}').law('spin') is its friction, a cl.joint_lugre"
+            )
     print(json.dumps(document) if options.json else "\n".join(lines))
     return DONE
 

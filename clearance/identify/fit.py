@@ -86,6 +86,12 @@ class Fit:
             low[p.name], high[p.name] = (float(e) for e in np.clip(wide, p.low, p.high))
         return low, high
 
+    @property
+    def has_law(self) -> bool:
+        """Whether the model is a LuGre law of constant parameters, see `law`."""
+        model = self.model
+        return isinstance(model, LuGre) and not (model.knots or model.network or model.static)
+
     def law(self, axis: str = "spin"):
         """The friction of one axis (spin, tilt; of models that tell them apart tilt_x, tilt_y) as `cl.joint_lugre`.
 
@@ -94,7 +100,7 @@ class Fit:
         """
         from clearance.laws import joint_lugre
 
-        if not isinstance(self.model, LuGre) or self.model.knots or self.model.network or self.model.static:
+        if not self.has_law:
             raise ValueError(f"law: this {self.model.name} is no LuGre law of constant parameters")
         if axis not in self.model.groups:
             raise ValueError(f"law: axis must be one of {', '.join(dict.fromkeys(self.model.groups))}, got {axis!r}")

@@ -271,7 +271,10 @@ def test_hdf5_files_of_other_kinds(tmp_path):
     ("change", "said"),
     [
         ({"rate_z": ("rad/s", np.degrees(2.0 * RATE))}, "'run', row 50, column rate_z: 57.2958 rad/s is more than 50"),
-        ({"rate_z": ("rad/s", np.full(TIME.size, 40.0) + RATE)}, "in HDF5; if these are SI, --trust-units (trusted=True)"),
+        (
+            {"rate_z": ("rad/s", np.full(TIME.size, 40.0) + RATE)},
+            "in HDF5; if these are SI, --trust-units (trusted=True)",
+        ),
         ({"rate_z": ("rad/s", np.full(200, 45.0))}, "column rate_z: it turns through 8.955 rad, more than 6.283 rad"),
         ({"torque_z": ("N m", 1e3 * TORQUE)}, "column torque_z: no ball joint has a largest torque of 1999.82 N m"),
         ({"torque_z": ("N m", 1e-4 * TORQUE)}, "is it in kN m? Then call it torque_z_kN_m"),
