@@ -12,7 +12,7 @@ import sys
 import time
 from pathlib import Path
 
-from clearance.commands import bench_data, identify, inverse, lyapunov, plot, report, sweep
+from clearance.commands import bench_data, figures, identify, inverse, lyapunov, plot, report, sweep
 from clearance.commands.common import (
     DONE,
     FAILED,
@@ -81,7 +81,7 @@ def parser() -> Parser:
     run.add_argument("-o", dest="output", metavar="FILE.h5", help="result file (default CASE.h5)")
     run.add_argument("--plot", action="store_true", help="draw a picture beside the result file")
     explain.add_argument("--cost", action="store_true", help="also measure what each part of such a scene costs")
-    own = (module.add(commands) for module in (inverse, sweep, plot, report, lyapunov, bench_data, identify))
+    own = (module.add(commands) for module in (inverse, sweep, plot, report, lyapunov, bench_data, identify, figures))
     for command in (cases, run, explain, study, stress, *own, *_film_commands(commands)):
         command.add_argument("--json", action="store_true", help="one JSON document on stdout, nothing else")
     return top
@@ -148,7 +148,7 @@ def main(arguments: list[str] | None = None) -> int:
         "cases": list_cases, "run": run_case, "explain": explain_case, "work-precision": measure_case,
         "stress": stress_cases, "film": study_film, "sweep": sweep.run, "plot": plot.run,
         "lyapunov": lyapunov.run, "report": report.run, "inverse": inverse.run,
-        "bench-data": bench_data.run, "identify": identify.run,
+        "bench-data": bench_data.run, "identify": identify.run, "figures": figures.run,
     }[options.command]  # fmt: skip
     try:
         return action(options)

@@ -108,3 +108,7 @@ class Line:
     def __call__(self, text: str) -> None:
         if self.shown:
             print(f"\r\x1b[K{time.perf_counter() - self.began:6.0f} s  {text}", end="", file=sys.stderr, flush=True)
+
+    def clear(self) -> None:
+        if self.shown:
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
