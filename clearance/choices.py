@@ -97,6 +97,8 @@ FRICTIONS: dict[str, Callable] = {
     "coulomb_viscous": lambda mu: laws.coulomb_viscous(coefficient=mu, viscous=0.1),
     "lugre": lambda mu: laws.lugre(static=1.25 * mu, kinetic=mu, damping=100.0 * mu),
 }
+#: friction of joints without clearance
+JOINT_FRICTIONS = ("none", "coulomb", "stribeck")
 #: coarse to fine: formulas and the table of the Reynolds equation
 FILMS = {
     "sommerfeld": laws.full_sommerfeld, "pinkus_sternlicht": laws.pinkus_sternlicht, "long": laws.long_film,
@@ -133,6 +135,22 @@ def joint_names(joints: str | Collection[str], known: Collection[str]) -> tuple[
     if not names:
         raise ValueError(f"joints: name at least one of {', '.join(known)}, or choose model=ideal")
     return names
+
+
+def joint_friction(
+    friction: str, *, coefficient: float, viscous: float, static: float, stribeck_rate: float, exponent: float,
+    transition_rate: float,
+) -> laws.BoundLaw | None:  # fmt: skip
+    """The law of joints without clearance for a name and its numbers, of which coulomb takes three; None for none."""
+    one_of("friction", friction, JOINT_FRICTIONS)
+    if friction == "coulomb":
+        return laws.joint_coulomb(coefficient=coefficient, viscous=viscous, transition_rate=transition_rate)
+    if friction == "stribeck":
+        return laws.joint_stribeck(
+            static=static, kinetic=coefficient, stribeck_rate=stribeck_rate, exponent=exponent, viscous=viscous,
+            transition_rate=transition_rate,
+        )  # fmt: skip
+    return None
 
 
 def thresholds_of(text: str | Collection[float]) -> tuple[float, ...]:

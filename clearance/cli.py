@@ -18,10 +18,14 @@ from clearance.commands.common import (
     FAILED,
     WRONG,
     Line,
+    add_case,
+    add_length,
     channel_patterns,
     complain,
+    length_of,
     make_folder,
     number,
+    peak,
     publish,
     quantity_of,
     scene_of,
@@ -48,15 +52,9 @@ def parser() -> Parser:
     study = commands.add_parser("work-precision", help="error against run time: all methods, with --peers others' too")
     stress = commands.add_parser("stress", help="the stiff and extreme matrix: each cell done or a named reason")
     for command in (run, explain, study):
-        command.add_argument("case", metavar="CASE", help="name of a case, or path to your own case file")
-        command.add_argument(
-            "-p", dest="parameters", metavar="NAME=VALUE", action="append", default=[],
-            help="a case parameter, such as speed=300rpm or clearance=0.1mm; may be repeated",
-        )  # fmt: skip
+        add_case(command)
     for command in (run, study):
-        length = command.add_mutually_exclusive_group()
-        length.add_argument("--turns", type=number, help="length in turns of the drive (default 2, or 2 s)")
-        length.add_argument("--until", type=quantity_of("s"), metavar="S", help="length in seconds")
+        add_length(command)
     study.add_argument("--peers", action="store_true", help="also numbalsoda, SUNDIALS, Exudyn where installed")
     study.add_argument("--physics", action="store_true", help="compare choices of physics instead of solvers")
     stress.add_argument("case", metavar="CASE", nargs="?", help="only this case (or: random)")
@@ -205,7 +203,6 @@ def run_case(options) -> int:
     output = Path(options.output or f"{case.name}.h5")
     if options.plot and output.suffix == ".png":
         raise ValueError(f"-o {output}: the result would be overwritten by the picture; name the result file .h5")
-    turns, until = _length(options, scene)
     watched = not options.json and sys.stderr.isatty()
     bar = ProgressBar() if watched else None
     if watched:
@@ -214,7 +211,7 @@ def run_case(options) -> int:
     failure = None
     try:
         result = simulate(
-            scene, turns=turns, until=until, rtol=options.rtol, method=options.method,
+            scene, **length_of(options, scene), rtol=options.rtol, method=options.method,
             max_step=options.max_step, samples_per_turn=options.samples_per_turn, path=output, progress=bar,
             channels=channel_patterns(options.channels), compression=options.compression,
             checkpoint=options.checkpoint,
@@ -252,13 +249,6 @@ def _horizon(scene, result, rtol: float) -> tuple[str, bool] | None:
     except NotSolved as reason:
         return f"not found: {reason}", True
     return found.sentence(scene.turn), found.time is not None
-
-
-def _length(options, scene) -> tuple[float | None, float | None]:
-    """Turns or seconds: as asked for, else two turns, else two seconds where nothing turns at constant speed."""
-    if options.turns is not None or options.until is not None:
-        return options.turns, options.until
-    return (None, 2.0) if scene.turn is None else (2.0, None)
 
 
 class ProgressBar:
@@ -331,7 +321,7 @@ def _joint_extremes(result) -> dict:
         if result.time.size and "film_thickness_ratio" in joint and "film_radial" in joint:
             found[name]["smallest_film_thickness_ratio"] = result.range(f"joints/{name}/film_thickness_ratio")[0]
         if result.time.size and f"joints/{name}/friction" in result and "gap" not in joint:
-            found[name]["peak_friction"] = _peak(result, f"joints/{name}/friction")
+            found[name]["peak_friction"] = peak(result, f"joints/{name}/friction")
             found[name]["friction_units"] = result.units(f"joints/{name}/friction")
     return found
 
@@ -343,14 +333,10 @@ def _drive_extremes(result) -> dict:
         kinds = [k for k in ("torque", "force") if f"drives/{name}/{k}" in result]
         for kind in kinds:
             path = f"drives/{name}/{kind}"
-            found[name] = {"units": result.units(path), "peak": _peak(result, path)}
+            found[name] = {"units": result.units(path), "peak": peak(result, path)}
             if f"{path}_ideal" in result:
-                found[name]["peak_ideal"] = _peak(result, f"{path}_ideal")
+                found[name]["peak_ideal"] = peak(result, f"{path}_ideal")
     return found
-
-
-def _peak(result, path: str) -> float:
-    return float(max(map(abs, result.range(path))))
 
 
 def _readable(summary: dict) -> str:

@@ -100,6 +100,11 @@ class Drive(Load):
         return self.speed is not None or self.motion is not None
 
     @property
+    def effort_kind(self) -> str:
+        """What moves the target: "torque", or "force" along a slide."""
+        return "force" if isinstance(self.target, Prismatic) else "torque"
+
+    @property
     def effort(self) -> float | BoundLaw | None:
         return self.torque if self.torque is not None else self.force
 

@@ -180,6 +180,13 @@ class Scene:
         return tuple(j for j in self.joints if isinstance(j, ClearanceRevolute))
 
     @property
+    def rubbing_joints(self) -> tuple:
+        """Joints without clearance that have friction."""
+        from clearance.joints import FrictionJoint
+
+        return tuple(j for j in self.joints if isinstance(j, FrictionJoint) and j.friction is not None)
+
+    @property
     def turn(self) -> float | None:
         """Duration of one turn of the first constant-speed rotating drive [s], if there is one."""
         turns = (getattr(load, "turn", None) for load in self.loads)

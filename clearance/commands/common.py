@@ -31,6 +31,29 @@ def number(text: str) -> float:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
 
 
+def add_case(command: argparse.ArgumentParser) -> None:
+    """The case and its parameters, for scene_of."""
+    command.add_argument("case", metavar="CASE", help="name of a case, or path to your own case file")
+    command.add_argument(
+        "-p", dest="parameters", metavar="NAME=VALUE", action="append", default=[],
+        help="a case parameter, such as speed=300rpm or clearance=0.1mm; may be repeated",
+    )  # fmt: skip
+
+
+def add_length(command: argparse.ArgumentParser) -> None:
+    """How long, in turns or seconds, for length_of."""
+    length = command.add_mutually_exclusive_group()
+    length.add_argument("--turns", type=number, help="length in turns of the drive (default 2, or 2 s)")
+    length.add_argument("--until", type=quantity_of("s"), metavar="S", help="length in seconds")
+
+
+def length_of(options, scene) -> dict[str, float | None]:
+    """Turns or seconds: as asked for, else two turns, else two seconds where nothing turns at constant speed."""
+    if options.turns is None and options.until is None:
+        return {"turns": None, "until": 2.0} if scene.turn is None else {"turns": 2.0, "until": None}
+    return {"turns": options.turns, "until": options.until}
+
+
 def complain(options, message: str, status: int, **more) -> int:
     """One line on stderr, and under --json a document on stdout; returns the exit status."""
     line = " ".join(message.split())
@@ -80,6 +103,11 @@ def channel_patterns(text: str | None) -> list[str] | None:
     if text is None or text == "all":
         return None
     return [] if text in ("none", "") else listed(text)
+
+
+def peak(result, path: str) -> float:
+    """Largest absolute value of a channel."""
+    return float(max(map(abs, result.range(path))))
 
 
 def make_folder(options) -> None:

@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 import h5py
+from publishing import put
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PICTURES = ROOT / "paper_figures"
@@ -105,12 +106,8 @@ def main():
     for name, lines in found.items():
         print(f"## {name}", *lines, "", sep="\n")
     if options.update:
-        text = Path(options.update).read_text()
         for name, lines in found.items():
-            head, mark, rest = text.partition(f"<!-- evidence: {name} -->")
-            tail = rest[rest.index("<!-- end -->") :]
-            text = f"{head}{mark}\n\n" + "\n".join(lines) + "\n\n" + tail
-        Path(options.update).write_text(text)
+            put(options.update, lines, f"<!-- evidence: {name} -->")
 
 
 if __name__ == "__main__":

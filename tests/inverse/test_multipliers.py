@@ -23,6 +23,7 @@ from clearance.laws.joint_friction import (
 from clearance.mechanism.build import build
 from tests import mechanisms as m
 from tests.test_mechanics import observed
+from tests.test_rubbing import energy_rate
 
 GRAVITY = 9.8
 
@@ -370,16 +371,6 @@ LAWS = {
     "breakaway": breakaway_linear(breakaway=0.1, coulomb=0.05, viscous=1e-3, threshold=1e-2),
     "smooth": breakaway_smooth(breakaway=0.1, coulomb=0.05, viscous=1e-3),
 }
-
-
-def energy_rate(scene, found):
-    """Rate of kinetic energy and of potential energy of gravity, exact."""
-    total = 0.0
-    for b in scene.bodies:
-        x, y, w, ax, ay, alpha = (found[f"bodies/{b.name}/{n}"] for n in ("vx", "vy", "omega", "ax", "ay", "alpha"))
-        gx, gy = scene.gravity[:2]
-        total = total + b.mass * ((ax - gx) * x + (ay - gy) * y) + b.inertia * alpha * w
-    return total
 
 
 @pytest.mark.parametrize("law", LAWS)

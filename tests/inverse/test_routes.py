@@ -114,7 +114,7 @@ class TestOperations:
         """The pruned code in counting Python gives the numbers of the compiled kernel."""
         scene = cl.load_case(case)
         solver = Explicit(scene)
-        row, m, count = solver.rows([0.0])[0], solver.mechanism, routes.Counting()
+        row, m, count = solver.rows([0.0])[0][0], solver.mechanism, routes.Counting()
         wanted = routes.needed_channels(solver)
         look = count.function("observe", routes.pruned(solver.structure.texts["observe"], set(wanted)))
         out = [None] * row.size
