@@ -1,4 +1,4 @@
-"""Models of ball-joint friction beside their source: `python tests/benchmarks/ball_joint.py [--update README.md]`.
+"""Models of ball-joint friction beside their source: `python tests/benchmarks/ball_joint.py [--update]`.
 
 Prints the tables of `clearance.identify.studies` on the synthetic bench; with the extra `learn` also of the lstm.
 Times are of whatever machine runs this, in one process.

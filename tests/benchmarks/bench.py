@@ -1,7 +1,7 @@
-"""What things cost: `python tests/benchmarks/bench.py [--update README.md]`.
+"""What things cost: `python tests/benchmarks/bench.py [--update]`.
 
-Prints the table of the README. Times are medians of repeats on whatever machine runs this; ratios compare two things
-measured in turn in one run. CPU seconds are of whole fresh processes.
+Prints a table of the page beside this file. Times are medians of repeats on whatever machine runs this; ratios compare
+two things measured in turn in one run. CPU seconds are of whole fresh processes.
 """
 
 import json

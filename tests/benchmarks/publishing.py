@@ -6,6 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 END = "<!-- end -->"
+#: where tables stand
+RESULTS = Path(__file__).parent / "README.md"
 missed: list[str] = []
 
 
@@ -25,13 +27,13 @@ def put(path: str | Path, lines: list[str], begin: str, end: str = END) -> None:
 
 
 def publish(doc: str, make: Callable[[], list[str]], begin: str, end: str = END) -> None:
-    """A whole script: prints the lines, with --update FILE puts them at their mark, says what was missed, and exits."""
+    """A whole script: prints the lines, with --update puts them at their mark, says what was missed, and exits."""
     options = argparse.ArgumentParser(description=doc)
-    options.add_argument("--update", metavar="FILE", help=f"put the tables into FILE, at the mark {begin}")
-    path = options.parse_args().update
+    options.add_argument("--update", action="store_true", help=f"put the tables into {RESULTS}, at the mark {begin}")
+    update = options.parse_args().update
     lines = make()
     print("\n".join(lines))
-    if path:
-        put(path, lines, begin, end)
+    if update:
+        put(RESULTS, lines, begin, end)
     print("\n".join(["", *(f"missed: {m}" for m in missed)]))
     sys.exit(1 if missed else 0)
