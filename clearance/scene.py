@@ -175,6 +175,7 @@ class Scene:
 
     @property
     def clearance_joints(self) -> tuple:
+        """Joints with clearance, in the order of the scene."""
         from clearance.joints import ClearanceRevolute
 
         return tuple(j for j in self.joints if isinstance(j, ClearanceRevolute))

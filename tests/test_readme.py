@@ -27,7 +27,10 @@ def test_python_example(tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().out
 
 
-@pytest.mark.parametrize(("blocks", "folder", "said"), [(README, "feeder_map", "["), (GUIDE, "map", "dataset")])
+SWEEPS = [(README, "feeder_map", "["), (GUIDE, "map", "slider_acceleration_max")]
+
+
+@pytest.mark.parametrize(("blocks", "folder", "said"), SWEEPS)
 def test_sweep_examples(blocks, folder, said, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     exec(compile(next(b for b in blocks if "cl.sweep(" in b), "README", "exec"), {})
