@@ -3,12 +3,12 @@
 import argparse
 import json
 
-from clearance.commands.common import DONE
+from clearance.commands.common import DONE, add_command
 
 
 def add(commands) -> argparse.ArgumentParser:
     """The command; it has no options of its own."""
-    return commands.add_parser("cases", help="list cases with their parameters, units and defaults")
+    return add_command(commands, "cases", help="list cases with their parameters, units and defaults")
 
 
 def run(options) -> int:

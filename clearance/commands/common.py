@@ -10,6 +10,11 @@ from pathlib import Path
 DONE, FAILED, WRONG = 0, 1, 2
 
 
+def add_command(commands, name: str, help: str, **more) -> argparse.ArgumentParser:
+    """A command whose own help begins with what the list of commands says of it."""
+    return commands.add_parser(name, help=help, description=f"{help[0].upper()}{help[1:]}.", **more)
+
+
 def quantity_of(units: str):
     """A parser of numbers with an optional unit, in SI."""
 

@@ -2,13 +2,15 @@
 
 import argparse
 import json
+import textwrap
+from collections import Counter
 
-from clearance.commands.common import DONE, Line, add_case, scene_of
+from clearance.commands.common import DONE, Line, add_case, add_command, scene_of
 
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = commands.add_parser("explain", help="what the compiled scene contains and what was left out")
+    p = add_command(commands, "explain", help="what the compiled scene contains and what was left out")
     add_case(p)
     p.add_argument("--cost", action="store_true", help="also measure what each part of such a scene costs")
     return p
@@ -40,10 +42,16 @@ def run(options) -> int:
         )
     print(f"  numbers    {found['parameters']} parameters, {found['derived_parameters']} derived from them")
     print(f"  outputs    {len(found['channels'])} channels")
-    print(f"  modules    {', '.join(found['modules'])}")
-    print(f"  left out   {', '.join(found['left_out'])}")
+    packages = Counter(".".join(m.split(".")[:2]) for m in found["modules"])
+    print(_listed("modules", [f"{name} ({n})" if n > 1 else name for name, n in packages.items()]))
+    print(_listed("left out", found["left_out"]))
     print(f"  store      {found['store']}")
     for warning in found["warnings"]:
         print(f"  warning    {warning}")
     print("\n" + "\n".join(ablation.table(parts)))
     return DONE
+
+
+def _listed(what: str, items: list[str]) -> str:
+    """A line of items, in lines below one another."""
+    return textwrap.fill(f"  {what:<10} {', '.join(items)}", 110, subsequent_indent=13 * " ", break_long_words=False)

@@ -7,12 +7,12 @@ import time
 from fnmatch import fnmatch
 from pathlib import Path
 
-from clearance.commands.common import DONE, FAILED, Line
+from clearance.commands.common import DONE, FAILED, Line, add_command
 
 EXAMPLES = """\
   clearance figures --list                       names and titles
   clearance figures -o figures                   all of them (about half an hour on two cores; again: minutes)
-  clearance figures 'feeder_*' chains -o figures some
+  clearance figures 'feeder_*' -o figures        some
   clearance figures --quick -o preview           coarse previews of all
 
 DIR holds each picture as PNG and PDF, each table as Markdown and CSV, the results they were drawn from (DIR/results,
@@ -23,8 +23,8 @@ picture, and index.html, which shows all of them.
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = commands.add_parser(
-        "figures", help="regenerate the figures of the source systems and of the evidence", epilog=EXAMPLES,
+    p = add_command(
+        commands, "figures", help="regenerate the figures of the source systems and of the evidence", epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
     p.add_argument("names", metavar="NAME", nargs="*", help="figures or patterns such as 'feeder_*' (default all)")

@@ -3,18 +3,20 @@
 import argparse
 import re
 
-from clearance.commands.common import Line, make_folder, number, publish, quantity_of
+from clearance.commands.common import Line, add_command, make_folder, number, publish, quantity_of
 
 
 def add(commands) -> list[argparse.ArgumentParser]:
     """The commands and their options."""
-    film = commands.add_parser("film", help="oil films: pressure fields, force maps, snapshots, mesh and error studies")
+    film = add_command(
+        commands, "film", help="oil films: pressure fields, force maps, snapshots, mesh and error studies"
+    )
     whats = film.add_subparsers(dest="what", required=True, metavar="WHAT")
-    pressure = whats.add_parser("pressure", help="pressure, load, friction and flow of a bearing in one state")
-    map_ = whats.add_parser("map", help="what the force table of a bearing holds, and its error")
-    shots = whats.add_parser("snapshots", help="pressure fields along a run, from its result file")
-    meshes = whats.add_parser("convergence", help="error of both solvers as their meshes are refined")
-    ladder = whats.add_parser("ladder", help="error against run time of all films, single states and a feeder run")
+    pressure = add_command(whats, "pressure", help="pressure, load, friction and flow of a bearing in one state")
+    map_ = add_command(whats, "map", help="what the force table of a bearing holds, and its error")
+    shots = add_command(whats, "snapshots", help="pressure fields along a run, from its result file")
+    meshes = add_command(whats, "convergence", help="error of both solvers as their meshes are refined")
+    ladder = add_command(whats, "ladder", help="error against run time of all films, single states and a feeder run")
     for command in (pressure, map_, meshes):
         for name, default, text in _BEARING:
             command.add_argument(f"--{name}", type=quantity_of(text[1]), default=default, help=f"{text[0]} ({default})")

@@ -10,6 +10,7 @@ from clearance.commands.common import (
     FAILED,
     Line,
     add_case,
+    add_command,
     add_length,
     complain,
     length_of,
@@ -22,7 +23,9 @@ from clearance.commands.common import (
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = commands.add_parser("inverse", help="driving efforts and joint reactions of a prescribed motion, with friction")
+    p = add_command(
+        commands, "inverse", help="driving efforts and joint reactions of a prescribed motion, with friction"
+    )
     add_case(p)
     add_length(p)
     p.add_argument("--samples", type=int, metavar="N", help="output rows in all (default 400 a turn, or 401)")

@@ -3,12 +3,22 @@
 import argparse
 import textwrap
 
-from clearance.commands.common import FAILED, Line, add_case, complain, make_folder, publish, quantity_of, scene_of
+from clearance.commands.common import (
+    FAILED,
+    Line,
+    add_case,
+    add_command,
+    complain,
+    make_folder,
+    publish,
+    quantity_of,
+    scene_of,
+)
 
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = commands.add_parser("lyapunov", help="largest Lyapunov exponent: whether a motion is chaotic, with its error")
+    p = add_command(commands, "lyapunov", help="largest Lyapunov exponent: whether a motion is chaotic, with its error")
     add_case(p)
     p.add_argument("--turns", type=int, default=200, metavar="N", help="turns of the drive it is found over (200)")
     p.add_argument("--settle", type=int, default=20, metavar="N", help="turns before them, left out (20)")

@@ -11,6 +11,7 @@ from clearance.commands.common import (
     DONE,
     FAILED,
     add_case,
+    add_command,
     add_length,
     channel_patterns,
     complain,
@@ -24,7 +25,7 @@ from clearance.commands.common import (
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = commands.add_parser("run", help="run a case and write an HDF5 result file")
+    p = add_command(commands, "run", help="run a case and write an HDF5 result file")
     add_case(p)
     add_length(p)
     p.add_argument("--rtol", type=number, default=1e-6, metavar="R", help="local error tolerance (default 1e-6)")

@@ -2,12 +2,12 @@
 
 import argparse
 
-from clearance.commands.common import Line, add_case, add_length, make_folder, publish, scene_of
+from clearance.commands.common import Line, add_case, add_command, add_length, make_folder, publish, scene_of
 
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = commands.add_parser("work-precision", help="error against run time: all methods, with --peers others' too")
+    p = add_command(commands, "work-precision", help="error against run time: all methods, with --peers others' too")
     add_case(p)
     add_length(p)
     p.add_argument("--peers", action="store_true", help="also numbalsoda, SUNDIALS, Exudyn where installed")
