@@ -39,7 +39,8 @@ by two. Without KIND: the overview of a run, the map of a grid, the curves of ot
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(commands, "plot", help="pictures of run files and sweeps", epilog=EXAMPLES,
+    p = add_command(
+        commands, "plot", help="pictures of run files and sweeps", epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         usage="clearance plot FILE_OR_DIR [MORE_FILES ...] [KIND] [options] [-o PICTURE]",
     )  # fmt: skip
