@@ -1,4 +1,4 @@
-"""Every rung of every ladder in the two main cases, and the published rows of the mixed and finite films."""
+"""Every rung of every ladder in the two main cases, and rows of the mixed and finite films solved elsewhere."""
 
 import numpy as np
 import pytest
