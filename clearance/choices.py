@@ -1,5 +1,6 @@
 """How a case turns plain words and numbers ("dry", "coulomb", 0.9) into joints: the command line has no others."""
 
+import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
@@ -12,7 +13,7 @@ from clearance.materials import Lubricant, Material, steel
 MODELS = ("ideal", "dry", "lubricated", "mixed")
 LAYER = 0.5  # thickness of Winkler's elastic layer over the journal radius
 STEP_DEPTH = 0.01  # penetration at which IMPACT's damping is whole, over the clearance
-IMPACT_DAMPING = 1.0  # IMPACT's damping [s/m] over the elastic force at that depth
+IMPACT_MASS = 0.1  # of a body that IMPACT's damping gives back about the restitution asked for, at 1 m/s [kg]
 
 
 @dataclass(frozen=True)
@@ -58,9 +59,14 @@ def _winkler(pair: Pair, e: float):
 
 
 def _impact(pair: Pair, e: float):
-    depth = STEP_DEPTH * pair.clearance
-    damping = IMPACT_DAMPING * (1.0 - e) * pair.stiffness * depth**1.5
-    return laws.impact(stiffness=pair.stiffness, exponent=1.5, damping=damping, depth=depth)
+    """A linear damper has no restitution of its own; this one takes from 0.1 kg at 1 m/s what 0.8 < e < 1 asks for.
+
+    Energy m ln(1/e) v^2 = C v d I with the elastic impact's depth d = (5 m v^2 / (4 K))^(2/5) and path I = 1.635 of the
+    speed over it. Off by less than 0.02 for e >= 0.8, by 0.1 for e = 0.3; e counts as 0.01 at least.
+    """
+    reach = (1.25 * IMPACT_MASS / pair.stiffness) ** 0.4
+    damping = IMPACT_MASS * -math.log(max(e, 0.01)) / (1.635 * reach)
+    return laws.impact(stiffness=pair.stiffness, exponent=1.5, damping=damping, depth=STEP_DEPTH * pair.clearance)
 
 
 def _by_restitution(law) -> Callable:
