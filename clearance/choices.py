@@ -12,7 +12,7 @@ from clearance.materials import Lubricant, Material, steel
 
 MODELS = ("ideal", "dry", "lubricated", "mixed")
 LAYER = 0.5  # thickness of Winkler's elastic layer over the journal radius
-STEP_DEPTH = 0.01  # penetration at which IMPACT's damping is whole, over the clearance
+STEP_DEPTH = 0.1  # penetration at which IMPACT's damping is whole, over that of the impact it is chosen for
 IMPACT_MASS = 0.1  # of a body that IMPACT's damping gives back about the restitution asked for, at 1 m/s [kg]
 
 
@@ -66,7 +66,7 @@ def _impact(pair: Pair, e: float):
     """
     reach = (1.25 * IMPACT_MASS / pair.stiffness) ** 0.4
     damping = IMPACT_MASS * -math.log(max(e, 0.01)) / (1.635 * reach)
-    return laws.impact(stiffness=pair.stiffness, exponent=1.5, damping=damping, depth=STEP_DEPTH * pair.clearance)
+    return laws.impact(stiffness=pair.stiffness, exponent=1.5, damping=damping, depth=STEP_DEPTH * reach)
 
 
 def _by_restitution(law) -> Callable:

@@ -12,7 +12,7 @@ damper. At 0.5 Lankarani-Nikravesh delivers 0.73, as its formula does for any im
 faster or slower than the median, for the mechanism goes on driving them.
 
 Assumed: parameter set feeder-A; memberships (half-cosines at film thickness ratios 0.4, 1, 3), Flores' tolerance, and
-IMPACT's damping with its depth of 1 um, none of which we have from the source; the solid contact of all mixed joints
+IMPACT's damping with its depth of 1.5 um, none of which we have from the source; the solid contact of all mixed joints
 is Winkler's. Dry motions are irregular: compared are their statistics over ten turns, not their curves.
 
 Not comparable: the source's curves and peaks of either comparison; its settings of ADAMS are not known to us.

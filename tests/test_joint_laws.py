@@ -175,6 +175,13 @@ class TestContact:
         """Trap 5: E* of two equal solids is E / (2 (1 - nu^2))."""
         assert laws.contact_modulus(steel, steel) == pytest.approx(207e9 / (2 * (1 - 0.09)))
 
+    @pytest.mark.parametrize(("e", "off"), [(0.95, 0.01), (0.9, 0.02), (0.8, 0.02), (0.5, 0.07)])
+    def test_impact_is_chosen_by_its_restitution(self, e, off):
+        """0.1 kg at 1 m/s comes back with about e: the damping is from energy along the elastic impact."""
+        law = CONTACTS["impact"](PAIR, e)
+        found = delivered_restitution(law, mass=0.1, stiffness=law.parameters["stiffness"])
+        assert found == pytest.approx(e, abs=off)
+
     def test_impact_is_adams(self, validated):
         """IMPACT(...) of the manual: K x^e less STEP times rate, never pulling; STEP(d / 2) is half of its top."""
         law = laws.impact(stiffness=1e8, exponent=2.0, damping=50.0, depth=1e-4)

@@ -38,14 +38,14 @@ class TestHertz:
             laws.hertz_stiffness(0.01, 0.01, 207e9, 0.3, 207e9, 0.3)
 
 
-def delivered_restitution(law, mass=1.0, speed=1.0):
+def delivered_restitution(law, mass=1.0, speed=1.0, stiffness=1e6):
     """Restitution of a free mass hitting the law, by fixed-step RK4 (1e-6 in the answer for 4000 steps a contact)."""
 
     def slope(x, v):
         return v, -law(x, v, speed) / mass
 
     x, v = 0.0, speed
-    h = 2e-3 * (mass / 1e6) ** 0.4
+    h = 2e-3 * (mass / stiffness) ** 0.4
     while True:
         k1 = slope(x, v)
         k2 = slope(x + h / 2 * k1[0], v + h / 2 * k1[1])
