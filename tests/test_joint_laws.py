@@ -1,4 +1,4 @@
-"""The ladders of a real joint: published and independent tables, limits, passivity, smoothness, exact derivatives, wide ranges."""
+"""The ladders of a real joint: known tables, limits, passivity, smoothness, exact derivatives, wide ranges."""
 
 import logging
 import math
