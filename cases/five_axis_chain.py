@@ -8,7 +8,7 @@ coefficient multiplies (the rate alone), and the three lengths of the joints, pi
 """
 
 import clearance as cl
-from clearance.choices import one_of
+from clearance.choices import joint_friction, one_of
 
 GRAVITY = 9.8
 #: joint -> (link that carries it, where on it [m], centre of mass of its own link [m])
@@ -74,16 +74,10 @@ def scene(
     """
     one_of("reading", reading, READINGS)
     one_of("drive", drive, ("motion", "torque"))
-    one_of("friction", friction, ("none", "coulomb", "stribeck"))
-    smoothing = transition_rate if drive == "torque" else 0.0
-    law = None
-    if friction == "coulomb":
-        law = cl.joint_coulomb(coefficient=coefficient, viscous=viscous, transition_rate=smoothing)
-    elif friction == "stribeck":
-        law = cl.joint_stribeck(
-            static=static, kinetic=coefficient, stribeck_rate=stribeck_rate, exponent=exponent, viscous=viscous,
-            transition_rate=smoothing,
-        )  # fmt: skip
+    law = joint_friction(
+        friction, coefficient=coefficient, viscous=viscous, static=static, stribeck_rate=stribeck_rate,
+        exponent=exponent, transition_rate=transition_rate if drive == "torque" else 0.0,
+    )  # fmt: skip
     rubbing = {"friction": law, "pin_radius": pin_radius, "friction_arm": friction_arm, "bending_arm": bending_arm}
     bodies = {"ground": cl.ground} | _links(READINGS[reading])
     joints = [

@@ -12,7 +12,7 @@ and c-d. P is the common pin of c, d and f.
 """
 
 import clearance as cl
-from clearance.choices import one_of
+from clearance.choices import joint_friction, one_of
 
 GRAVITY = 9.8
 START = cl.degree(-98.797)
@@ -28,6 +28,8 @@ LINKS = {
     "f": (2.0, 0.04, {"e": 0.0, "P": 0.050, "g": -0.050}, -11.4917),
     "g": (1.0, 0.01, {"ground": -0.0225, "f": 0.0225}, -98.797),
 }
+HINGES = ("ground-a", "a-b", "b-c", "a-d", "ground-e", "e-f", "ground-g", "g-f", "f-d", "c-d")
+CRANK = "ground-g"
 
 
 @cl.signal
@@ -76,44 +78,31 @@ def scene(
     """
     one_of("where", where, ("driven", "all"))
     one_of("drive", drive, ("motion", "torque"))
-    one_of("friction", friction, ("none", "coulomb", "stribeck"))
-    smoothing = transition_rate if drive == "torque" else 0.0
-    law = None
-    if friction == "coulomb":
-        law = cl.joint_coulomb(coefficient=coefficient, viscous=viscous, transition_rate=smoothing)
-    elif friction == "stribeck":
-        law = cl.joint_stribeck(
-            static=static, kinetic=coefficient, stribeck_rate=stribeck_rate, exponent=exponent, viscous=viscous,
-            transition_rate=smoothing,
-        )  # fmt: skip
+    law = joint_friction(
+        friction, coefficient=coefficient, viscous=viscous, static=static, stribeck_rate=stribeck_rate,
+        exponent=exponent, transition_rate=transition_rate if drive == "torque" else 0.0,
+    )  # fmt: skip
     rubbing = {"friction": law, "pin_radius": pin_radius}
-    a, b, c, d, e, f, g = (_link(name) for name in LINKS)
-
-    def hinge(first: cl.Point, second: cl.Point) -> cl.Revolute:
-        name = "-".join(p.body.name.removeprefix("link_") for p in (first, second))
-        return cl.Revolute(first, second, name=name, **(rubbing if where == "all" or name == "ground-g" else {}))
-
-    shaft = hinge(cl.ground.at(*PIVOTS["g"]), g["ground"])
+    hinges = _hinges({name: rubbing for name in HINGES if where == "all" or name == CRANK})
     if drive == "motion":
-        motor = cl.Drive(shaft, motion=turning(start=START, speed=speed), name="crank")
+        motor = cl.Drive(hinges[CRANK], motion=turning(start=START, speed=speed), name="crank")
     else:
         effort = servo(start=START, speed=speed, stiffness=stiffness, damping=damping)
-        motor = cl.Drive(shaft, torque=effort, start=START, speed_start=speed, name="crank")
-    return cl.Scene(
-        hinge(cl.ground.at(*PIVOTS["a"]), a["ground"]),
-        hinge(a["b"], b["a"]),
-        hinge(b["c"], c["b"]),
-        hinge(a["d"], d["a"]),
-        hinge(cl.ground.at(*PIVOTS["e"]), e["ground"]),
-        hinge(e["f"], f["e"]),
-        shaft,
-        hinge(g["f"], f["g"]),
-        hinge(f["P"], d["P"]),
-        hinge(c["P"], d["P"]),
-        motor,
-        gravity=(0.0, -GRAVITY),
-        name="three_loop_chain",
-    )
+        motor = cl.Drive(hinges[CRANK], torque=effort, start=START, speed_start=speed, name="crank")
+    return cl.Scene(*hinges.values(), motor, gravity=(0.0, -GRAVITY), name="three_loop_chain")
+
+
+def _hinges(friction: dict[str, dict]) -> dict[str, cl.Revolute]:
+    """The hinges by name, with what those named in `friction` rub with."""
+    bodies = {name: _link(name) for name in LINKS}
+
+    def pin(name: str, other: str) -> cl.Point:
+        if name == "ground":
+            return cl.ground.at(*PIVOTS[other])
+        return bodies[name][other if other in LINKS[name][2] else "P"]
+
+    pairs = {name: name.split("-") for name in HINGES}
+    return {n: cl.Revolute(pin(a, b), pin(b, a), name=n, **friction.get(n, {})) for n, (a, b) in pairs.items()}
 
 
 def _link(name: str) -> cl.Body:

@@ -94,6 +94,7 @@ def library() -> Path:
 
 
 def case_names() -> list[str]:
+    """Names of the cases that come with the package."""
     return sorted(p.stem for p in library().glob("*.py") if not p.stem.startswith("_"))
 
 

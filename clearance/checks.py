@@ -20,6 +20,7 @@ def finite(field: str, value: object) -> float:
 
 
 def positive(field: str, value: object) -> float:
+    """A number > 0, as a float. Raises ValueError naming the field and the value."""
     number = finite(field, value)
     if number <= 0.0:
         raise ValueError(f"{field} must be positive, got {value!r}")
@@ -27,6 +28,7 @@ def positive(field: str, value: object) -> float:
 
 
 def non_negative(field: str, value: object) -> float:
+    """A number >= 0, as a float. Raises ValueError naming the field and the value."""
     number = finite(field, value)
     if number < 0.0:
         raise ValueError(f"{field} must not be negative, got {value!r}")
@@ -34,6 +36,7 @@ def non_negative(field: str, value: object) -> float:
 
 
 def fraction(field: str, value: object) -> float:
+    """A number in [0, 1], as a float. Raises ValueError naming the field and the value."""
     number = finite(field, value)
     if not 0.0 <= number <= 1.0:
         raise ValueError(f"{field} must lie in [0, 1], got {value!r}")
@@ -41,6 +44,7 @@ def fraction(field: str, value: object) -> float:
 
 
 def at_least_one(field: str, value: object) -> float:
+    """A number >= 1, as a float. Raises ValueError naming the field and the value."""
     number = finite(field, value)
     if number < 1.0:
         raise ValueError(f"{field} must be at least 1, got {value!r}")
@@ -48,6 +52,7 @@ def at_least_one(field: str, value: object) -> float:
 
 
 def inner_fraction(field: str, value: object) -> float:
+    """A number strictly between 0 and 1, as a float. Raises ValueError naming the field and the value."""
     number = finite(field, value)
     if not 0.0 < number < 1.0:
         raise ValueError(f"{field} must lie between 0 and 1, got {value!r}")

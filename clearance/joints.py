@@ -39,6 +39,7 @@ class Joint:
         object.__setattr__(self, name, value)
 
     def label(self) -> str:
+        """What messages call the joint."""
         return f"joint {self.name}"
 
     @property
@@ -47,6 +48,7 @@ class Joint:
         return f"joint.{self.name}"
 
     def bodies(self) -> tuple[Body, Body]:
+        """The two bodies it joins."""
         return self.a.body, self.b.body
 
 

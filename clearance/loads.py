@@ -23,6 +23,7 @@ class Load:
         self._set("name", checks.identifier(f"{type(self).__name__} name", name))
 
     def label(self) -> str:
+        """What messages call the load."""
         return f"{type(self).__name__} {self.name}"
 
     @property
@@ -100,10 +101,17 @@ class Drive(Load):
         return self.speed is not None or self.motion is not None
 
     @property
+    def effort_kind(self) -> str:
+        """What moves the target: "torque", or "force" along a slide."""
+        return "force" if isinstance(self.target, Prismatic) else "torque"
+
+    @property
     def effort(self) -> float | BoundLaw | None:
+        """The torque [N m] or force [N] of a drive that finds the motion; None where that is prescribed."""
         return self.torque if self.torque is not None else self.force
 
     def bodies(self) -> tuple[Body, ...]:
+        """The bodies it acts on."""
         return (self.target,) if isinstance(self.target, Body) else self.target.bodies()
 
 
@@ -133,6 +141,7 @@ class SpringDamper(Load):
             self._set(name, checks.non_negative(f"{self.label()}: {name}", getattr(self, name)))
 
     def bodies(self) -> tuple[Body, Body]:
+        """The bodies it acts on."""
         return self.a.body, self.b.body
 
 
@@ -162,6 +171,7 @@ class TorsionSpring(Load):
         self._set("free_angle", checks.finite(f"{self.label()}: free_angle", self.free_angle))
 
     def bodies(self) -> tuple[Body, Body]:
+        """The bodies it acts on."""
         return self.a, self.b
 
 
@@ -186,6 +196,7 @@ class Force(Load):
             self._amount(name, signal)
 
     def bodies(self) -> tuple[Body]:
+        """The bodies it acts on."""
         return (self.point.body,)
 
 
@@ -204,6 +215,7 @@ class Torque(Load):
         self._amount("torque", signal)
 
     def bodies(self) -> tuple[Body]:
+        """The bodies it acts on."""
         return (self.body,)
 
 

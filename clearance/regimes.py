@@ -32,6 +32,7 @@ class HoleCheck:
 
     @property
     def monotone(self) -> bool:
+        """Whether the load never falls noticeably as the gap closes: no force hole."""
         return self.lost <= LOSS * max(abs(f) for f in self.load)
 
 

@@ -26,6 +26,7 @@ PACKAGES = ("clearance", "numpy", "numba", "h5py")
 
 
 def provenance() -> dict:
+    """Format, versions of what made a file, and when (UTC); attributes of every file."""
     versions = {}
     for package in PACKAGES:
         try:
@@ -134,14 +135,17 @@ class Record(ABC):
 
     @property
     def time(self) -> np.ndarray:
+        """Times of the samples [s], shape (samples,)."""
         return self.values("time")
 
     @property
     def status(self) -> str:
+        """"complete", or "partial: " and why the run ended early."""
         return self.attributes["status"]
 
     @property
     def complete(self) -> bool:
+        """Whether the run came to its end."""
         return self.status == "complete"
 
     @cached_property
@@ -176,13 +180,16 @@ class Record(ABC):
         return self._channels("bodies", body)
 
     def joint(self, name: str) -> Channels:
+        """Channels of a joint: `joint("B").eccentricity`, `.force`. Raises KeyError for a joint there is not."""
         return self._channels("joints", name)
 
     def drive(self, name: str) -> Channels:
+        """Channels of a drive: `drive("crank").torque`, `.power`. Raises KeyError for a drive there is not."""
         return self._channels("drives", name)
 
     @property
     def energy(self) -> Channels:
+        """The energy ledger [J]: kinetic, potential, input, dissipated, residual; where it was kept."""
         return Channels(self, "energy")
 
 
@@ -242,6 +249,7 @@ class Result(Record):
         return path
 
     def close(self) -> None:
+        """Close the file; channels already read stay."""
         self.file.close()
 
     def __enter__(self):

@@ -175,9 +175,17 @@ class Scene:
 
     @property
     def clearance_joints(self) -> tuple:
+        """Joints with clearance, in the order of the scene."""
         from clearance.joints import ClearanceRevolute
 
         return tuple(j for j in self.joints if isinstance(j, ClearanceRevolute))
+
+    @property
+    def rubbing_joints(self) -> tuple:
+        """Joints without clearance that have friction."""
+        from clearance.joints import FrictionJoint
+
+        return tuple(j for j in self.joints if isinstance(j, FrictionJoint) and j.friction is not None)
 
     @property
     def turn(self) -> float | None:

@@ -141,7 +141,7 @@ def prepare(
     mechanism = build(scene, ledger=energy)
     if not store.is_known("rhs", mechanism.structure.texts["rhs"]):
         LOG.info("compiling: a structure this machine has not seen (the very first run also compiles the time loop)")
-    span = span_of(scene, turns, until, samples, samples_per_turn)
+    span = span_of(scene, turns=turns, until=until, samples=samples, samples_per_turn=samples_per_turn)
     return Run(mechanism, span, rtol, choose_method(mechanism, method, rtol), max_step, max_steps)
 
 
@@ -152,7 +152,7 @@ def foreseen(mechanism: Mechanism) -> list[str]:
     return [f for f in found if f]
 
 
-def span_of(scene: Scene, turns, until, samples, samples_per_turn=SAMPLES_PER_TURN) -> Span:
+def span_of(scene: Scene, *, turns, until, samples, samples_per_turn=SAMPLES_PER_TURN) -> Span:
     """The length of a run from what was asked for. Raises ValueError naming the argument."""
     if (turns is None) == (until is None):
         raise ValueError("give the length of the run: either turns=N or until=SECONDS")

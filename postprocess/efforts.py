@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from clearance.postprocess import figures
 from clearance.postprocess.channels import name_of
-from clearance.postprocess.labels import headline
+from clearance.postprocess.labels import headline, rubbing_joints
 
 from clearance.results import Record
 
@@ -51,7 +51,7 @@ def drive_efforts(record: Record) -> dict[str, str]:
 
 def joint_friction(record: Record) -> dict[str, str]:
     """Paths of the friction of hinges and slides without clearance that was kept, by joint, in the scene's order."""
-    names = [j["name"] for j in record.scene["joints"] if j["type"] != "ClearanceRevolute"]
+    names = [j["name"] for j in rubbing_joints(record.scene)]
     return {n: p for n in names if (p := f"joints/{n}/friction") in record}
 
 
@@ -252,8 +252,8 @@ def friction(record: Record, path: str | Path, *, joints: str | Iterable[str] | 
     """
     known = joint_friction(record)
     if not known:
-        rubs = any(j.get("friction") and j["type"] != "ClearanceRevolute" for j in record.scene["joints"])
-        raise ValueError(f"{name_of(record)}: this run has {'kept no' if rubs else 'no'} joint friction")
+        had = "kept no" if rubbing_joints(record.scene) else "no"
+        raise ValueError(f"{name_of(record)}: this run has {had} joint friction")
     names = [joints] if isinstance(joints, str) else list(joints or known)
     if unknown := [j for j in names if j not in known]:
         raise ValueError(f"no friction of joint {unknown[0]!r} in {name_of(record)}; of {', '.join(known)}")

@@ -47,7 +47,7 @@ def about(record: Record) -> list[str]:
     for joint in record.scene["joints"]:
         if joint["type"] == "ClearanceRevolute":
             parts.append(f"{joint['name']} {_model(joint)} c = {joint['clearance'] * 1e3:.3g} mm")
-    rubbing = _rubbing(record)
+    rubbing = rubbing_joints(record.scene)
     for law in dict.fromkeys(_law(j["friction"]) for j in rubbing):
         names = [j["name"] for j in rubbing if _law(j["friction"]) == law]
         parts.append(f"{law} in {_joints(names)}")
@@ -60,9 +60,9 @@ def _joints(names: list[str]) -> str:
     return f"joint{'s' if len(names) > 1 else ''} {' '.join(names)}"
 
 
-def _rubbing(record: Record) -> list[dict]:
+def rubbing_joints(scene: dict) -> list[dict]:
     """Hinges and slides without clearance that have friction."""
-    return [j for j in record.scene["joints"] if j["type"] != "ClearanceRevolute" and j.get("friction")]
+    return [j for j in scene["joints"] if j["type"] != "ClearanceRevolute" and j.get("friction")]
 
 
 def title(record: Record) -> str:
@@ -132,7 +132,7 @@ def _facts(record: Record) -> dict[str, str]:
     """What users vary in a scene, in print."""
     scene = record.scene
     joints = [j for j in scene["joints"] if j["type"] == "ClearanceRevolute"]
-    rubbing = _rubbing(record)
+    rubbing = rubbing_joints(scene)
     speeds = [d["speed"] for d in scene["loads"] if d.get("speed")]
     return {
         "case": record.attributes["case"],

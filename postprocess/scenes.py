@@ -1,5 +1,6 @@
 """A scene in words and tables: its bodies, joints with their laws, drives and loads, as a page shows them."""
 
+from clearance.postprocess.labels import rubbing_joints
 from clearance.postprocess.pages import Markup, element, join, number, quantity, scaled, table
 
 KINDS = {"Revolute": "hinge", "Prismatic": "slide", "ClearanceRevolute": "hinge with clearance"}
@@ -54,21 +55,16 @@ def described(scene: dict) -> Markup:
     driven = "; ".join(f"{_target(d)} is driven {_drive(d)}" for d in drives) or "nothing drives it"
     others = [f"{LOADS.get(load['type'], load['type'])} {load['name']}" for load in loads if load["type"] != "Drive"]
     acting = f" Also acting: {', '.join(others)}." if others else ""
-    rubbing = [j["name"] for j in _rubbing(scene)]
+    rubbing = [j["name"] for j in rubbing_joints(scene)]
     friction = f" Friction acts in {', '.join(rubbing)}." if rubbing else ""
     gravity = ", ".join(number(g) for g in scene["gravity"])
     return element("p", f"{', '.join(counted)}; {driven}.{acting}{friction} Gravity is ({gravity}) m/s².")
 
 
-def _rubbing(scene: dict) -> list[dict]:
-    """Hinges and slides without clearance that have friction."""
-    return [j for j in scene["joints"] if j["type"] != "ClearanceRevolute" and j.get("friction")]
-
-
 def tables(scene: dict) -> Markup:
     """Bodies, joints, what their friction and joints with clearance are made of, and loads."""
     parts = [bodies(scene), joints(scene)]
-    parts += [frictions(own)] if (own := _rubbing(scene)) else []
+    parts += [frictions(own)] if (own := rubbing_joints(scene)) else []
     parts += [clearances(own)] if (own := [j for j in scene["joints"] if j["type"] == "ClearanceRevolute"]) else []
     parts += [loads(scene)] if scene["loads"] else []
     return join(parts)

@@ -15,3 +15,5 @@ settings.register_profile("clearance", deadline=None, derandomize=True)
 settings.load_profile("clearance")
 
 np.seterr(all="raise", under="ignore")
+
+pytest_plugins = ["tests.validation.table"]

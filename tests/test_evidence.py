@@ -97,24 +97,27 @@ class TestWorkPrecision:
 
 
 @pytest.mark.parametrize("name", [n for n, (module, _) in PEERS.items() if importlib.util.find_spec(module)])
-def test_peers_solve_the_same_problem(name):
+def test_peers_solve_the_same_problem(name, validated):
     """A peer ends where our reference does, or says why it cannot: 1e-2 at rtol 1e-7 through a film at eps = 0.9."""
     problem = Problem(cl.load_case("slider_crank", model="lubricated", viscosity=0.4), 0.004)
     try:
         found = PEERS[name][1](problem)(problem, 1e-7)
     except NotSolved as reason:
         pytest.skip(f"{name} cannot: {reason}")
-    assert problem.error(found.states) < 1e-2
+    options = {"source": name, "kind": "independent", "relative": False}
+    validated("end state less a peer's, through a film", problem.error(found.states), 0.0, 1e-2, **options)
 
 
 @pytest.mark.parametrize("name", ["scipy DOP853", "scipy LSODA", "CVODE BDF", "CVODE Adams"])
-def test_peers_find_the_same_impacts(name):
+def test_peers_find_the_same_impacts(name, validated):
     """Peers with events follow a dry contact law with memory: five impacts, 1e-2 at rtol 1e-9."""
     if importlib.util.find_spec(PEERS[name][0]) is None:
         pytest.skip("not installed")
     problem = Problem(cl.load_case("slider_crank"), 0.0012)
     assert problem.own("dop853", 1e-9).contacts >= 3
-    assert problem.error(PEERS[name][1](problem)(problem, 1e-9).states) < 1e-2
+    error = problem.error(PEERS[name][1](problem)(problem, 1e-9).states)
+    options = {"source": name, "kind": "independent", "relative": False}
+    validated("end state less a peer's, after impacts", error, 0.0, 1e-2, **options)
 
 
 class TestHorizon:

@@ -19,6 +19,8 @@ from tests.plain import kernel
 from tests.test_mechanics import observed
 
 FIVE = "12345"
+GUO = {"source": "chains of Guo, Ju and Wang 2024, solved elsewhere", "kind": "independent", "relative": False}
+CHACKO = {"source": "manipulator of Chacko and Khan 2017, solved elsewhere", "kind": "independent", "relative": False}
 ACTUATORS = ("boom", "stick", "bucket")
 
 
@@ -33,9 +35,9 @@ def outputs(case, t, *paths, **parameters):
     return np.array([row[p] for p in paths])
 
 
-def printed(found, expected, digits, units=0.5):
-    """Equal to the last noted digit: within half a unit of it (`units`), 1e-9 units for the rounding of decimals."""
-    np.testing.assert_allclose(found, expected, rtol=0.0, atol=(units + 1e-9) * 10.0**-digits)
+def last(digits, units=0.5):
+    """Half a unit (`units`) of the last noted digit, 1e-9 units for the rounding of decimals."""
+    return (units + 1e-9) * 10.0**-digits
 
 
 class TestFiveAxisChain:
@@ -51,17 +53,18 @@ class TestFiveAxisChain:
             ("Q", 2.0, (4.499021, 3.808744, -0.905752, -0.000667, 0.528323)),
         ],
     )
-    def test_ideal_torques(self, reading, t, torques):
+    def test_ideal_torques(self, reading, t, torques, validated):
         """Without friction, and with it as what friction is added to: friction of driven joints acts on nothing."""
         paths = [f"drives/{n}/torque" for n in FIVE]
-        printed(outputs("five_axis_chain", t, *paths, reading=reading, friction="none"), torques, 6)
-        ideal = [f"{p}_ideal" for p in paths]
-        printed(outputs("five_axis_chain", t, *ideal, reading=reading), torques, 6)
+        bare = outputs("five_axis_chain", t, *paths, reading=reading, friction="none")
+        ideal = outputs("five_axis_chain", t, *(f"{p}_ideal" for p in paths), reading=reading)
+        validated("torques of the five-axis chain", [bare, ideal], [torques, torques], last(6), unit="N m", **GUO)
 
-    def test_axial_forces_are_the_weights(self):
+    def test_axial_forces_are_the_weights(self, validated):
         for t in (0.0, 2.0):
             found = outputs("five_axis_chain", t, *(f"joints/{n}/axial_force" for n in FIVE))
-            printed(found, (107.8, 49.0, 19.6, 49.0, 19.6), 9)
+            weights, options = (107.8, 49.0, 19.6, 49.0, 19.6), {"source": "weights of the links", "kind": "exact"}
+            validated("axial forces of the chain", found, weights, last(9), unit="N", relative=False, **options)
 
     @pytest.mark.parametrize(
         ("friction", "t", "torques"),
@@ -76,11 +79,11 @@ class TestFiveAxisChain:
             ("stribeck", 0.30, (0.063600, 0.092231, 0.030365, 0.091764, 0.030369)),
         ],
     )
-    def test_friction(self, friction, t, torques):
+    def test_friction(self, friction, t, torques, validated):
         """All rates are positive, so friction on body b is negative and its drive gives as much more."""
         row = observed(mechanism("five_axis_chain", friction=friction), t)
         rubbed = np.array([row[f"joints/{n}/friction"] for n in FIVE])
-        printed(-rubbed, torques, 6)
+        validated(f"{friction} friction of the five-axis chain", -rubbed, torques, last(6), unit="N m", **GUO)
         more = [row[f"drives/{n}/torque"] - row[f"drives/{n}/torque_ideal"] for n in FIVE]
         np.testing.assert_allclose(more, -rubbed, rtol=1e-12)
 
@@ -101,11 +104,12 @@ class TestFiveAxisChain:
             load = 0.015 * radial + 0.025 * abs(here["axial_force"]) + 0.015 / 0.08 * bending
             assert row[f"joints/{n}/friction_load"] == pytest.approx(load, rel=1e-12)
 
-    def test_bending_moments_carry_the_overhang(self):
+    def test_bending_moments_carry_the_overhang(self, validated):
         """Joint 5 carries link 5's weight 2 kg * 9.8 m/s2 off its axis by |(0.3, 0.5196)| m, at any angle."""
         for t in (0.0, 2.0):
             found = outputs("five_axis_chain", t, "joints/5/bending_x", "joints/5/bending_y")
-            assert math.hypot(*found) == pytest.approx(19.6 * math.hypot(0.3, 0.5196), rel=1e-12)
+            wanted, options = 19.6 * math.hypot(0.3, 0.5196), {"source": "weight times overhang", "kind": "exact"}
+            validated("bending moment of joint 5", math.hypot(*found), wanted, 1e-12, unit="N m", **options)
 
     def test_found_motion_follows_the_prescribed_one(self):
         """Position controllers over the forward dynamics, friction on: the same motion, the same torques.
@@ -141,14 +145,15 @@ class TestThreeLoopChain:
             (8.0, -52.960, 1.8089609, (141.338911, -115.658180), (141.33905, -125.45836, 19.53770, 82.68208)),
         ],
     )
-    def test_reference(self, t, angle, torque, pin, cuts):
+    def test_reference(self, t, angle, torque, pin, cuts, validated):
         """Friction of the driven pin alone changes none of these."""
         row = observed(mechanism("three_loop_chain"), t)
-        printed(math.degrees(row["bodies/link_g/theta"]), angle, 3)
-        printed(row["drives/crank/torque_ideal"], torque, 7)
-        found = [row[p] for p in self.CUTS]
-        printed(found[:2], pin, 6)
-        printed(found[2:], cuts, 5)
+        turned, found = math.degrees(row["bodies/link_g/theta"]), [row[p] for p in self.CUTS]
+        validated("crank angle of the three-loop chain", turned, angle, last(3), unit="deg", **GUO)
+        ideal = row["drives/crank/torque_ideal"]
+        validated("crank torque of the three-loop chain", ideal, torque, last(7), unit="N m", **GUO)
+        validated("crank pin force of the three-loop chain", found[:2], pin, last(6), unit="N", **GUO)
+        validated("cut forces of the three-loop chain", found[2:], cuts, last(5), unit="N", **GUO)
 
     def test_frictionless(self):
         paths = ["drives/crank/torque", *self.CUTS]
@@ -164,22 +169,24 @@ class TestThreeLoopChain:
             ("stribeck", (0.06467, 0.08492, 0.11230, 0.14732, 0.19309, 0.25731)),
         ],
     )
-    def test_friction_of_the_crank_pin(self, friction, torques):
+    def test_friction_of_the_crank_pin(self, friction, torques, validated):
         found = [
             outputs("three_loop_chain", t, "joints/ground-g/friction", friction=friction)[0] for t in range(0, 11, 2)
         ]
-        printed([-f for f in found], torques, 5)
+        what = f"{friction} friction of the crank pin, three-loop chain"
+        validated(what, [-f for f in found], torques, last(5), unit="N m", **GUO)
 
     @pytest.mark.parametrize(
         ("t", "torque", "friction", "own"), [(0, 0.999011, 0.119002, 0.016167), (10, 1.164278, 0.285188, 0.061713)]
     )
-    def test_friction_in_all_pins(self, t, torque, friction, own):
+    def test_friction_in_all_pins(self, t, torque, friction, own, validated):
         row = observed(mechanism("three_loop_chain", where="all", pin_radius=0.005), float(t))
         whole, ideal = row["drives/crank/torque"], row["drives/crank/torque_ideal"]
-        printed([whole, whole - ideal, -row["joints/ground-g/friction"]], (torque, friction, own), 6)
+        found, what = [whole, whole - ideal, -row["joints/ground-g/friction"]], "friction in all pins, three-loop chain"
+        validated(what, found, (torque, friction, own), last(6), unit="N m", **GUO)
         assert row["friction/iterations"] == 8
         if t == 0:
-            printed(row["friction/contraction"], 0.019, 3)
+            validated("contraction of the friction iteration", row["friction/contraction"], 0.019, last(3), **GUO)
 
     @pytest.mark.parametrize("where", ["driven", "all"])
     def test_power(self, where):
@@ -195,7 +202,7 @@ class TestThreeLoopChain:
         assert min(lost) > 0.0
         assert row["drives/crank/power"] == pytest.approx(rate + sum(lost), abs=1e-7)
 
-    def test_printed_link_vectors(self):
+    def test_printed_link_vectors(self, validated):
         """The source's vectors, rounded to 0.1 mm: 0.05 mm; the fit leaves 0.039 mm."""
         start = mechanism("three_loop_chain").start
         angle = {b.name: start.pose[b][2] for b in mechanism("three_loop_chain").scene.bodies}
@@ -205,8 +212,8 @@ class TestThreeLoopChain:
             ("f", 0.050, 0.049, -0.01), ("g", 0.045, -0.0069, -0.0445),
         ):  # fmt: skip
             turned = angle[f"link_{name}"]
-            assert abs(length * math.cos(turned) - x) < 5e-5, name
-            assert abs(length * math.sin(turned) - y) < 5e-5, name
+            vector, source = length * np.array([math.cos(turned), math.sin(turned)]), "Guo, Ju and Wang 2024"
+            validated("vectors of the links", vector, (x, y), 5e-5, unit="m", source=source, relative=False)
 
     @pytest.mark.parametrize(("speed", "limit"), [(0.1, 90.5), (-0.1, 145.5)])
     def test_limits(self, speed, limit):
@@ -281,14 +288,15 @@ class TestMobileManipulator:
             (2.0, (-1334.086, 1070.658, 260.939), (-753.240, 2216.677, 1746.867), (0.2761, 0.4679)),
         ],
     )
-    def test_reference(self, t, bare, rubbed, tip):
+    def test_reference(self, t, bare, rubbed, tip, validated):
         """With friction 0.6 units of the last digit: 40-digit virtual power confirms -753.239496 and 1746.866456."""
         row = observed(mechanism("mobile_manipulator", time_constant=0.0), t)
-        printed([row[f"{p}_ideal"] for p in self.PATHS], bare, 3)
-        printed([row[p] for p in self.PATHS], rubbed, 3, units=0.6)
-        printed(self.tip(row), tip, 4)
+        ideal, forces = ([row[f"{p}{ideal}"] for p in self.PATHS] for ideal in ("_ideal", ""))
+        validated("ideal actuator forces", ideal, bare, last(3), unit="N", **CHACKO)
+        validated("actuator forces with friction", forces, rubbed, last(3, units=0.6), unit="N", **CHACKO)
+        validated("tip of the bucket", self.tip(row), tip, last(4), unit="m", **CHACKO)
 
-    def test_friction_forces_by_virtual_power(self):
+    def test_friction_forces_by_virtual_power(self, validated):
         """Friction adds the sum of friction times d(joint coordinate) / d(extension), here from the cosine law.
 
         Lengths of the triangle give the angle between its anchors; 1e-9: rounding of central differences with
@@ -318,7 +326,8 @@ class TestMobileManipulator:
             ) / (12.0 * h)
             added = -sum(law(w * speed, 0.0) * w for w in slopes) - slide_law(speed, 0.0)
             found = row[f"drives/{name}/force"] - row[f"drives/{name}/force_ideal"]
-            assert found == pytest.approx(added, rel=1e-9)
+            options = {"source": "virtual power, cosine law", "kind": "independent"}
+            validated("friction in actuator forces", found, added, 1e-9, unit="N", **options)
             hinge = CASE["LINKS"][name][1]
 
     def test_load_dependent_friction(self):
@@ -334,7 +343,7 @@ class TestMobileManipulator:
         assert max(added) < 0.1 * max(more)
 
     @pytest.mark.parametrize("time_constant", [0.1, 0.01])
-    def test_extremum_of_the_start_up(self, time_constant):
+    def test_extremum_of_the_start_up(self, time_constant, validated):
         """Of a bias behind the filter: b / T^2 (1 - t / T) exp(-t / T) is lowest at t = 2 T.
 
         Vertex of a parabola through three points, h = T / 1000: 1e-6 of T.
@@ -342,14 +351,15 @@ class TestMobileManipulator:
         motion = derivatives(CASE["swing"](bias=0.02, amplitude=0.0, frequency=0.4, time_constant=time_constant))
         middle, h = 2.0 * time_constant, 1e-3 * time_constant
         low, here, high = (motion(t)[2] for t in (middle - h, middle, middle + h))
-        assert here == pytest.approx(-0.02 / time_constant**2 * math.exp(-2.0), rel=1e-12)
+        wanted, options = -0.02 / time_constant**2 * math.exp(-2.0), {"source": "closed form", "kind": "exact"}
+        validated("largest acceleration of the filter's start-up", here, wanted, 1e-12, unit="m/s2", **options)
         assert min(low, high) > here
         vertex = middle - 0.5 * h * (high - low) / (high - 2.0 * here + low)
         assert vertex == pytest.approx(middle, abs=1e-6 * time_constant)
 
     @pytest.mark.parametrize("simulation", [1, 2, 3])
     @pytest.mark.parametrize("name", ACTUATORS)
-    def test_motions_are_the_filters_exact_response(self, simulation, name):
+    def test_motions_are_the_filters_exact_response(self, simulation, name, validated):
         """T^2 y'' + 2 T y' + y = u with y = y' = 0 at the start, for derivatives as kernels take them.
 
         Tolerance 1e-13 m: rounding of T^2 y'', whose terms are as large as the extension, 0.02 m, times 1e-15.
@@ -367,7 +377,8 @@ class TestMobileManipulator:
                 wanted = goal(t, **numbers, time_constant=0.0)[0]
             else:
                 wanted = np.interp(t, [0.0, *CASE["PHASES"]], levels)
-            assert tau**2 * second + 2.0 * tau * rate + y == pytest.approx(wanted, abs=1e-13)
+            goes_in, options = tau**2 * second + 2.0 * tau * rate + y, {"source": "filter's equation", "kind": "exact"}
+            validated("input of the actuators' filter", goes_in, wanted, 1e-13, unit="m", relative=False, **options)
             assert goal(t, **bound.values)[1] == pytest.approx(rate, abs=1e-14)
 
     @pytest.mark.parametrize("simulation", [1, 2, 3])
@@ -388,7 +399,7 @@ class TestMobileManipulator:
             hinge = CASE["LINKS"][name][1]
 
     @pytest.mark.parametrize("simulation", [1, 2, 3])
-    def test_whole_run_stays_on_its_branch(self, simulation):
+    def test_whole_run_stays_on_its_branch(self, simulation, validated):
         """Angles between the bodies from the cosine law and the assembly chosen at the start, all along 40 s; 1e-9 rad.
 
         The kernel closes its loops by Newton's method from the step before, here half a second.
@@ -408,7 +419,8 @@ class TestMobileManipulator:
                 length = actuator.length + asked(simulation, name, None)(t)
                 cosine = (near @ near + far @ far - length**2) / (2.0 * math.hypot(*near) * math.hypot(*far))
                 wanted = math.atan2(near[1], near[0]) - math.atan2(far[1], far[0]) + side * math.acos(cosine)
-                assert math.remainder(angle - wanted, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-9), (name, t)
+                off, options = math.remainder(angle - wanted, 2.0 * math.pi), {"source": "cosine law", "kind": "exact"}
+                validated("angles less those of triangles", off, 0.0, 1e-9, unit="rad", relative=False, **options)
 
     def test_found_motion_follows_the_prescribed_one(self):
         """Cylinders under position control, friction smooth at rest, from the filter's start-up on.

@@ -121,11 +121,12 @@ class TestStribeck:
 
 
 class TestBreakaway:
-    def test_printed_value_at_the_threshold(self):
+    def test_printed_value_at_the_threshold(self, validated):
         """20 + 5 exp(-10 * 1e-4), printed as 24.995; the decay coefficients 100 and 0.001 would give others."""
         law = breakaway_linear(breakaway=25.0, coulomb=20.0)
-        assert -law(1e-4, 0.0) == pytest.approx(24.9950025, abs=5e-8)
-        assert round(-law(1e-4, 0.0), 3) == 24.995
+        found, options = -law(1e-4, 0.0), {"unit": "N m", "relative": False}
+        validated("friction at the threshold", found, 24.995, 5e-4, source="Chacko and Khan 2017", **options)
+        validated("friction at the threshold", found, 24.9950025, 5e-8, source="closed form", kind="exact", **options)
         for decay, printed in ((100.0, 24.95), (0.001, 25.0)):
             assert round(-breakaway_linear(breakaway=25.0, coulomb=20.0, decay=decay)(1e-4, 0.0), 3) == printed
 
@@ -146,7 +147,7 @@ class TestBreakaway:
         assert LEGACY(rate, 0.0) == pytest.approx(expected, rel=1e-12)
         assert breakaway_smooth(breakaway=25.0, coulomb=20.0, viscous=1e-3)(rate, 0.0) == pytest.approx(expected)
 
-    def test_smooth_form_peaks_at_the_breakaway_rate(self):
+    def test_smooth_form_peaks_at_the_breakaway_rate(self, validated):
         """Without viscosity the largest friction is the breakaway level, at the breakaway rate.
 
         What is missing is F_C (1 - tanh 10) = 8e-8 N; that term's slope there, 200 F_C e^-20 / w_b, moves the peak by
@@ -154,13 +155,15 @@ class TestBreakaway:
         """
         some = np.linspace(1e-5, 1.0, 100_000)
         found = -SMOOTH(some, 0.0)
-        assert found.max() == pytest.approx(25.0, abs=1e-7)
-        assert some[np.argmax(found)] == pytest.approx(0.1, abs=2e-5)
+        options = {"source": "breakaway level and rate given", "kind": "exact", "relative": False}
+        validated("peak of the smooth friction", found.max(), 25.0, 1e-7, unit="N m", **options)
+        validated("rate of that peak", some[np.argmax(found)], 0.1, 2e-5, unit="rad/s", **options)
 
-    def test_smooth_form_has_a_slope_at_rest(self):
+    def test_smooth_form_has_a_slope_at_rest(self, validated):
         """sqrt(2 e) (F_b - F_C) / w_S + F_C / w_C with w_S = sqrt(2) w_b and w_C = w_b / 10."""
         slope = math.sqrt(2.0 * math.e) * 5.0 / (math.sqrt(2.0) * 0.1) + 20.0 / 0.01
-        assert -SMOOTH(1e-9, 0.0) / 1e-9 == pytest.approx(slope, rel=1e-9)
+        found, options = -SMOOTH(1e-9, 0.0) / 1e-9, {"unit": "N m s/rad", "source": "closed form", "kind": "exact"}
+        validated("slope of the smooth friction at rest", found, slope, 1e-9, **options)
 
 
 class TestLoads:

@@ -19,25 +19,27 @@ def arm(law=LAW, speed=None, **more):
     return cl.Scene(joint, *([cl.Drive(joint, speed=speed, start=-1.4, name="motor")] if speed else []))
 
 
-def test_a_prescribed_rate_bends_the_bristles_as_the_closed_form_says():
+def test_a_prescribed_rate_bends_the_bristles_as_the_closed_form_says(validated):
     """z = (g / s_0) (1 - exp(-s_0 |x| / g)) at a constant rate, then steady; tolerances of rtol 1e-10."""
     for rate in (0.02, 0.5):
         run = cl.simulate(arm(speed=rate), until=0.1 / rate, rtol=1e-10)
         level = 1.5 + 0.5 * math.exp(-((rate / 0.1) ** 2))
         way = rate * run.time
         expected = level / 500.0 * (1.0 - np.exp(-500.0 * way / level))
-        np.testing.assert_allclose(run.joint("J").bristle_deflection, expected, rtol=0.0, atol=1e-9)
-        assert run.joint("J").friction[-1] == pytest.approx(-(level + 0.4 * rate), rel=1e-8)
+        joint, options = run.joint("J"), {"source": "closed form at a constant rate", "kind": "exact"}
+        validated("bristle deflection", joint.bristle_deflection, expected, 1e-9, unit="rad", relative=False, **options)
+        validated("sliding friction", joint.friction[-1], -(level + 0.4 * rate), 1e-8, unit="N m", **options)
         assert np.abs(run.energy.residual).max() < 1e-9
 
 
-def test_it_sticks_under_a_load_below_break_away():
+def test_it_sticks_under_a_load_below_break_away(validated):
     """The pendulum stops where its weight bends the bristles, and stays: no drift over 20 s."""
     run = cl.simulate(arm(), until=20.0, rtol=1e-8)
     theta = run["arm"].theta
     weight = 2.0 * 9.81 * 0.2 * np.sin(theta[-1] + 0.5 * math.pi)
     assert 0.1 * NUMBERS["static"] < weight < 0.5 * NUMBERS["static"]
-    assert run.joint("J").bristle_deflection[-1] == pytest.approx(-weight / 500.0, rel=1e-6)
+    found, options = run.joint("J").bristle_deflection[-1], {"source": "weight over stiffness", "kind": "exact"}
+    validated("deflection of sticking bristles", found, -weight / 500.0, 1e-6, unit="rad", **options)
     later = theta[run.time > 5.0]
     assert np.ptp(later) < 1e-8
 

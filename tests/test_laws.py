@@ -22,10 +22,10 @@ rates = st.floats(-1e4, 1e4)
 
 class TestHertz:
     @pytest.mark.parametrize(("clearance", "expected"), [(5e-4, 6.610e10), (2e-4, 1.062e11), (1e-4, 1.509e11)])
-    def test_published_stiffness(self, clearance, expected):
+    def test_published_stiffness(self, clearance, expected, validated):
         """Steel, bearing radius 10 mm (models of the Flores group); 4 printed digits."""
         found = laws.hertz_stiffness(0.01 - clearance, 0.01, 207e9, 0.3, 207e9, 0.3)
-        assert found == pytest.approx(expected, rel=5e-4)
+        validated("Hertzian stiffness of steel joints", found, expected, 5e-4, unit="N/m^1.5", source="Flores group")
 
     def test_conformal_sign(self):
         """The external (plus) sign would be 6 times softer for c = 0.5 mm."""
@@ -38,14 +38,14 @@ class TestHertz:
             laws.hertz_stiffness(0.01, 0.01, 207e9, 0.3, 207e9, 0.3)
 
 
-def delivered_restitution(law, mass=1.0, speed=1.0):
+def delivered_restitution(law, mass=1.0, speed=1.0, stiffness=1e6):
     """Restitution of a free mass hitting the law, by fixed-step RK4 (1e-6 in the answer for 4000 steps a contact)."""
 
     def slope(x, v):
         return v, -law(x, v, speed) / mass
 
     x, v = 0.0, speed
-    h = 2e-3 * (mass / 1e6) ** 0.4
+    h = 2e-3 * (mass / stiffness) ** 0.4
     while True:
         k1 = slope(x, v)
         k2 = slope(x + h / 2 * k1[0], v + h / 2 * k1[1])
@@ -60,16 +60,18 @@ def delivered_restitution(law, mass=1.0, speed=1.0):
 
 class TestLankaraniNikravesh:
     @pytest.mark.parametrize(("given_value", "delivered"), [(0.3, 0.684), (0.5, 0.725), (0.8, 0.847), (0.9, 0.913)])
-    def test_delivered_restitution(self, given_value, delivered):
+    def test_delivered_restitution(self, given_value, delivered, validated):
         """Known table: chi (1 + e) = ln((1 + chi) / (1 - chi e)) with chi = 3 (1 - e^2) / 4; 3 printed digits."""
         law = laws.lankarani_nikravesh(stiffness=1e6, restitution=given_value)
-        assert delivered_restitution(law) == pytest.approx(delivered, abs=6e-4)
+        found, what = delivered_restitution(law), "restitution delivered by Lankarani and Nikravesh, by RK4"
+        validated(what, found, delivered, 6e-4, source="chi (1 + e) = ln(...)", kind="exact", relative=False)
 
     @pytest.mark.parametrize(("asked", "delivered"), [(0.1, 0.665), (0.5, 0.725), (0.7, 0.796), (0.95, 0.954)])
-    def test_closed_form_of_the_delivered_restitution(self, asked, delivered):
+    def test_closed_form_of_the_delivered_restitution(self, asked, delivered, validated):
         """chi (1 + e) = ln((1 + chi) / (1 - chi e)), 3 printed digits of the known table."""
         found = delivered_by(0.75 * (1 - asked**2))
-        assert found == pytest.approx(delivered, abs=6e-4)
+        what, source = "restitution delivered by Lankarani and Nikravesh", "table by integration"
+        validated(what, found, delivered, 6e-4, source=source, kind="independent", relative=False)
 
     def test_full_restitution_is_hertz(self):
         law = laws.lankarani_nikravesh(stiffness=1e6, restitution=1.0)
@@ -89,12 +91,14 @@ class TestLankaraniNikravesh:
 
 class TestHuntCrossley:
     @pytest.mark.parametrize("speed", [0.01, 0.1])
-    def test_restitution_falls_with_the_speed(self, speed):
+    def test_restitution_falls_with_the_speed(self, speed, validated):
         """e = 1 - alpha v to first order (Hunt and Crossley 1975); the closed form for chi = 1.5 alpha v to 1e-4."""
         alpha = 0.3
         law = laws.hunt_crossley_memoryless(stiffness=1e6, dissipation=alpha)
         found = delivered_restitution(law, speed=speed)
-        assert found == pytest.approx(1.0 - alpha * speed, abs=(alpha * speed) ** 2 + 2e-5)
+        allowed, source = (alpha * speed) ** 2 + 2e-5, "Hunt and Crossley 1975, 1 - alpha v"
+        what = f"restitution at {speed:g} m/s"
+        validated(what, found, 1.0 - alpha * speed, allowed, source=source, relative=False)
         assert found == pytest.approx(delivered_by(1.5 * alpha * speed), abs=1e-4)
 
     def test_no_dissipation_is_hertz(self):
@@ -145,17 +149,19 @@ class TestPinkusSternlicht:
         left = (FILM(0.5, 0.0, 1.0, UNIT)[0] - FILM(0.5, -h, 1.0, UNIT)[0]) / h
         assert right == pytest.approx(left, rel=1e-4)
 
-    def test_centred_journal_is_a_damper(self):
+    def test_centred_journal_is_a_damper(self, validated):
         """-6 pi P0 eps' in every direction; the tangential speed enters through w = -2 gamma'."""
-        assert FILM(1e-7, 2.0, 0.0, UNIT)[0] == pytest.approx(-12 * math.pi, rel=1e-6)
+        found, options = FILM(1e-7, 2.0, 0.0, UNIT)[0], {"source": "-6 pi P0 eps'", "kind": "exact"}
+        validated("force of a concentric journal, long film", found, -12 * math.pi, 1e-6, **options)
         swirl = 3.0 / 1e-7
         assert FILM(1e-7, 0.0, -2.0 * swirl, UNIT)[1] == pytest.approx(-6 * math.pi * 3.0, rel=1e-5)
 
-    def test_near_the_exact_half_sommerfeld_film(self):
+    def test_near_the_exact_half_sommerfeld_film(self, validated):
         """Exact long pi-film, (eps, eps', w) -> (F_r, F_t): the form is within its known 9 % in approach."""
         for state, exact in (((0.5, 1.0, 1.0), (-46.69790, 6.41712)), ((0.5, 1e-12, 1.0), (-1.777778, 4.836798))):
             found = FILM(*state, UNIT)
-            assert math.hypot(found[0] - exact[0], found[1] - exact[1]) < 0.09 * math.hypot(*exact)
+            options = {"source": "exact long film, cut off at zero", "kind": "exact"}
+            validated("force of Pinkus and Sternlicht", complex(*found), complex(*exact), 0.09, **options)
 
     @given(ratios, rates.filter(lambda r: abs(r) > 1e-6))
     def test_squeeze_takes_energy(self, ratio, rate):
@@ -172,10 +178,10 @@ class TestPinkusSternlicht:
         scale = abs(tj) + abs(tb) + 1e-30
         assert tj + tb + ratio * JOINT.clearance * tangential == pytest.approx(0.0, abs=1e-12 * scale)
 
-    def test_petroff(self):
+    def test_petroff(self, validated):
         found = laws.film_torques(0.0, 0.0, 100.0, 0.0, *JOINT[:4])
         petroff = 2 * math.pi * 0.05 * 0.01**3 * 0.02 / 1e-4 * 100.0
-        assert found == pytest.approx((-petroff, petroff), rel=1e-12)
+        validated("drag torques", found, (-petroff, petroff), 1e-12, unit="N m", source="Petroff", kind="exact")
 
 
 class TestBinding:

@@ -38,7 +38,7 @@ ONLY_IN = {
     "jax": {"clearance.identify.learn"},
     "optax": {"clearance.identify.learn"},
     "equinox": {"clearance.identify.learn"},
-    "tqdm": {"clearance.cli", "clearance.commands.sweep", "clearance.film.table"},
+    "tqdm": {"clearance.commands.run", "clearance.commands.sweep", "clearance.film.table"},
 }
 
 

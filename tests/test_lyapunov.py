@@ -63,12 +63,13 @@ def crank(rpm=2000, clearance=0.5e-3, restitution=0.5, **more):
 
 
 class TestKnownExponents:
-    def test_damped_oscillator(self):
+    def test_damped_oscillator(self, validated):
         """-c / (2 m) exactly. The growth over a damped period is the same from every phase, so what is left are the
         local errors over the distance, 1e-10 / 1e-6, averaged over 1200 stops: below 1e-5.
         """
         found = lyapunov(oscillator(), turns=50, settle=2, interval=2.0 * math.pi / math.sqrt(400.0 - 0.75**2))
-        assert found.per_second == pytest.approx(-0.75, rel=1e-5)
+        options = {"unit": "1/s", "source": "-c / (2 m)", "kind": "exact"}
+        validated("exponent of a damped oscillator", found.per_second, -0.75, 1e-5, **options)
         assert found.error_per_second < 1e-5
         assert found.verdict == "regular"
 
@@ -77,21 +78,26 @@ class TestKnownExponents:
         found = lyapunov(oscillator(), turns=50, settle=2, interval=0.2)
         assert abs(found.per_second + 0.75) < 3.0 * found.error_per_second < 1.0
 
-    def test_periodic_pendulum(self):
+    def test_periodic_pendulum(self, validated):
         """The two exponents add up to -1 / q; where neighbours spiral in, each is half of it: -0.25. Within 3 errors,
         and these below 2 %.
         """
         found = lyapunov(pendulum(0.9), turns=150, interval=2.0 * math.pi / DRIVE)
-        assert abs(found.per_second + 0.25) < 3.0 * found.error_per_second < 3.0 * 0.005
+        assert found.error_per_second < 0.005
+        options = {"unit": "1/s", "source": "half the divergence, Baker and Gollub's pendulum", "kind": "exact"}
+        allowed = 3.0 * found.error_per_second
+        validated("exponent of a periodic pendulum", found.per_second, -0.25, allowed, relative=False, **options)
         assert found.verdict == "regular"
 
-    def test_chaotic_pendulum(self):
+    def test_chaotic_pendulum(self, validated):
         """Against the variational equations on a motion of their own: two samples of one mean, so within 3 of their
         errors together.
         """
         found = lyapunov(pendulum(1.5), turns=200, interval=2.0 * math.pi / DRIVE)
         other = variational_pendulum(1.5, turns=200)
-        assert abs(found.per_turn - other.per_turn) < 3.0 * math.hypot(found.error, other.error)
+        allowed = 3.0 * math.hypot(found.error, other.error)
+        options = {"source": "variational equations by scipy", "kind": "independent", "relative": False}
+        validated("exponent of a chaotic pendulum, a turn", found.per_turn, other.per_turn, allowed, **options)
         assert found.error < 0.15 * found.per_turn
         assert found.verdict == other.verdict == "chaotic"
 
@@ -123,15 +129,16 @@ def variational_pendulum(amplitude, turns, settle=20, quality=2.0):
 
 
 class TestSliderCrank:
-    def test_against_the_variational_equations(self, monkeypatch):
+    def test_against_the_variational_equations(self, monkeypatch, validated):
         """Turn by turn, the compiled Jacobian and the jump of the remembered impact speed at each touch give the same
         growth. Within 1e-3: both follow one motion to about 1e-10, which four turns magnify by exp(12) = 2e5 to 2e-5,
         and the distance bends the growth by about as much. Without the impact speed in the separation it is another.
         """
         wanted = variational_growth(crank(), turns=4)
         found = lyapunov(crank(), turns=4, settle=0, rtol=1e-12)
-        assert found.growth == pytest.approx(wanted, abs=1e-3)
-        assert found.wider == pytest.approx(wanted, abs=1e-3)
+        options = {"source": "variational equations by scipy", "kind": "independent", "relative": False}
+        validated("growth with impacts, turn by turn", found.growth, wanted, 1e-3, **options)
+        validated("the same at the wider distance", found.wider, wanted, 1e-3, **options)
         monkeypatch.setattr(module, "LASTING", -1.0)
         assert np.abs(lyapunov(crank(), turns=4, settle=0, rtol=1e-12).growth - wanted).max() > 0.05
 

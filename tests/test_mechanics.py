@@ -67,7 +67,7 @@ SCENES = dict(scenes())
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_accelerations_and_reactions_match_the_multiplier_formulation(name):
+def test_accelerations_and_reactions_match_the_multiplier_formulation(name, validated):
     """Tolerance 1e-11: two dense solves of condition number about 1e4 in double precision; 1e-12 is the median."""
     scene = SCENES[name]
     mechanism = build(scene)
@@ -77,7 +77,8 @@ def test_accelerations_and_reactions_match_the_multiplier_formulation(name):
     reference = Augmented(scene).accelerations(q, v)
     size = q.size
     scale = np.abs(reference[:size]).max()
-    np.testing.assert_allclose(a, reference[:size], rtol=0.0, atol=1e-11 * scale)
+    options = {"source": "dense multiplier formulation", "kind": "independent"}
+    validated("accelerations", a, reference[:size], 1e-11, relative=scale, **options)
     at, load_scale = size, np.abs(reference[size:]).max(initial=1.0)
     for joint in scene.joints:
         if f"joints/{joint.name}/gap" in row:
@@ -88,7 +89,7 @@ def test_accelerations_and_reactions_match_the_multiplier_formulation(name):
             dx, dy = np.cos(angle) * joint.axis[0] - np.sin(angle) * joint.axis[1], 0.0
             dy = np.sin(angle) * joint.axis[0] + np.cos(angle) * joint.axis[1]
             force = [-dy * force[0] + dx * force[1], row[f"joints/{joint.name}/moment"]]
-        np.testing.assert_allclose(force, reference[at : at + 2], rtol=0.0, atol=1e-10 * load_scale, err_msg=joint.name)
+        validated("reactions", force, reference[at : at + 2], 1e-10, relative=load_scale, **options)
         at += 2
     for drive in scene.loads:
         path = f"drives/{drive.name}/"
@@ -96,7 +97,7 @@ def test_accelerations_and_reactions_match_the_multiplier_formulation(name):
         if not drive.prescribes:
             assert effort == drive.effort
             continue
-        assert effort == pytest.approx(reference[at], abs=1e-10 * load_scale), drive.name
+        validated("drive efforts", effort, reference[at], 1e-10, relative=load_scale, **options)
         at += 1
 
 

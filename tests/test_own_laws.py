@@ -218,6 +218,35 @@ def same_name(factor):
     return linear(stiffness=1e6)
 
 
+def _half(x):
+    return 0.5 * x
+
+
+@cl.contact
+def solve_gap(penetration, penetration_rate, impact_speed, stiffness):
+    """Half a spring [N], by a helper."""
+    return _half(stiffness * max(penetration, 0.0))
+
+
+@cl.contact
+def _spring(penetration, penetration_rate, impact_speed, stiffness):
+    """A spring [N]."""
+    return stiffness * max(penetration, 0.0)
+
+
+def test_names_that_kernels_use_themselves():
+    """A law may be called as the kernel's own functions and variables are, or begin with an underscore."""
+    joint = {"name": "J", "radius": 0.01, "clearance": 1e-3}
+    half, whole = (
+        cl.simulate(
+            cl.Scene(cl.ClearanceRevolute(cl.ground, cl.Body("ball", 0.5, 1e-4), contact=law, **joint)), until=0.05
+        )
+        for law in (solve_gap(stiffness=2e6), _spring(stiffness=1e6))
+    )
+    np.testing.assert_array_equal(half.joint("J").contact_force, whole.joint("J").contact_force)
+    assert half.joint("J").contact_force.max() > 0.0
+
+
 def test_two_laws_of_one_name():
     bodies = [cl.Body(n, 1.0, 1e-3) for n in ("one", "two")]
     joints = [

@@ -1,45 +1,58 @@
-"""The README's examples run as printed."""
+"""The examples of README and guide run as printed; their links and pictures exist."""
 
+import itertools
 import re
+import shlex
 from pathlib import Path
+
+import pytest
 
 import clearance as cl
 from clearance import cli
+from clearance.commands.common import scene_of
+from clearance.laws.law import Law
 
-TEXT = (Path(__file__).parent.parent / "README.md").read_text()
-BLOCKS = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
+ROOT = Path(__file__).parent.parent
+BESIDE = ("benchmarks", "validation")
+PAGES = ("README.md", "clearance/GUIDE.md", "CONTRIBUTING.md", *(f"tests/{b}/README.md" for b in BESIDE))
+TEXT = {page: (ROOT / page).read_text() for page in PAGES}
+README, GUIDE = (re.findall(r"```python\n(.*?)```", TEXT[page], re.DOTALL) for page in PAGES[:2])
 
 
 def test_python_example(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    example = next(b for b in BLOCKS if "load_case" in b)
+    example = next(b for b in README if "load_case" in b)
     exec(compile(example, "README", "exec"), {})
     assert (tmp_path / "run.h5").exists()
     assert capsys.readouterr().out
 
 
-def test_sweep_example(tmp_path, monkeypatch, capsys):
+SWEEPS = [(README, "feeder_map", "["), (GUIDE, "map", "slider_acceleration_max")]
+
+
+@pytest.mark.parametrize(("blocks", "folder", "said"), SWEEPS)
+def test_sweep_examples(blocks, folder, said, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    exec(compile(next(b for b in BLOCKS if "cl.sweep(" in b), "README", "exec"), {})
-    assert cl.open_sweep(tmp_path / "map").done.all()
-    assert "slider_acceleration_max" in capsys.readouterr().out
+    exec(compile(next(b for b in blocks if "cl.sweep(" in b), "README", "exec"), {})
+    assert cl.open_sweep(tmp_path / folder).done.all()
+    assert said in capsys.readouterr().out
 
 
 def test_joint_friction_example(capsys):
-    exec(compile(next(b for b in BLOCKS if "inverse_dynamics(" in b), "README", "exec"), {})
+    exec(compile(next(b for b in GUIDE if "inverse_dynamics(" in b), "README", "exec"), {})
     assert capsys.readouterr().out
 
 
 def test_own_mechanism(tmp_path, capsys):
     path = tmp_path / "my_mechanism.py"
-    path.write_text(next(b for b in BLOCKS if "def scene(" in b))
+    path.write_text(next(b for b in GUIDE if "def scene(" in b))
     assert cli.main(["run", str(path), "--turns", "1", "-o", str(tmp_path / "r.h5"), "--json"]) == 0
     assert cl.open_result(tmp_path / "r.h5").complete
 
 
 def test_own_law(tmp_path):
     path = tmp_path / "own_law.py"
-    block = next(b for b in BLOCKS if "@contact" in b)
+    block = next(b for b in GUIDE if "@contact" in b)
     path.write_text(
         "import clearance as cl\n" + block + "\ndef scene():\n"
         "    law = liner(stiffness=1e8, hardening=1e8, damping=200.0)\n"
@@ -52,9 +65,42 @@ def test_own_law(tmp_path):
 
 
 def test_first_command_is_the_main_job():
-    assert "clearance run six_bar_feeder -p model=lubricated -p joints=B --turns 6 -o run.h5 --plot" in TEXT
+    job = "clearance run six_bar_feeder -p model=lubricated -p joints=B --turns 6 -o run.h5 --plot"
+    assert job in TEXT["README.md"]
 
 
-def test_pictures_exist():
-    for picture in re.findall(r"!\[.*?\]\((.*?)\)", TEXT):
-        assert (Path(__file__).parent.parent / picture).exists()
+@pytest.mark.parametrize("page", PAGES)
+def test_links_and_pictures_exist(page):
+    links = re.findall(r"\]\(([^)#]+)(#[^)]*)?\)|src=\"(.*?)\"", TEXT[page])
+    for link in (a or b for a, _, b in links):
+        assert link.startswith("http") or ((ROOT / page).parent / link).exists(), link
+
+
+def commands(block):
+    """Words after `clearance` of each command of a shell block."""
+    for line in block.splitlines():
+        lexer = shlex.shlex(line, posix=True, punctuation_chars=";&|")
+        lexer.whitespace_split = True
+        for end, words in itertools.groupby(lexer, lambda word: word in (";", "&&", "|", "do")):
+            found = list(words)
+            if not end and found[0].rpartition("/")[2] == "clearance":
+                yield found[1:]
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_commands_are_understood(page):
+    """Each printed `clearance ...` line has options that the command line knows; cases and parameters exist."""
+    for block in re.findall(r"```sh\n(.*?)```", TEXT[page], re.DOTALL):
+        for words in commands(block.replace("${n}", "3000").replace("$n", "3000")):
+            options = cli.parser().parse_args(words)
+            named = options.command in ("run", "explain", "work-precision", "inverse", "lyapunov")
+            if named and not options.case.endswith(".py"):
+                scene_of(options)
+
+
+def test_law_families_are_all_named():
+    """The guide's table of laws has every law of the package."""
+    table = TEXT["clearance/GUIDE.md"].partition("| family |")[2].partition("\n\n")[0]
+    laws = [n for n in cl.__all__ if isinstance(getattr(cl, n), Law)]
+    assert len(laws) > 40
+    assert [n for n in laws if f"`{n}`" not in table] == []

@@ -123,7 +123,7 @@ def test_newton_takes_over_where_the_fixed_point_contracts_slowly():
         assert 4.0 < found["friction/iterations"] < 300.0  # a share of the friction after the other
 
 
-def test_of_several_solutions_it_is_the_one_that_grows_out_of_no_friction():
+def test_of_several_solutions_it_is_the_one_that_grows_out_of_no_friction(validated):
     """At 1.0 s two balances exist far beyond usual friction; small steps of the coefficient lead to the same one."""
     torque = [
         row(four_bar(cl.joint_coulomb(coefficient=c), pin_radius=0.05), 1.0)["drives/crank/torque"]
@@ -134,7 +134,8 @@ def test_of_several_solutions_it_is_the_one_that_grows_out_of_no_friction():
     assert torque[-1] == pytest.approx(22.18, abs=0.01)
     law = cl.joint_coulomb(coefficient=5.0)
     other = cl.inverse_dynamics(four_bar(law, pin_radius=0.05), time=[0.99, 1.0], route="multipliers")
-    assert other.drive("crank").torque[-1] == pytest.approx(torque[-1], rel=1e-9)
+    options = {"source": "multiplier route", "kind": "independent"}
+    validated("torque with strong friction in all pins", torque[-1], other.drive("crank").torque[-1], 1e-9, **options)
 
 
 def test_friction_that_locks_the_mechanism_is_said():
@@ -216,24 +217,26 @@ def sled(coefficient=0.2, transition_rate=1e-4, force=None):
     return cl.Scene(guide, *([cl.Force(block["shoe"], x=force)] if force else []))
 
 
-def test_a_sliding_block_stops_where_and_when_coulomb_says():
+def test_a_sliding_block_stops_where_and_when_coulomb_says(validated):
     """Stopping time v / (mu g), way v^2 / (2 mu g). The smoothed sign lags by about v_t: 1e-3 of the way."""
     run = cl.simulate(sled(), until=1.0, rtol=1e-8)
     way, stop = 1.0 / (2.0 * 0.2 * 9.81), 1.0 / (0.2 * 9.81)
     x, v = run["block"].x, run["block"].vx
-    assert x[-1] == pytest.approx(way, rel=1e-3)
+    validated("way of a block that slides to rest", x[-1], way, 1e-3, unit="m", source="v^2 / (2 mu g)", kind="exact")
     assert v[run.time < 0.99 * stop].min() > 0.0
     assert np.abs(v[run.time > 1.01 * stop]).max() < 1e-4
     assert np.abs(run.energy.residual).max() < 1e-6
-    assert run.joint("guide").dissipated[-1] == pytest.approx(1.0, rel=1e-5)  # the whole kinetic energy
+    lost, options = run.joint("guide").dissipated[-1], {"source": "its kinetic energy", "kind": "exact"}
+    validated("energy a block loses", lost, 1.0, 1e-5, unit="J", **options)
 
 
-def test_a_block_pushed_less_than_it_can_resist_only_creeps():
+def test_a_block_pushed_less_than_it_can_resist_only_creeps(validated):
     """Below mu N the smoothed sign creeps at v_t atanh(F / mu N)."""
     scene = sled(force=2.0)
     run = cl.simulate(scene, until=2.0, rtol=1e-8)
     creep = 1e-4 * math.atanh(2.0 / (0.2 * 2.0 * 9.81))
-    assert run["block"].vx[-1] == pytest.approx(creep, rel=1e-5)
+    options = {"source": "v_t atanh(F / mu N)", "kind": "exact"}
+    validated("creep below the sliding force", run["block"].vx[-1], creep, 1e-5, unit="m/s", **options)
 
 
 def pushed(b):
@@ -304,7 +307,7 @@ def test_energy_balance_closes_in_forward_motion(name):
     assert run.energy.dissipated[-1] == pytest.approx(sum(joints), rel=1e-12)
 
 
-def test_forward_motion_from_inverse_torque():
+def test_forward_motion_from_inverse_torque(validated):
     """The torque that inverse dynamics gives makes the prescribed motion."""
     law = cl.joint_coulomb(coefficient=0.1, viscous=0.002, transition_rate=2.0)
     given_run = cl.inverse_dynamics(four_bar(law), until=1.0, samples=2001)
@@ -313,7 +316,8 @@ def test_forward_motion_from_inverse_torque():
     series = np.polynomial.chebyshev.Chebyshev.fit(given_run.time, torque, 60, domain=[0.0, 1.0])
     assert np.abs(series(given_run.time) - torque).max() < 1e-6 * np.abs(torque).max()
     found = cl.simulate(four_bar(law, drive=lambda b: _series_drive(b, series.coef)), until=1.0, rtol=1e-10)
-    np.testing.assert_allclose(found["crank"].theta, 0.3 + 3.0 * found.time, rtol=0.0, atol=1e-4)
+    options = {"source": "the prescribed motion", "kind": "exact", "relative": False}
+    validated("motion by the torque found", found["crank"].theta, 0.3 + 3.0 * found.time, 1e-4, unit="rad", **options)
 
 
 def _series_drive(b, coefficients):
@@ -366,7 +370,7 @@ def spatial(scene, found):
     return balance
 
 
-def test_loads_out_of_the_plane_of_a_chain():
+def test_loads_out_of_the_plane_of_a_chain(validated):
     """All six components of both joints against Newton and Euler in space; tolerance 1e-12 of rounding."""
     scene = plate()
     found = row(scene, 0.3)
@@ -389,9 +393,8 @@ def test_loads_out_of_the_plane_of_a_chain():
     for name, f, n in (("elbow", force, moment), ("shoulder", force2, moment2)):
         here = {k: found[f"joints/{name}/{k}"] for k in ("force_x", "force_y", "axial_force", "bending_x", "bending_y")}
         expected = [*f, *n[:2]]
-        np.testing.assert_allclose(
-            list(here.values()), expected, rtol=0.0, atol=1e-12 * np.abs(expected).max(), err_msg=name
-        )
+        options = {"source": "Newton and Euler in space", "kind": "independent", "relative": np.abs(expected).max()}
+        validated("forces and moments of a chain in space", list(here.values()), expected, 1e-12, **options)
 
 
 def test_friction_takes_axial_force_and_bending():
@@ -409,7 +412,7 @@ def test_arms_are_asked_for_where_they_rub(missing, field):
         build(plate(friction=law, pin_radius=0.02, **missing))
 
 
-def test_loops_need_to_say_who_carries_loads_out_of_the_plane():
+def test_loops_need_to_say_who_carries_loads_out_of_the_plane(validated):
     gravity = (0.0, -9.81, -2.0)
     with pytest.raises(ValueError, match=r"closed loop \(joints .*self_aligning=True"):
         build(four_bar(gravity=gravity))
@@ -417,9 +420,10 @@ def test_loops_need_to_say_who_carries_loads_out_of_the_plane():
     found = row(scene, 0.2)
     weights = {b.name: 2.0 * b.mass for b in scene.bodies}
     assert found["joints/C/axial_force"] == 0.0
-    assert found["joints/B/axial_force"] == pytest.approx(weights["coupler"], rel=1e-14)
-    assert found["joints/A/axial_force"] == pytest.approx(weights["coupler"] + weights["crank"], rel=1e-14)
-    assert found["joints/D/axial_force"] == pytest.approx(weights["rocker"], rel=1e-14)
+    carried = [found[f"joints/{n}/axial_force"] for n in "BAD"]
+    wanted = [weights["coupler"], weights["coupler"] + weights["crank"], weights["rocker"]]
+    options = {"unit": "N", "source": "weights of the bars", "kind": "exact"}
+    validated("axial forces of a horizontal four-bar", carried, wanted, 1e-14, **options)
     with pytest.raises(ValueError, match="body rocker: .* no joint carries them"):
         build(four_bar(gravity=gravity, C={"self_aligning": True}, D={"self_aligning": True}))
 

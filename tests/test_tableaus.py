@@ -13,10 +13,11 @@ class TestRadau:
         for q in range(1, k.c.size + 1):
             np.testing.assert_allclose(k.a @ k.c ** (q - 1), k.c**q / q, atol=1e-14)
 
-    def test_quadrature(self, k):
+    def test_quadrature(self, k, validated):
         """B(2s - 1): the weights, the last row, integrate polynomials up to degree 2s - 2."""
         for q in range(1, 2 * k.c.size):
-            assert k.a[-1] @ k.c ** (q - 1) == pytest.approx(1.0 / q, rel=1e-13)
+            found, options = k.a[-1] @ k.c ** (q - 1), {"source": "order condition 1 / q", "kind": "exact"}
+            validated(f"quadrature of Radau IIA with {k.c.size} stages", found, 1.0 / q, 1e-13, **options)
 
     def test_eigenbasis(self, k):
         """ti inv(A) t is block diagonal: the real eigenvalue, then a 2x2 rotation for each pair."""
@@ -38,17 +39,18 @@ class TestRadau:
             assert k.end @ k.c**q == pytest.approx(q, rel=1e-11)
 
 
-def test_published_radau5():
+def test_published_radau5(validated):
     """Eigenvalues of the inverse stage matrix (Hairer and Wanner 1996, IV.8), 10 printed digits."""
-    assert t.RADAU5.real == pytest.approx(3.6378342527, rel=1e-10)
-    assert t.RADAU5.pairs[0].real == pytest.approx(2.6810828736, rel=1e-10)
-    assert abs(t.RADAU5.pairs[0].imag) == pytest.approx(3.0504301993, rel=1e-10)
+    pair, source = t.RADAU5.pairs[0], "Hairer and Wanner 1996, IV.8"
+    found, printed = (t.RADAU5.real, pair.real, abs(pair.imag)), (3.6378342527, 2.6810828736, 3.0504301993)
+    validated("eigenvalues of Radau5's inverse stage matrix", found, printed, 1e-10, source=source)
 
 
-def test_dop853_quadrature():
+def test_dop853_quadrature(validated):
     """The weights integrate polynomials up to degree 7 exactly, the nodes are the row sums."""
     for q in range(1, 9):
-        assert t.B @ t.C[:12] ** (q - 1) == pytest.approx(1.0 / q, rel=1e-12)
+        found, options = t.B @ t.C[:12] ** (q - 1), {"source": "order condition 1 / q", "kind": "exact"}
+        validated("quadrature of DOP853", found, 1.0 / q, 1e-12, **options)
     np.testing.assert_allclose(t.A.sum(axis=1), t.C, atol=1e-14)
 
 
@@ -64,10 +66,11 @@ def rodas(q: int) -> tuple[float, np.ndarray]:
 
 
 @pytest.mark.parametrize("q", range(1, 6))
-def test_rodas5p_quadrature(q):
+def test_rodas5p_quadrature(q, validated):
     """Order 5 on y' = t^(q-1); the dense output is of order 4; 1e-13."""
     end, rows = rodas(q)
-    assert end == pytest.approx(1.0 / q, abs=1e-12)
+    options = {"source": "order condition 1 / q", "kind": "exact", "relative": False}
+    validated("quadrature of Rodas5P", end, 1.0 / q, 1e-12, **options)
     if q < 5:
         for theta in (0.25, 0.6):
             value = theta * (end + (1.0 - theta) * (rows[0] + theta * (rows[1] + theta * rows[2])))

@@ -4,12 +4,12 @@ import argparse
 import json
 from pathlib import Path
 
-from clearance.commands.common import DONE, number, seed_of
+from clearance.commands.common import DONE, add_command, number, seed_of
 
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = commands.add_parser("bench-data", help="synthetic test-bench data of a joint's friction, for identify")
+    p = add_command(commands, "bench-data", help="synthetic test-bench data of a joint's friction, for identify")
     p.add_argument("joint", metavar="JOINT", choices=["ball_joint"], help="ball_joint")
     p.add_argument("-o", dest="output", metavar="FILE", help="measurement, .h5 or .csv (default ball_joint.h5)")
     p.add_argument("--seed", type=int, default=0, metavar="N", help="of scatter and noise (0, nearest the source)")

@@ -10,6 +10,11 @@ from pathlib import Path
 DONE, FAILED, WRONG = 0, 1, 2
 
 
+def add_command(commands, name: str, help: str, **more) -> argparse.ArgumentParser:
+    """A command whose own help begins with what the list of commands says of it."""
+    return commands.add_parser(name, help=help, description=f"{help[0].upper()}{help[1:]}.", **more)
+
+
 def quantity_of(units: str):
     """A parser of numbers with an optional unit, in SI."""
 
@@ -36,6 +41,29 @@ def seed_of(options) -> int:
     if options.seed < 0:
         raise ValueError(f"--seed must be a whole number from 0 on, got {options.seed}")
     return options.seed
+
+
+def add_case(command: argparse.ArgumentParser) -> None:
+    """The case and its parameters, for scene_of."""
+    command.add_argument("case", metavar="CASE", help="name of a case, or path to your own case file")
+    command.add_argument(
+        "-p", dest="parameters", metavar="NAME=VALUE", action="append", default=[],
+        help="a case parameter, such as speed=300rpm or clearance=0.1mm; may be repeated",
+    )  # fmt: skip
+
+
+def add_length(command: argparse.ArgumentParser) -> None:
+    """How long, in turns or seconds, for length_of."""
+    length = command.add_mutually_exclusive_group()
+    length.add_argument("--turns", type=number, help="length in turns of the drive (default 2, or 2 s)")
+    length.add_argument("--until", type=quantity_of("s"), metavar="S", help="length in seconds")
+
+
+def length_of(options, scene) -> dict[str, float | None]:
+    """Turns or seconds: as asked for, else two turns, else two seconds where nothing turns at constant speed."""
+    if options.turns is None and options.until is None:
+        return {"turns": None, "until": 2.0} if scene.turn is None else {"turns": 2.0, "until": None}
+    return {"turns": options.turns, "until": options.until}
 
 
 def complain(options, message: str, status: int, **more) -> int:
@@ -89,6 +117,11 @@ def channel_patterns(text: str | None) -> list[str] | None:
     return [] if text in ("none", "") else listed(text)
 
 
+def peak(result, path: str) -> float:
+    """Largest absolute value of a channel."""
+    return float(max(map(abs, result.range(path))))
+
+
 def make_folder(options) -> None:
     if options.output:
         Path(options.output).mkdir(parents=True, exist_ok=True)
@@ -115,3 +148,7 @@ class Line:
     def __call__(self, text: str) -> None:
         if self.shown:
             print(f"\r\x1b[K{time.perf_counter() - self.began:6.0f} s  {text}", end="", file=sys.stderr, flush=True)
+
+    def clear(self) -> None:
+        if self.shown:
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)

@@ -5,7 +5,7 @@ import dataclasses
 import json
 from pathlib import Path
 
-from clearance.commands.common import DONE, Line, listed, make_folder, seed_of
+from clearance.commands.common import DONE, Line, add_command, listed, make_folder, seed_of
 
 #: parameters are listed up to so many; networks have more
 MOST_LISTED = 100
@@ -13,7 +13,7 @@ MOST_LISTED = 100
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = commands.add_parser("identify", help="parameters of a joint-friction model from measured torques")
+    p = add_command(commands, "identify", help="parameters of a joint-friction model from measured torques")
     p.add_argument("--data", required=True, metavar="FILE", help="measurement, HDF5 or CSV (see identify/records.py)")
     p.add_argument(
         "--model", default="lugre3d", metavar="NAME",

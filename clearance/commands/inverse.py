@@ -9,26 +9,25 @@ from clearance.commands.common import (
     DONE,
     FAILED,
     Line,
+    add_case,
+    add_command,
+    add_length,
     complain,
+    length_of,
     make_folder,
-    number,
+    peak,
     publish,
-    quantity_of,
     scene_of,
 )  # fmt: skip
 
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = commands.add_parser("inverse", help="driving efforts and joint reactions of a prescribed motion, with friction")
-    p.add_argument("case", metavar="CASE", help="name of a case, or path to your own case file")
-    p.add_argument(
-        "-p", dest="parameters", metavar="NAME=VALUE", action="append", default=[],
-        help="a case parameter, such as speed=300rpm or clearance=0.1mm; may be repeated",
-    )  # fmt: skip
-    length = p.add_mutually_exclusive_group()
-    length.add_argument("--turns", type=number, help="length in turns of the drive (default 2, or 2 s)")
-    length.add_argument("--until", type=quantity_of("s"), metavar="S", help="length in seconds")
+    p = add_command(
+        commands, "inverse", help="driving efforts and joint reactions of a prescribed motion, with friction"
+    )
+    add_case(p)
+    add_length(p)
     p.add_argument("--samples", type=int, metavar="N", help="output rows in all (default 400 a turn, or 401)")
     p.add_argument("--route", metavar="ROUTE", help="explicit (default), or multipliers: slow and independent")
     p.add_argument("--compare", action="store_true", help="run time, operations and agreement of the routes instead")
@@ -49,9 +48,7 @@ def run(options) -> int:
     from clearance.simulation import SimulationError
 
     case, values, scene = scene_of(options)
-    length = {"turns": options.turns, "until": options.until, "samples": options.samples}
-    if options.turns is None and options.until is None:
-        length["until" if scene.turn is None else "turns"] = 2.0
+    length = {**length_of(options, scene), "samples": options.samples}
     if options.compare:
         return _compare(options, case, values, scene, length)
     from clearance.inverse.dynamics import inverse_dynamics
@@ -124,7 +121,7 @@ def _largest(result, group: str, names: tuple[str, ...]) -> dict[str, float]:
             x, y = (result.values(f"{group}/{name}_{axis}") for axis in "xy")
             found[name] = float((x * x + y * y).max() ** 0.5)
         elif f"{group}/{name}" in result:
-            found[name] = max(map(abs, result.range(f"{group}/{name}")))
+            found[name] = peak(result, f"{group}/{name}")
     return found
 
 

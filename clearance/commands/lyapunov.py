@@ -3,17 +3,23 @@
 import argparse
 import textwrap
 
-from clearance.commands.common import FAILED, Line, complain, make_folder, publish, quantity_of, scene_of
+from clearance.commands.common import (
+    FAILED,
+    Line,
+    add_case,
+    add_command,
+    complain,
+    make_folder,
+    publish,
+    quantity_of,
+    scene_of,
+)
 
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = commands.add_parser("lyapunov", help="largest Lyapunov exponent: whether a motion is chaotic, with its error")
-    p.add_argument("case", metavar="CASE", help="name of a case, or path to your own case file")
-    p.add_argument(
-        "-p", dest="parameters", metavar="NAME=VALUE", action="append", default=[],
-        help="a case parameter, such as speed=300rpm or clearance=0.1mm; may be repeated",
-    )  # fmt: skip
+    p = add_command(commands, "lyapunov", help="largest Lyapunov exponent: whether a motion is chaotic, with its error")
+    add_case(p)
     p.add_argument("--turns", type=int, default=200, metavar="N", help="turns of the drive it is found over (200)")
     p.add_argument("--settle", type=int, default=20, metavar="N", help="turns before them, left out (20)")
     p.add_argument(

@@ -5,7 +5,7 @@ import json
 from contextlib import ExitStack
 from pathlib import Path
 
-from clearance.commands.common import DONE, listed, number, quantity_of
+from clearance.commands.common import DONE, add_command, listed, number, quantity_of
 
 #: kinds of pictures of run files and of sweeps, each with the options that belong to it; the first is the default
 OF_RUNS = {
@@ -39,8 +39,8 @@ by two. Without KIND: the overview of a run, the map of a grid, the curves of ot
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = commands.add_parser(
-        "plot", help="pictures of run files and sweeps", epilog=EXAMPLES,
+    p = add_command(
+        commands, "plot", help="pictures of run files and sweeps", epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         usage="clearance plot FILE_OR_DIR [MORE_FILES ...] [KIND] [options] [-o PICTURE]",
     )  # fmt: skip

@@ -4,12 +4,12 @@ import argparse
 import json
 from pathlib import Path
 
-from clearance.commands.common import DONE
+from clearance.commands.common import DONE, add_command
 
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = commands.add_parser("report", help="one HTML file about a run or a sweep, that needs nothing else")
+    p = add_command(commands, "report", help="one HTML file about a run or a sweep, that needs nothing else")
     p.add_argument("input", metavar="FILE_OR_DIR", help="run file, or sweep directory")
     p.add_argument(
         "-o", dest="output", metavar="OUT.html",

@@ -13,6 +13,7 @@ from pathlib import Path
 from clearance.commands.common import (
     DONE,
     FAILED,
+    add_command,
     channel_patterns,
     complain,
     given,
@@ -32,14 +33,14 @@ ranges are LO:HI or LO:HI:log.
   clearance sweep six_bar_feeder --sample 200 -p speed=100rpm:600rpm -p clearance=10um:500um:log --channels none
 
 The same command again runs only what is missing; --retry-failed tries failed points again. Exit status 0: all points
-done, 1: some failed or it had to stop, 2: wrong input. A cluster: see README, --scheduler.
+done, 1: some failed or it had to stop, 2: wrong input. A cluster: see the guide, "Sweeps".
 """
 
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = commands.add_parser(
-        "sweep", help="a case at many points: resumable, on all cores or a cluster", epilog=EXAMPLES,
+    p = add_command(
+        commands, "sweep", help="a case at many points: resumable, on all cores or a cluster", epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
     p.add_argument("case", metavar="CASE", help="name of a case, or path to your own case file")

@@ -49,10 +49,12 @@ class Exponent:
 
     @property
     def turns(self) -> int:
+        """Turns the mean is over."""
         return len(self.growth)
 
     @property
     def per_turn(self) -> float:
+        """The exponent a turn."""
         return float(self.growth.mean())
 
     @property
@@ -72,10 +74,12 @@ class Exponent:
 
     @property
     def per_second(self) -> float:
+        """The exponent [1/s]."""
         return self.per_turn / self.turn
 
     @property
     def error_per_second(self) -> float:
+        """Its standard error [1/s]."""
         return self.error / self.turn
 
     @property

@@ -7,9 +7,8 @@ dimensional: axial forces and bending moments are its own, not a planar theory's
 
 import numpy as np
 
-from clearance.inverse.motion import from_centre
+from clearance.inverse.motion import amount, from_centre
 from clearance.joints import Prismatic
-from clearance.laws.law import BoundLaw
 from clearance.loads import Drive, Force, SpringDamper, Torque, TorsionSpring
 from clearance.results import Record
 from clearance.scene import Body, Point, Scene, ground
@@ -61,11 +60,6 @@ def applied(scene: Scene, record: Record) -> np.ndarray:
             turn(load.a, moment)
             turn(load.b, -moment)
     return found[:, :-1]
-
-
-def amount(value: float | BoundLaw, time: np.ndarray) -> np.ndarray:
-    """A number, or a signal, over time (samples,)."""
-    return np.array([value(t) for t in time.tolist()]) if isinstance(value, BoundLaw) else np.full(time.size, value)
 
 
 def spanning_tree(scene: Scene) -> tuple[list[tuple], list]:
@@ -259,7 +253,7 @@ def inverse(scene: Scene, record: Record, model: Model | None = None) -> dict[st
     carried = reactions_in_loop(model, q, v, a, outer)
     found = {}
     for drive, effort in zip(model.drives, efforts.T, strict=True):
-        found[f"drives/{drive.name}/{'force' if isinstance(drive.target, Prismatic) else 'torque'}"] = effort
+        found[f"drives/{drive.name}/{drive.effort_kind}"] = effort
     for i, (joint, _, child) in enumerate(model.tree):
         found |= _channels(joint, child, state[:, scene.bodies.index(child), 2], q[:, i], carried[:, i])
     for joint, force in zip(model.cuts, forces.swapaxes(0, 1), strict=True):

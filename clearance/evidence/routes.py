@@ -22,7 +22,7 @@ from clearance.inverse import multipliers
 from clearance.inverse.dynamics import inverse_dynamics
 from clearance.inverse.explicit import STRETCH, Explicit
 from clearance.inverse.motion import Geometry, Pairs
-from clearance.joints import FrictionJoint, Prismatic
+from clearance.joints import Prismatic
 from clearance.loads import Drive
 from clearance.mechanism.assembly import assemble
 from clearance.results import Record, save_tables
@@ -103,8 +103,7 @@ def compare(
     elif peers:
         progress("Pinocchio")
         timings += _pinocchio(study, record, scene)
-    rubbing = [j.name for j in scene.joints if isinstance(j, FrictionJoint) and j.friction is not None]
-    if rubbing:
+    if rubbing := [j.name for j in scene.rubbing_joints]:
         study.remarks.append(
             f"friction in {', '.join(rubbing)}: the routes without friction are compared with the ideal efforts"
             + ("" if _reactions_are_ideal(scene) else "; reactions, which friction changes here, are not compared")
@@ -208,7 +207,7 @@ def _pinocchio(study: RouteStudy, record: Record, scene: Scene) -> list[tuple]:
 def _reactions_are_ideal(scene: Scene) -> bool:
     """Whether friction leaves all reactions alone: it sits on driven joints only."""
     driven = [d.target for d in scene.loads if isinstance(d, Drive)]
-    return all(j in driven for j in scene.joints if isinstance(j, FrictionJoint) and j.friction is not None)
+    return all(j in driven for j in scene.rubbing_joints)
 
 
 def _agreement(route: Route, found: dict, record: Record, scene: Scene, ideal: bool = True) -> None:
@@ -243,14 +242,18 @@ def power_residual(scene: Scene, record: Record) -> np.ndarray:
 
     Everything stands in the record's channels; no difference quotient is taken.
     """
-    state, wrenches = pinocchio.states(scene, record)[:, :-1], pinocchio.applied(scene, record)
-    resisting = np.array([(b.mass, b.mass, b.inertia) for b in scene.bodies])
-    gravity = np.array([*scene.gravity[:2], 0.0])
-    net = wrenches[..., [0, 1, 5]] - resisting * (state[..., 6:9] - gravity)
-    power = (net * state[..., 3:6]).sum(axis=(1, 2))
+    state = pinocchio.states(scene, record)[:, :-1]
+    power = (_unbalanced(scene, record, state) * state[..., 3:6]).sum(axis=(1, 2))
     power += sum(record.values(f"drives/{name}/power") for name in record.names("drives"))
     losses = [f"joints/{name}/power_loss" for name in record.names("joints")]
     return power - sum(record.values(p) for p in losses if p in record)
+
+
+def _unbalanced(scene: Scene, record: Record, state: np.ndarray) -> np.ndarray:
+    """What inertia leaves of gravity and of loads but drives (samples, bodies, 3), in the plane."""
+    resisting = np.array([(b.mass, b.mass, b.inertia) for b in scene.bodies])
+    gravity = np.array([*scene.gravity[:2], 0.0])
+    return pinocchio.applied(scene, record)[..., [0, 1, 5]] - resisting * (state[..., 6:9] - gravity)
 
 
 # --- multipliers
@@ -261,10 +264,7 @@ def dense_system(scene: Scene, record: Record, poses: np.ndarray) -> tuple[np.nd
     """
     pairs, state = Pairs(scene, assemble(scene)), pinocchio.states(scene, record)[:, :-1]
     geometry = Geometry(pairs, poses)
-    resisting = np.array([(b.mass, b.mass, b.inertia) for b in scene.bodies])
-    gravity = np.array([*scene.gravity[:2], 0.0])
-    outer = pinocchio.applied(scene, record)[..., [0, 1, 5]]
-    right = (resisting * (state[..., 6:9] - gravity) - outer).reshape(len(state), -1, 1)
+    right = -_unbalanced(scene, record, state).reshape(len(state), -1, 1)
     matrices = np.ascontiguousarray(geometry.rows[:, pairs.held].swapaxes(1, 2))
     relative = np.zeros((len(state), 3 * pairs.a.size))
     relative[:, pairs.held] = np.linalg.solve(matrices, right)[..., 0]
@@ -276,8 +276,7 @@ def dense_system(scene: Scene, record: Record, poses: np.ndarray) -> tuple[np.nd
         if isinstance(joint, Prismatic):
             found[f"{here}/moment"] = relative[:, 3 * i + 2]
     for drive, place in zip(pairs.drives, pairs.driven, strict=True):
-        kind = "force" if isinstance(drive.target, Prismatic) else "torque"
-        found[f"drives/{drive.name}/{kind}"] = relative[:, place]
+        found[f"drives/{drive.name}/{drive.effort_kind}"] = relative[:, place]
     return matrices, right, found
 
 

@@ -243,7 +243,7 @@ def table(study: Study) -> list[str]:
         cells = []
         for x in levels:
             cost = c.cheapest(x)
-            ratio = "" if c.own or math.isnan(cost) else f" ({cost / study.best(x):.2g}x)"
+            ratio = "" if c.own or math.isnan(cost) else f" ({float(f'{cost / study.best(x):.2g}'):g}x)"
             cells.append("-" if math.isnan(cost) else f"{cost * 1e3:.3g}{ratio}")
         lines.append(
             f"| {'**' + c.name + '**' if c.own else c.name} | "

@@ -248,6 +248,7 @@ def table_film(
     Cheng's factors make the film that of the joint's rough surfaces; nodes of the table over -ln(1 - eps) and alpha';
     mesh (around, along half the length; default 96 x 12, with ambient pressure 64 x 8) of the solver behind it. A table
     is built once (a second or two, with ambient pressure some fifteen) and kept on disk by L/D and options.
+    Raises ValueError for options that do not go together.
     """
     if cavitation not in CAVITATIONS[:3]:
         raise ValueError(f"table_film: cavitation must be one of {', '.join(CAVITATIONS[:3])}; got {cavitation!r}")

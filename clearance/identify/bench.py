@@ -99,10 +99,10 @@ def bench(
     Calibrated by hand: the shares of the elements (the stiff ones carry more), the amplitudes of positions 4 and 9 to
     11, which the source does not print (no sine there is faster than the fastest triangle), the scatter, and FIRST, so
     that seed 0 is a draw near the source. NRMSE (rms error over rms torque) of training and test, source in brackets:
-    LuGre with constant parameters 0.083 (0.129) and 0.236 (0.260), characteristic curve 0.262 (0.271) and 0.306
+    LuGre with constant parameters 0.083 (0.129) and 0.236 (0.260), characteristic curve 0.263 (0.271) and 0.305
     (0.302). The test error is mostly the scatter, of which the training has three levels an axis: without scatter
     LuGre has 0.081 and 0.079. Of 20 draws the middle 80 % have 0.080 to 0.087 and 0.14 to 0.33 (median 0.25), the
-    curve 0.24 to 0.27 and 0.28 to 0.40 (median 0.32). Torques are integrated to 0.002 N m (rms).
+    curve 0.23 to 0.28 and 0.29 to 0.38 (median 0.31). Torques are integrated to 0.002 N m (rms).
     """
     scatter, noise = non_negative("scatter", scatter), non_negative("noise", noise)
     if scatter > MOST_SCATTER:

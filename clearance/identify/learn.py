@@ -147,11 +147,6 @@ class LSTM(Model):
         if not 0.0 < finite("held_out of the lstm", self.held_out) <= 0.5:
             raise ValueError(f"held_out of the lstm must lie in (0, 0.5], got {self.held_out!r}")
 
-    @property
-    def options(self) -> dict:
-        """What `lstm` makes this model from."""
-        return {k: v for k, v in vars(self).items() if k in self.__dataclass_fields__}
-
     @cached_property
     def layout(self) -> Layout:
         return Layout(float(self.interval), float(self.softness), self.hidden)

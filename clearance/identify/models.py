@@ -16,7 +16,7 @@ import importlib
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import ClassVar
 
@@ -30,8 +30,9 @@ Values = np.ndarray | Sequence[float] | Mapping[str, float]
 AXES = "x", "y", "z"
 #: rates at which passivity is looked at [rad/s], 0.6 % apart
 SPEEDS = np.geomspace(1e-6, 1e4, 4001)
-#: [rad/s], of the characteristic curve
-KNOTS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
+#: [rad/s], of the characteristic curve: below the slowest steady motion it is seen only while the motion turns, and
+#: comes out wild
+KNOTS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,11 @@ class Model:
     layout: Layout
     symmetric: bool
     bounds: Mapping[str, tuple[float, float]]
+
+    @property
+    def options(self) -> dict:
+        """What the function of its name makes this model from."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
 
     @property
     def groups(self) -> tuple[str, str, str]:
@@ -178,7 +184,7 @@ class LuGre(Model):
     @property
     def options(self) -> dict:
         """What `lugre1d` or `lugre3d` makes this model from."""
-        return {k: v for k, v in vars(self).items() if k in self.__dataclass_fields__ and k != "coupled"}
+        return {k: v for k, v in super().options.items() if k != "coupled"}
 
     @cached_property
     def _functions(self) -> list[list[Parameter]]:
@@ -319,11 +325,6 @@ class Curve(Model):
         if not self.knots[0]:
             raise ValueError("knots: the torque at rest is zero, the first knot must lie above")
         _ = self.parameters
-
-    @property
-    def options(self) -> dict:
-        """What `curve` makes this model from."""
-        return {k: v for k, v in vars(self).items() if k in self.__dataclass_fields__}
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:

@@ -25,8 +25,6 @@ SOURCE = {
     "curve": (0.2711, 0.3021),
     "lstm": (0.0482, 0.1887),
 }
-#: options of the models: knots below the slowest trial are seen only while the motion turns, and come out wild
-OPTIONS = {"curve": {"knots": (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)}}
 STEP = 1e-3  # s, of the source's simulator
 INERTIA = 0.01  # kg m2, of a link about its ball joint: 2 kg at 7 cm
 LOAD = (1.0, 0.0, 1.0)  # N m about the axes, less than breaks the joint away: it has to stick
@@ -56,8 +54,7 @@ def fitted(
         if name == "lstm" and (reason := learn.missing()):
             progress(f"lstm left out: {reason}")
             continue
-        model = models.model(name, **OPTIONS.get(name, {}))
-        found[name] = fit(measurement, model, seed=seed, starts=starts)
+        found[name] = fit(measurement, name, seed=seed, starts=starts)
         progress(f"{name} fitted in {found[name].facts['seconds']:.1f} s")
     return found
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.inverse import multipliers
-from clearance.inverse.explicit import Explicit, Singular
+from clearance.inverse.explicit import Explicit
 from clearance.loads import TorsionSpring
 from clearance.recording import FileSink, MemorySink, Recorder
 from clearance.results import Record, Result
@@ -44,11 +44,8 @@ def inverse_dynamics(
     times = _times(scene, until, turns, samples, time)
     began = clock.perf_counter()
     solver = Explicit(scene)
-    failure = None
-    try:
-        rows = solver.rows(times)
-    except Singular as singular:
-        times, rows, failure = singular.times, singular.rows, str(singular)
+    rows, failure = solver.rows(times)
+    times = times[: len(rows)]
     if route == "multipliers" and times.size:
         try:
             rows = _by_multipliers(solver, times, rows)
@@ -56,7 +53,7 @@ def inverse_dynamics(
             done = next(iter(singular.done.values()), np.empty(0)).size
             times, rows, failure = times[:done], _filled(solver, rows[:done], singular.done), str(singular)
     record = _recorded(solver, times, rows, failure, route, clock.perf_counter() - began, path)
-    if failure is not None:
+    if failure:
         raise SimulationError(failure, record)
     return record
 
@@ -93,7 +90,7 @@ def _recorded(solver: Explicit, times, rows, failure, route: str, wall: float, p
     writer = Recorder(channels, sink)
     writer.samples(times, rows)
     summary = {"method": f"inverse dynamics, {route}", "samples": times.size, "wall_s": wall, "loop_s": solver.loop_s}
-    writer.close("complete" if failure is None else f"partial: {failure}", summary, [])
+    writer.close(f"partial: {failure}" if failure else "complete", summary, [])
     return sink.record if path is None else Result(path)
 
 
@@ -105,5 +102,5 @@ def _times(scene: Scene, until, turns, samples, time) -> np.ndarray:
         if times.ndim != 1 or times.size == 0 or not np.isfinite(times).all() or (np.diff(times) <= 0.0).any():
             raise ValueError("time must be growing finite times [s], one after the other")
         return times
-    span = span_of(scene, turns, until, samples)
+    span = span_of(scene, turns=turns, until=until, samples=samples)
     return np.linspace(0.0, span.until, span.samples)

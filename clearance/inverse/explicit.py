@@ -21,42 +21,30 @@ from clearance.stepping.types import KERNEL
 
 #: longest way between two places followed, in rad at the typical frequency
 STRETCH = 0.1
-#: way of a body between two samples, over the size of the mechanism, that its speeds need not explain
-SLACK = 0.05
-
-
-class Singular(ValueError):
-    """The prescribed motion leads into a singular position; `times` and `rows` are what was computed before it."""
-
-    def __init__(self, message: str, times: np.ndarray, rows: np.ndarray):
-        super().__init__(message)
-        self.times, self.rows = times, rows
 
 
 class Explicit:
     """A scene whose motion is prescribed, compiled; `rows(time)` gives all channels at any growing times."""
 
     def __init__(self, scene: Scene):
-        self.scene, self.mechanism = scene, _prescribed(scene)
+        self.scene, self.mechanism = scene, _built(scene)
         self.structure = self.mechanism.structure
         self.channels = self.structure.channels
         roles = ("observe", "commit" if self.structure.commits else "observe")
         self.kernels = [store.address(self.mechanism.kernel(role), KERNEL) for role in roles]
         self.loop_s = 0.0  # time spent in compiled code
 
-    def rows(self, time: Sequence[float]) -> np.ndarray:
-        """Channels (columns) at each time [s] (rows). Raises Singular where the motion cannot be followed."""
+    def rows(self, time: Sequence[float]) -> tuple[np.ndarray, str]:
+        """Channels (columns) at each time [s] (rows) up to where the motion can be followed, and why no further."""
         times = np.ascontiguousarray(time, dtype=float)
         m, rows = self.mechanism, np.empty((times.size, len(self.channels)))
         work, began = np.append(m.work0, 0.0), clock.perf_counter()
         done = tour(
             *self.kernels, self.structure.commits, times, m.y0, m.par, work, STRETCH / m.frequency, self._places(),
-            SLACK * m.start.size, np.empty((2, rows.shape[1])), rows,
+            m.start.size, np.empty((2, rows.shape[1])), rows,
         )  # fmt: skip
         self.loop_s = clock.perf_counter() - began
-        if done < times.size:
-            raise Singular(self._why(times, rows, work, done), times[:done], rows[:done])
-        return rows
+        return rows[:done], self._why(times, rows, work, done) if done < times.size else ""
 
     def _places(self) -> np.ndarray:
         """Columns of positions, speeds and accelerations, in turn, of the bodies that close loops."""
@@ -77,7 +65,7 @@ class Explicit:
         return f"at t = {found[0]:.9g} s: {found[1]}"
 
 
-def _prescribed(scene: Scene) -> Mechanism:
+def _built(scene: Scene) -> Mechanism:
     """The mechanism of a scene whose whole motion is prescribed. Raises ValueError naming what is free."""
     if scene.clearance_joints:
         joint = scene.clearance_joints[0]

@@ -16,6 +16,7 @@ from functools import lru_cache
 import numpy as np
 
 from clearance.joints import Prismatic
+from clearance.laws.law import BoundLaw
 from clearance.loads import Drive
 from clearance.mechanism.assembly import Start
 from clearance.mechanism.library import Library
@@ -227,6 +228,11 @@ def from_centre(point: Point) -> tuple[complex, float]:
     """From the centre of mass to a point, in the body's frame [m]: x + i y in the plane, and height."""
     x, y, z = (*point.body.com, 0.0)[:3]
     return complex(point.x - x, point.y - y), point.z - z
+
+
+def amount(value: float | BoundLaw, time: np.ndarray) -> np.ndarray:
+    """A number, or a signal, over time (samples,)."""
+    return np.array([value(t) for t in time.tolist()]) if isinstance(value, BoundLaw) else np.full(time.size, value)
 
 
 def solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:

@@ -17,7 +17,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from clearance.inverse.motion import Geometry, Pairs, from_centre, solve
+from clearance.inverse.motion import Geometry, Pairs, amount, from_centre, solve
 from clearance.joints import FrictionJoint, Prismatic
 from clearance.laws.law import BoundLaw
 from clearance.loads import Drive, Force, SpringDamper, Torque, TorsionSpring
@@ -140,10 +140,10 @@ def _unbalanced(pairs: Pairs, geometry: Geometry, time, v, a) -> _Wrenches:
     for load in scene.loads:
         if isinstance(load, Force):
             (local, height), body = from_centre(load.point), pairs.place[load.point.body]
-            x, y, z = (_amount(value, time) for value in (load.x, load.y, load.z))
+            x, y, z = (amount(value, time) for value in (load.x, load.y, load.z))
             found.add(body, geometry.turned[:, body] * local, height, x + 1j * y, z)
         elif isinstance(load, Torque):
-            found.moment[:, pairs.place[load.body]] += _amount(load.torque, time)
+            found.moment[:, pairs.place[load.body]] += amount(load.torque, time)
         elif isinstance(load, SpringDamper):
             _add_spring(pairs, geometry, load, v, found)
         elif isinstance(load, TorsionSpring):
@@ -169,11 +169,6 @@ def _add_spring(pairs: Pairs, geometry: Geometry, load: SpringDamper, v: np.ndar
     tension = (load.stiffness * (length - load.free_length) + load.damping * rate) * direction
     found.add(bodies[0], arms[0], heights[0], tension)
     found.add(bodies[1], arms[1], heights[1], -tension)
-
-
-def _amount(value: float | BoundLaw, time: np.ndarray) -> np.ndarray | float:
-    """A number, or a signal over time."""
-    return np.fromiter(map(value, time.tolist()), float, time.size) if isinstance(value, BoundLaw) else value
 
 
 # --- reactions
@@ -441,7 +436,7 @@ def _joint_channels(scene: Scene, reactions: _Reactions, efforts: np.ndarray) ->
 def _drive_channels(pairs: Pairs, reactions: _Reactions, efforts: np.ndarray, rates: np.ndarray):
     found, total = {}, _total(reactions.efforts, efforts)
     for d, drive in enumerate(pairs.drives):
-        path = f"drives/{drive.name}/{'force' if isinstance(drive.target, Prismatic) else 'torque'}"
+        path = f"drives/{drive.name}/{drive.effort_kind}"
         found[path] = total[:, d]
         if efforts.shape[1]:
             found[f"{path}_ideal"] = reactions.efforts[:, d, 0]

@@ -352,6 +352,7 @@ def exact_restitution(
     """The hysteresis factor that delivers exactly the restitution asked for [N]; chi is solved for once, when bound.
 
     chi (1 + e) = ln((1 + chi) / (1 - chi e)), for every stiffness, exponent and mass; e in [0.01, 1].
+    Source: our solution of the impact with the damping of Hunt and Crossley (1975), integrated in closed form.
     """
     return damped_force(penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed)
 

@@ -48,7 +48,7 @@ def threlfall(sliding_speed, normal_force, coefficient, transition_speed=1e-3):
 
 @friction(coefficient=non_negative, dead_speed=non_negative, full_speed=positive)
 def ambrosio(sliding_speed, normal_force, coefficient, dead_speed=1e-4, full_speed=1e-3):
-    """Ambrosio's friction [N]: none up to v_0, a linear ramp to mu at v_1, mu beyond.
+    """Ambrosio's friction [N], with a ramp: -mu N sgn(v) r,  r = (|v| - v_0) / (v_1 - v_0) within [0, 1].
 
     dead_speed v_0, full_speed v_1 > v_0 [m/s]. Continuous, no stiction; keeps the sign of v from chattering.
     Source: Ambrosio, in Virtual Nonlinear Multibody Systems (2003), 57.

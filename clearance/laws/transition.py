@@ -57,9 +57,10 @@ def where(gap, roughness, dry, mixed, full):
 
 @transition(smallest_gap=inner_fraction, dry=positive, mixed=positive, full=positive)
 def superposed(gap, joint, smallest_gap=1e-3, dry=0.4, mixed=1.0, full=3.0):
-    """No transition: the whole film, at no less than smallest_gap (over the clearance), and contact beyond the wall.
+    """No transition: F = F_film(max(h_0, smallest_gap c)) + F_contact(e - c) [N], the sum of both laws.
 
-    The thresholds only label the states in the output.
+    The film is whole down to smallest_gap (over the clearance c), contact begins at the wall. The thresholds only label
+    the states in the output. Source: the plain sum, to compare the other transitions with.
     """
     floor = smallest_gap * joint.clearance
     w_full, w_mixed, w_dry = where(gap, joint.roughness, dry, mixed, full)
@@ -88,7 +89,7 @@ flores_hybrid.first_touch = True
 
 @transition(dry=positive, mixed=positive, full=positive)
 def fuzzy(gap, joint, dry=0.4, mixed=1.0, full=3.0):
-    """Fuzzy-weighted states of the film thickness ratio: full film H, mixed E, dry D, with memberships as weights.
+    """Fuzzy-weighted states of the film thickness ratio: full film H, mixed E, dry D, memberships as weights [N].
 
     F = w_H F_film(h_0) + w_E F_film(max(h_0, l_m sigma)) + (1 - w_H) F_contact(max(0, l_m sigma - h_0))
 
@@ -143,7 +144,7 @@ def _wide_or_twice(joint, parameters):
 
 @transition(dry=positive, mixed=positive, full=positive)
 def load_sharing(gap, joint, dry=0.4, mixed=1.0, full=3.0):
-    """Film, asperities and bulk carry together, each at the mean gap: no threshold, smooth everywhere.
+    """Film, asperities and bulk carry together [N], each at the mean gap [m]: no threshold, smooth everywhere.
 
     h_T = sigma (lambda Phi(lambda) + phi(lambda)),  dh_T / dh_0 = Phi(lambda),  floored: sqrt(h_T^2 + (0.02 sigma)^2)
     F = F_film(h_T, h_T') - (F_asperity(lambda) + F_contact(e - c)) n

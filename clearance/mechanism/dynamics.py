@@ -150,8 +150,7 @@ class Dynamics:
         if load.prescribes:
             return
         position, rate = self.drive_coordinate(load)
-        slot = "torque" if load.torque is not None else "force"
-        effort = amount(self.calls, f"{load.key}.{slot}", load.effort, [self.time, position, rate])
+        effort = amount(self.calls, f"{load.key}.{load.effort_kind}", load.effort, [self.time, position, rate])
         result.efforts[load] = effort
         self.apply_effort(load.target, effort, result)
         result.ledger.input_power = result.ledger.input_power + effort * rate

@@ -53,7 +53,9 @@ class Library:
         """
         if function not in self._names:
             name = function.__name__
-            while name in self.entries or name in self._names.values() or _RESERVED.match(name):
+            if _RESERVED.match(name):
+                name = f"law_{name.lstrip('_')}"
+            while name in self.entries or name in self._names.values():
                 name += "_"
             self._names[function] = name
             tree = _Resolved(self, function).tree

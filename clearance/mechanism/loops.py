@@ -3,7 +3,7 @@
 import math
 
 from clearance.joints import Prismatic
-from clearance.mechanism.trace import Scalar, Trace, is_number, text
+from clearance.mechanism.trace import Inside, Trace, text
 
 #: Newton stops when the last correction (rad, m) is below this; the error left is its square
 NEWTON_TOLERANCE = 1e-9
@@ -213,14 +213,14 @@ def _direction(local, square, x, y):
 # --- every other group
 def solve_by_newton(k, group) -> None:
     """Solve a group's coordinates by a Newton helper function started from the last accepted state."""
-    inside = _Inside(k)
-    residuals, unknowns = inside.residuals(group)
+    inside = Inside()
+    residuals, unknowns = _residuals(k, group, inside)
     size = len(unknowns)
     name = f"close_{sum(n.startswith('close_') for n in k.library.entries) // 2}"
     gradient = f"{name}_d"
     seeds = {z: {i: 1.0} for i, z in enumerate(unknowns)}
     active = [i for i, a in enumerate(inside.outer) if not a.fixed]
-    seeds |= {inside.inner[i]: {size + i: 1.0} for i in active}
+    seeds |= {inside.inner[inside.outer[i]]: {size + i: 1.0} for i in active}
     slopes = inside.trace.tangent(residuals, seeds)
     _add_solver(k.library, size)
     k.library.add_text(_newton_source(name, inside, residuals, slopes, size))
@@ -247,41 +247,23 @@ def solve_by_newton(k, group) -> None:
     k.coordinate |= dict(zip(group.unknowns, items, strict=True))
 
 
-class _Inside:
-    """The loop equations of a group on a trace of their own: every outer value becomes an argument."""
-
-    def __init__(self, k):
-        self.k, self.trace = k, Trace()
-        self.outer: list[Scalar] = []
-        self.inner: list[Scalar] = []
-
-    def value(self, outer):
-        if is_number(outer):
-            return outer
-        if outer not in self.outer:
-            self.outer.append(outer)
-            self.inner.append(self.trace.load(f"x{len(self.outer) - 1}"))
-        return self.inner[self.outer.index(outer)]
-
-    def residuals(self, group):
-        k = self.k
-        unknowns = [self.trace.load(f"z{i}") for i in range(len(group.unknowns))]
-        coordinate = {
-            c: self.value(v) for c, v in k.coordinate.items() if any(c in a.coordinates for a in group.attachments)
-        }
-        coordinate |= dict(zip(group.unknowns, unknowns, strict=True))
-        joints = [*(a.joint for a in group.attachments), *group.closures]
-        offset = {j: tuple(map(self.value, k.offset[j])) for j in joints if j in k.offset}
-        copy = type(k)(self.trace, lambda name: self.value(k.number(name)), coordinate, offset)
-        own = {a.body for a in group.attachments}
-        for body in {b for j in joints for b in j.bodies()} - own:
-            pose = k.poses[body]
-            angle = None if pose.angle is None else self.value(pose.angle)
-            values = (self.value(v) for v in (pose.x, pose.y, pose.cosine, pose.sine))
-            copy.poses[body] = type(pose)(*values, angle)
-        for attachment in group.attachments:
-            copy.place_body(attachment)
-        return [r for j in group.closures for r in closing_errors(copy, j)], unknowns
+def _residuals(k, group, inside: Inside):
+    """The loop equations of a group and their unknowns, on the inside."""
+    value = inside.value
+    unknowns = [inside.trace.load(f"z{i}") for i in range(len(group.unknowns))]
+    coordinate = {c: value(v) for c, v in k.coordinate.items() if any(c in a.coordinates for a in group.attachments)}
+    coordinate |= dict(zip(group.unknowns, unknowns, strict=True))
+    joints = [*(a.joint for a in group.attachments), *group.closures]
+    offset = {j: tuple(map(value, k.offset[j])) for j in joints if j in k.offset}
+    copy = type(k)(inside.trace, lambda name: value(k.number(name)), coordinate, offset)
+    own = {a.body for a in group.attachments}
+    for body in {b for j in joints for b in j.bodies()} - own:
+        pose = k.poses[body]
+        angle = None if pose.angle is None else value(pose.angle)
+        copy.poses[body] = type(pose)(*map(value, (pose.x, pose.y, pose.cosine, pose.sine)), angle)
+    for attachment in group.attachments:
+        copy.place_body(attachment)
+    return [r for j in group.closures for r in closing_errors(copy, j)], unknowns
 
 
 def closing_errors(k, joint) -> list:
@@ -296,10 +278,10 @@ def closing_errors(k, joint) -> list:
     return [dx * y - dy * x, dx * by - dy * bx]
 
 
-def _newton_source(name: str, inside: _Inside, residuals, slopes, size: int) -> str:
+def _newton_source(name: str, inside: Inside, residuals, slopes, size: int) -> str:
     z = [f"z{i}" for i in range(size)]
     matrix = [slopes[i].get(j, 0.0) for i in range(size) for j in range(size)]
-    arguments = ", ".join([*z, *(f"x{i}" for i in range(len(inside.outer)))])
+    arguments = ", ".join([*z, *inside.names])
     body = inside.trace.statements([*residuals, *matrix])
     system = ", ".join(text(v) for v in [*matrix, *residuals])
     steps = [f"d{i}" for i in range(size)]
@@ -312,11 +294,11 @@ def _newton_source(name: str, inside: _Inside, residuals, slopes, size: int) -> 
     return "\n".join(lines)
 
 
-def _gradient_source(name: str, inside: _Inside, slopes, size: int, active: list[int]) -> str:
+def _gradient_source(name: str, inside: Inside, slopes, size: int, active: list[int]) -> str:
     matrix = [slopes[i].get(j, 0.0) for i in range(size) for j in range(size)]
     rights = [[slopes[i].get(size + a, 0.0) for i in range(size)] for a in active]
     flat = [*matrix, *(v for r in rights for v in r)]
-    arguments = ", ".join([*(f"z{i}" for i in range(size)), *(f"x{i}" for i in range(len(inside.outer)))])
+    arguments = ", ".join([*(f"z{i}" for i in range(size)), *inside.names])
     lines = [f"def {name}({arguments}):", *("    " + s for s in inside.trace.statements(flat))]
     system = ", ".join(text(v) for v in matrix)
     for a, right in enumerate(rights):

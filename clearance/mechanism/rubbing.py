@@ -9,10 +9,10 @@ the friction: strong friction can have several solutions, and this is the one th
 
 from dataclasses import dataclass, field
 
-from clearance.joints import FrictionJoint, Prismatic
+from clearance.joints import Prismatic
 from clearance.laws.joint_friction import pin_load, slide_load
 from clearance.mechanism.joint_forces import Calls
-from clearance.mechanism.trace import Trace, is_number, text
+from clearance.mechanism.trace import Inside, is_number, text
 
 #: change of the friction efforts over their sum at which they are found
 TOLERANCE = 1e-13
@@ -42,7 +42,7 @@ class Rubbing:
 def rubbing(dynamics, applied, driven: dict, deflections: dict) -> Rubbing:
     """Friction of all joints at the present state; `applied` is everything else that acts, deflections of bristles."""
     d = dynamics
-    joints = [j for j in d.scene.joints if isinstance(j, FrictionJoint) and j.friction is not None]
+    joints = d.scene.rubbing_joints
     found = Rubbing(rates={j: d.joint_rate(j) for j in joints}, deflections=deflections)
     if not joints:
         return found
@@ -85,7 +85,8 @@ def components(d, joint, solution) -> list:
     fx, fy, moment = reactions.forces[joint]
     axial, mx, my = reactions.across.get(joint, (0.0, 0.0, 0.0))
     if not isinstance(joint, Prismatic):
-        return [fx, fy, *_armed(joint, "friction_arm", "axial force", axial), *_bent(joint, mx, my)]
+        bent = _armed(joint, "bending_arm", "a bending moment", mx, my)
+        return [fx, fy, *_armed(joint, "friction_arm", "axial force", axial), *bent]
     dx, dy = k.axis(joint, joint.a.body)
     (twist,) = _armed(joint, "friction_arm", "a moment about its axis", mx * dx + my * dy)
     return [dx * fy - dy * fx, axial, twist, moment, dx * my - dy * mx]
@@ -99,10 +100,6 @@ def _armed(joint, arm: str, what: str, *values) -> tuple:
             f"{arm} [m] (or self_aligning=True)"
         )
     return values
-
-
-def _bent(joint, mx, my) -> tuple:
-    return _armed(joint, "bending_arm", "a bending moment", mx, my)
 
 
 def _load(calls: Calls, joint, reached: list):
@@ -124,7 +121,8 @@ def _effort(calls: Calls, joint, found: Rubbing, load, value=lambda outer: outer
 def _coupled(d, joints: list, places: list[int], start: dict, slopes: dict, found: Rubbing) -> list:
     """Efforts of joints whose friction acts back on their own loads, from a helper function of this structure."""
     trace, library, size = d.trace, d.calls.library, len(joints)
-    inside = _Inside(d.calls)
+    inside = Inside()
+    calls = Calls(inside.trace, lambda name: inside.value(d.calls.number(name)), library)
     unknowns = [inside.trace.load(f"z{i}") for i in range(size)]
     results = []
     for joint in joints:
@@ -133,12 +131,13 @@ def _coupled(d, joints: list, places: list[int], start: dict, slopes: dict, foun
             + inside.trace.sum(inside.value(s[k]) * z for k, z in zip(places, unknowns, strict=True) if k in s)
             for v, s in zip(start[joint], slopes[joint], strict=True)
         ]
-        results.append(_effort(inside.calls, joint, found, _load(inside.calls, joint, reached), inside.value))
+        results.append(_effort(calls, joint, found, _load(calls, joint, reached), inside.value))
+    arms = [1.0 if isinstance(j, Prismatic) else calls.number(f"{j.key}.pin_radius") for j in joints]
     name = f"rub_{sum(n.startswith('rub_') for n in library.entries)}"
     active = [i for i, a in enumerate(inside.outer) if not a.fixed]
     wrap = f"work, {', '.join(['{}'] * len(inside.outer))}"
     eliminate = library.add(eliminated)
-    library.add_text(_solver_text(name, inside, joints, unknowns, results, eliminate))
+    library.add_text(_solver_text(name, inside, arms, unknowns, results, eliminate))
     library.add_text(_slope_text(f"{name}_d", inside, unknowns, results, eliminate, active))
 
     def rule(args, tangents):
@@ -146,10 +145,9 @@ def _coupled(d, joints: list, places: list[int], start: dict, slopes: dict, foun
         for column in sorted({c for t in tangents for c in t}):
             changes = [tangents[a].get(column, 0.0) for a in active]
             every = [*items[:size], *args, *changes]
-            for i, v in enumerate(
-                trace.call(f"{name}_d", every, size, None, f"work, {', '.join(['{}'] * len(every))}")
-            ):
-                found_slopes[i][column] = v
+            step = trace.call(f"{name}_d", every, size, None, f"work, {', '.join(['{}'] * len(every))}")
+            for slope, v in zip(found_slopes, step, strict=False):
+                slope[column] = v
         return found_slopes
 
     items = trace.call(name, inside.outer, size + 2, rule, wrap)
@@ -159,52 +157,30 @@ def _coupled(d, joints: list, places: list[int], start: dict, slopes: dict, foun
     return items[:size]
 
 
-class _Inside:
-    """A trace of its own whose leaves are values of the outer trace: the arguments of a helper function."""
-
-    def __init__(self, calls: Calls):
-        self.trace = Trace()
-        self.outer: list = []
-        self.inner: dict = {}
-        self.calls = Calls(self.trace, lambda name: self.value(calls.number(name)), calls.library)
-
-    def value(self, outer):
-        if is_number(outer):
-            return outer
-        if outer not in self.inner:
-            self.inner[outer] = self.trace.load(f"x{len(self.outer)}")
-            self.outer.append(outer)
-        return self.inner[outer]
-
-    @property
-    def names(self) -> list[str]:
-        return [f"x{i}" for i in range(len(self.outer))]
-
-
-def _solver_text(name: str, inside: _Inside, joints: list, unknowns: list, results: list, eliminate: str) -> str:
+def _solver_text(name: str, inside: Inside, arms: list, unknowns: list, results: list, eliminate: str) -> str:
     """Fixed point, then Newton's method: returns the efforts, iterations after the first evaluation, contraction."""
     size = len(unknowns)
     z, n = ([f"{letter}{i}" for i in range(size)] for letter in "zn")
     evaluate = [*inside.trace.statements(results), *(f"{a} = {text(r)}" for a, r in zip(n, results, strict=True))]
-    arms = [1.0 if isinstance(j, Prismatic) else inside.calls.number(f"{j.key}.pin_radius") for j in joints]
     changed = _forces([f"{a} - {b}" for a, b in zip(n, z, strict=True)], arms)
-    given = ", ".join(z)
-    lines = [f"def {name}(work, {', '.join(inside.names)}):"]
-    body = [f"{' = '.join(z)} = 0.0", "before = last = contraction = 0.0", f"for i in range({LIMIT}):"]
-    body += ["    " + s for s in evaluate]
-    body += [
+    body = [
+        f"{' = '.join(z)} = 0.0",
+        "before = last = contraction = 0.0",
+        f"for i in range({LIMIT}):",
+        *("    " + s for s in evaluate),
         f"    change, whole = {changed}, {_forces(n, arms)}",
         *(f"    {a} = {b}" for a, b in zip(z, n, strict=True)),
-    ]
-    body += [f"    if change <= {TOLERANCE!r} * whole:", f"        return {given}, i + 0.0, contraction"]
-    body += [
+        f"    if change <= {TOLERANCE!r} * whole:",
+        f"        return {', '.join(z)}, i + 0.0, contraction",
         f"    if i > 1 and change > {1e3 * TOLERANCE!r} * whole:",
         "        contraction = math.sqrt(change / before)",
+        f"    if i >= {PATIENCE} and contraction > {SLOW!r}:",
+        "        break",
+        "    before, last = last, change",
+        *_continuation(inside, z, arms, unknowns, results, eliminate),
+        f"return {', '.join(['math.nan'] * (size + 2))}",
     ]
-    body += [f"    if i >= {PATIENCE} and contraction > {SLOW!r}:", "        break", "    before, last = last, change"]
-    body += _continuation(inside, z, arms, unknowns, results, eliminate)
-    body += [f"return {', '.join(['math.nan'] * (size + 2))}"]
-    return "\n".join([*lines, *("    " + s for s in body)])
+    return "\n".join([f"def {name}(work, {', '.join(inside.names)}):", *("    " + s for s in body)])
 
 
 def _forces(efforts: list[str], arms: list) -> str:
@@ -212,9 +188,7 @@ def _forces(efforts: list[str], arms: list) -> str:
     return " + ".join(f"abs({e}) / {text(a)}" for e, a in zip(efforts, arms, strict=True))
 
 
-def _continuation(
-    inside: _Inside, z: list[str], arms: list, unknowns: list, results: list, eliminate: str
-) -> list[str]:
+def _continuation(inside: Inside, z: list[str], arms: list, unknowns: list, results: list, eliminate: str) -> list[str]:
     """Statements that follow the efforts from no friction to the whole of it by Newton's method.
 
     Strong friction can have several solutions; this is the one that grows out of none. Where it ends, the mechanism
@@ -225,40 +199,44 @@ def _continuation(
     slopes = trace.tangent(results, {u: {i: 1.0} for i, u in enumerate(unknowns)})
     matrix = [(1.0 if i == j else 0.0) - goal * slopes[i].get(j, 0.0) for i in range(size) for j in range(size)]
     residual = [u - goal * r for u, r in zip(unknowns, results, strict=True)]
-    lines = [f"{' = '.join(z)} = 0.0", f"factor, stride, count = 0.0, {STRIDE!r}, {PATIENCE}.0"]
-    lines += [
-        f"while stride > {SHORTEST!r}:",
-        f"    {', '.join(kept)} = {', '.join(z)}" if size > 1 else f"    {kept[0]} = {z[0]}",
-    ]
-    lines += ["    goal, closed = min(factor + stride, 1.0), 0.0", f"    for i in range({CORRECTIONS}):"]
-    lines += ["        " + s for s in trace.statements([*residual, *matrix])]
-    lines += ["        " + s for s in _solving(eliminate, matrix, residual, step)]
-    lines += [f"        {a} = {a} - {b}" for a, b in zip(z, step, strict=True)]
-    lines += ["        count += 1.0", f"        if {_forces(step, arms)} <= {CLOSED!r} * ({_forces(z, arms)}):"]
     moved = _forces([f"{a} - {b}" for a, b in zip(z, kept, strict=True)], arms)
-    lines += ["            closed = 1.0", "            break"]
-    lines += [f"    if factor > 0.0 and {moved} > {FURTHEST!r} * ({_forces(z, arms)}):", "        closed = 0.0"]
-    lines += ["    if closed > 0.0:", "        if goal >= 1.0:"]
-    lines += [f"            return {', '.join(z)}, count, contraction", "        factor, stride = goal, 2.0 * stride"]
-    lines += [
+    return [
+        f"{' = '.join(z)} = 0.0",
+        f"factor, stride, count = 0.0, {STRIDE!r}, {PATIENCE}.0",
+        f"while stride > {SHORTEST!r}:",
+        f"    {', '.join(kept)} = {', '.join(z)}",
+        "    goal, closed = min(factor + stride, 1.0), 0.0",
+        f"    for i in range({CORRECTIONS}):",
+        *("        " + s for s in trace.statements([*residual, *matrix])),
+        *("        " + s for s in _solving(eliminate, matrix, residual, step)),
+        *(f"        {a} = {a} - {b}" for a, b in zip(z, step, strict=True)),
+        "        count += 1.0",
+        f"        if {_forces(step, arms)} <= {CLOSED!r} * ({_forces(z, arms)}):",
+        "            closed = 1.0",
+        "            break",
+        f"    if factor > 0.0 and {moved} > {FURTHEST!r} * ({_forces(z, arms)}):",
+        "        closed = 0.0",
+        "    if closed > 0.0:",
+        "        if goal >= 1.0:",
+        f"            return {', '.join(z)}, count, contraction",
+        "        factor, stride = goal, 2.0 * stride",
         "    else:",
         *(f"        {a} = {b}" for a, b in zip(z, kept, strict=True)),
         "        stride = 0.5 * stride",
     ]
-    return lines
 
 
-def _slope_text(name: str, inside: _Inside, unknowns: list, results: list, eliminate: str, active: list[int]) -> str:
+def _slope_text(name: str, inside: Inside, unknowns: list, results: list, eliminate: str, active: list[int]) -> str:
     """Change of the efforts for a change of the arguments: (1 - dF/dz) dz = dF/dx dx."""
     trace, size = inside.trace, len(unknowns)
     seeds = {u: {i: 1.0} for i, u in enumerate(unknowns)}
-    names = list(inside.inner.values())
-    seeds |= {names[a]: {size: trace.load(f"e{i}")} for i, a in enumerate(active)}
+    arguments = list(inside.inner.values())
+    seeds |= {arguments[a]: {size: trace.load(f"e{i}")} for i, a in enumerate(active)}
     slopes = trace.tangent(results, seeds)
     matrix = [(1.0 if i == j else 0.0) - slopes[i].get(j, 0.0) for i in range(size) for j in range(size)]
     right = [slopes[i].get(size, 0.0) for i in range(size)]
-    arguments = [*(f"z{i}" for i in range(size)), *inside.names, *(f"e{i}" for i in range(len(active)))]
-    lines = [f"def {name}(work, {', '.join(arguments)}):", *("    " + s for s in trace.statements([*matrix, *right]))]
+    names = [*(f"z{i}" for i in range(size)), *inside.names, *(f"e{i}" for i in range(len(active)))]
+    lines = [f"def {name}(work, {', '.join(names)}):", *("    " + s for s in trace.statements([*matrix, *right]))]
     step = [f"d{i}" for i in range(size)]
     lines += ["    " + s for s in _solving(eliminate, matrix, right, step)]
     return "\n".join([*lines, f"    return {', '.join(step)}"])

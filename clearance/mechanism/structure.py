@@ -255,13 +255,9 @@ class Structure:
                 what = "force" if units == "N" else "moment about the joint point,"
                 yield f"{here}/{name}", units, f"{what} {axis} on {body}, out of the plane", value
         if joint in self.rubbing.efforts:
-            what, units = ("force", "N") if slides else ("torque", "N m")
-            yield (
-                f"{here}/friction",
-                units,
-                f"friction {what} on {body}, opposed to its motion against {joint.a.body.name}",
-                effort,
-            )
+            kind, units = ("force", "N") if slides else ("torque", "N m")
+            what = f"friction {kind} on {body}, opposed to its motion against {joint.a.body.name}"
+            yield f"{here}/friction", units, what, effort
             if joint in self.rubbing.deflections:
                 what = "deflection of the friction law's bristles"
                 yield f"{here}/bristle_deflection", "m" if slides else "rad", what, self.rubbing.deflections[joint]
@@ -285,33 +281,20 @@ class Structure:
 
     def _drive_channels(self):
         for drive, effort in self.efforts.items():
-            turns = drive.target in self.scene.bodies or not hasattr(drive.target, "axis")
-            name, units = ("torque", "N m") if turns else ("force", "N")
+            here, name = f"drives/{drive.name}", drive.effort_kind
+            units = "N" if name == "force" else "N m"
             rate = self.driven[drive][1] if drive in self.driven else self.dynamics.drive_coordinate(drive)[1]
-            yield f"drives/{drive.name}/{name}", units, f"driving {name}", effort
+            yield f"{here}/{name}", units, f"driving {name}", effort
             if drive in self.rubbing.ideal:
-                yield (
-                    f"drives/{drive.name}/{name}_ideal",
-                    units,
-                    f"driving {name} without joint friction",
-                    (self.rubbing.ideal[drive]),
-                )
-            yield f"drives/{drive.name}/power", "W", "power put in by the drive", effort * rate
+                yield f"{here}/{name}_ideal", units, f"driving {name} without joint friction", self.rubbing.ideal[drive]
+            yield f"{here}/power", "W", "power put in by the drive", effort * rate
 
     def _friction_channels(self):
         if self.rubbing.iterations is not None:
-            yield (
-                "friction/iterations",
-                "1",
-                "iterations of the friction of coupled joints, after a first evaluation",
-                (self.rubbing.iterations),
-            )
-            yield (
-                "friction/contraction",
-                "1",
-                "change from one evaluation to the next over the one before",
-                (self.rubbing.contraction),
-            )
+            what = "iterations of the friction of coupled joints, after a first evaluation"
+            yield "friction/iterations", "1", what, self.rubbing.iterations
+            what = "change from one evaluation to the next over the one before"
+            yield "friction/contraction", "1", what, self.rubbing.contraction
 
     def _energy_channels(self):
         ledger = self.applied.ledger

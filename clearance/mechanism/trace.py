@@ -302,6 +302,30 @@ class Trace:
         return f"v{node.index} = math.{op}({', '.join(texts)})"
 
 
+class Inside:
+    """A trace of its own whose leaves are values of the outer trace: the arguments x0, x1, ... of a helper function."""
+
+    def __init__(self):
+        self.trace = Trace()
+        self.inner: dict[Scalar, Scalar] = {}  # outer value -> its argument
+
+    def value(self, outer):
+        """What stands for an outer value here."""
+        if is_number(outer):
+            return outer
+        if outer not in self.inner:
+            self.inner[outer] = self.trace.load(f"x{len(self.inner)}")
+        return self.inner[outer]
+
+    @property
+    def outer(self) -> list[Scalar]:
+        return list(self.inner)
+
+    @property
+    def names(self) -> list[str]:
+        return [f"x{i}" for i in range(len(self.inner))]
+
+
 _INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 
 

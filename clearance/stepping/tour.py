@@ -4,8 +4,9 @@ import math
 
 from clearance.stepping.types import INTEGERS, MATRIX, VECTOR, compiled, float64, inline, int64, kernel_at
 
-#: change of a speed, over the speed, that its acceleration need not explain
-JUMP = 0.5
+#: what need not be explained: of a way by speeds, over the mechanism's size; of a speed's change by accelerations, over
+#: the speed
+WAY, CHANGE = 0.05, 0.5
 
 
 @inline
@@ -16,31 +17,31 @@ def put(source, i, target, k):
 
 
 @inline
-def jumped(pair, places, step, slack):
+def jumped(pair, places, step, size):
     """Whether a position is not where its speed takes it, or a speed not where its acceleration does.
 
-    Beside twice the way explained a position may move by `slack` [m], a speed by a share JUMP of itself.
+    Beside twice what is explained a position may move by a share WAY of the size [m], a speed by CHANGE of itself.
     """
     for j in range(0, places.size, 3):
         at, speed, rate = places[j], places[j + 1], places[j + 2]
         before, now = pair[0, speed], pair[1, speed]
         fast, gain = max(abs(before), abs(now)), max(abs(pair[0, rate]), abs(pair[1, rate]))
-        if abs(pair[1, at] - pair[0, at]) > 2.0 * step * fast + slack:
+        if abs(pair[1, at] - pair[0, at]) > 2.0 * step * fast + WAY * size:
             return True
-        if abs(now - before) > 2.0 * step * gain + JUMP * fast:
+        if abs(now - before) > 2.0 * step * gain + CHANGE * fast:
             return True
     return False
 
 
 @compiled(int64(int64, int64, int64, VECTOR, VECTOR, VECTOR, VECTOR, float64, INTEGERS, float64, MATRIX, MATRIX))
-def tour(observe, commit, commits, times, y, par, work, longest, places, slack, pair, rows):
+def tour(observe, commit, commits, times, y, par, work, longest, places, size, pair, rows):
     """Fill a row for each time; returns how many are good: the next has values that are not finite, or a jump.
 
     observe, commit: addresses of the kernels; commits: how many values an accepted place leaves for the next (0: none,
     commit is not called). Between two times the mechanism is followed in stretches of at most `longest` [s], so that
     what is solved by iteration stays on its branch. places: columns of positions, speeds and accelerations, in turn,
-    that must not jump from one place followed to the next, as they do where a loop changes its branch; pair: two rows
-    for these places.
+    that must not jump from one place followed to the next, as they do where a loop changes its branch; size: of the
+    mechanism [m]; pair: two rows for these places.
     """
     look, keep = kernel_at(observe), kernel_at(commit)
     followed = commits > 0 or places.size > 0
@@ -55,7 +56,7 @@ def tour(observe, commit, commits, times, y, par, work, longest, places, slack, 
                 if not math.isfinite(value):
                     put(pair, 1, rows, i)
                     return i
-            if i > 0 and jumped(pair, places, way / stretches, slack):
+            if i > 0 and jumped(pair, places, way / stretches, size):
                 put(pair, 1, rows, i)
                 return i
             put(pair, 1, pair, 0)

@@ -81,10 +81,12 @@ class Sweep:
 
     @property
     def done(self) -> np.ndarray:
+        """Which points ran to their end, shape (points,)."""
         return self.status == DONE
 
     @property
     def failed(self) -> np.ndarray:
+        """Which points failed; `reason` says why."""
         return self.status == FAILED
 
     @cached_property

@@ -115,7 +115,10 @@ def grid(**values) -> Points:
 
 
 def zipped(**values) -> Points:
-    """Lists of the same length that go together: the first of each, then the second of each."""
+    """Lists of the same length that go together: the first of each, then the second of each.
+
+    Raises ValueError for none, and for lists of different lengths.
+    """
     if not values:
         raise ValueError("zipped: give lists of at least one value")
     columns = {n: _values(n, given, distinct=False) for n, given in values.items()}

@@ -1,10 +1,9 @@
-"""What things cost: `python tests/benchmarks/bench.py [--update README.md]`.
+"""What things cost: `python tests/benchmarks/bench.py [--update]`.
 
-Prints the table of the README. Times are medians of repeats on whatever machine runs this; ratios compare two things
-measured in turn in one run. CPU seconds are of whole fresh processes.
+Prints a table of the page beside this file. Times are medians of repeats on whatever machine runs this; ratios compare
+two things measured in turn in one run. CPU seconds are of whole fresh processes.
 """
 
-import argparse
 import json
 import math
 import os
@@ -19,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 from numba import njit
+from publishing import publish, require
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT))
@@ -319,29 +319,10 @@ def memory():
         require(peak < 300.0, f"a long run takes {peak:.0f} MB")
 
 
-missed = []
-
-
-def require(met, what):
-    """Note a number that is not met; the script then ends with exit status 1."""
-    if not met:
-        missed.append(what)
-
-
-def main():
-    options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--update", metavar="FILE", help=f"put the tables into FILE, at the mark {MARK}")
-    path = options.parse_args().update
+def table():
     sections = (right_hand_sides, law_costs, film_costs, parts, starts, runs, long_runs, memory)
-    lines = [line for section in sections for line in [*section(), ""]][:-1]
-    print("\n".join(lines))
-    if path:
-        head, _, rest = Path(path).read_text().partition(MARK)
-        tail = rest[rest.index("\n## ") :]
-        Path(path).write_text(f"{head}{MARK}\n\n" + "\n".join(lines) + "\n" + tail)
-    print("\n".join(["", *(f"missed: {m}" for m in missed)]))
-    sys.exit(1 if missed else 0)
+    return [line for section in sections for line in [*section(), ""]][:-1]
 
 
 if __name__ == "__main__":
-    main()
+    publish(__doc__, table, MARK, "\n## ")

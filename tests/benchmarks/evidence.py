@@ -1,7 +1,8 @@
-"""Error against run time, extremes, the price of physics: `python tests/benchmarks/evidence.py [--update README.md]`.
+"""Error against run time, extremes, the price of physics: `python tests/benchmarks/evidence.py [--update]`.
 
-Runs the commands of the README with all peers (install the extra `peers`), keeps their folders in `--folder` (a study
-whose folder is there is not run again), puts tables into the README at their marks and pictures into paper_figures.
+Runs the commands of the page beside this file with all peers (install the extra `peers`), keeps their folders in
+`--folder` (a study whose folder is there is not run again), puts tables into that page at their marks, one also into
+the front page, and pictures into paper_figures.
 """
 
 import argparse
@@ -12,6 +13,7 @@ import sys
 from pathlib import Path
 
 import h5py
+from publishing import RESULTS, put
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PICTURES = ROOT / "paper_figures"
@@ -48,8 +50,8 @@ def cheapest(file: h5py.File, curve: str, level: float) -> float:
     return min((s for s, e in pairs if e <= level), default=math.nan)
 
 
-def summary(folders: dict[str, Path]) -> list[str]:
-    """One row a scene: the fastest own method, and how many times longer others need for the same error."""
+def summary(folders: dict[str, Path], levels=LEVELS) -> list[str]:
+    """A row for each scene and error level: the fastest own method, and how many times longer others need."""
     short = [p.replace(" generalized-alpha", "") for p in PEERS]
     lines = [
         "| `work-precision` of | error | own | " + " | ".join(short) + " |",
@@ -58,25 +60,25 @@ def summary(folders: dict[str, Path]) -> list[str]:
     for name, folder in folders.items():
         with h5py.File(folder / "work_precision.h5") as file:
             own = [c for c in file if file[c].attrs["own"]]
-            for level in LEVELS:
+            for level in levels:
                 found = {c: cheapest(file, c, level) for c in own}
                 best = min((c for c in own if found[c] > 0.0), key=found.get)
-                cells = [f"{cheapest(file, p, level) / found[best]:.2g}x" for p in PEERS]
-                cells = ["-" if c == "nanx" else c for c in cells]
+                ratios = [cheapest(file, p, level) / found[best] for p in PEERS]
+                cells = ["-" if math.isnan(r) else f"{float(f'{r:.2g}'):g}x" for r in ratios]
                 row = f"| `{STUDIES[name]}` | {level:.0e} | {best} {found[best] * 1e3:.2f} ms | "
                 lines.append(row + " | ".join(cells) + " |")
     return lines
 
 
 def sections(folder: Path) -> dict[str, list[str]]:
-    """Text for each mark of the README."""
+    """Text for each mark."""
     folders = {
         name: command(folder / name, "work-precision", *arguments.split(), "--peers")
         for name, arguments in STUDIES.items()
     }
     stress = command(folder / "stress", "stress")
     physics = command(folder / "physics", "work-precision", "six_bar_feeder", "-p", "viscosity=5cP", "--physics")
-    found = {"summary": summary(folders)}
+    found = {"front": summary(folders, (1e-6,)), "summary": summary(folders)}
     for name in SHOWN:
         found[name] = (folders[name] / "work_precision.md").read_text().splitlines()
         shutil.copy(folders[name] / "work_precision.png", PICTURES / f"work_precision_{name}.png")
@@ -98,19 +100,16 @@ def sections(folder: Path) -> dict[str, list[str]]:
 
 def main():
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--update", metavar="FILE", help="put the tables into FILE, between its marks")
+    options.add_argument("--update", action="store_true", help=f"put the tables into {RESULTS} and the front page")
     options.add_argument("--folder", default="evidence", help="where results are kept (default evidence)")
     options = options.parse_args()
     found = sections(Path(options.folder))
     for name, lines in found.items():
         print(f"## {name}", *lines, "", sep="\n")
     if options.update:
-        text = Path(options.update).read_text()
         for name, lines in found.items():
-            head, mark, rest = text.partition(f"<!-- evidence: {name} -->")
-            tail = rest[rest.index("<!-- end -->") :]
-            text = f"{head}{mark}\n\n" + "\n".join(lines) + "\n\n" + tail
-        Path(options.update).write_text(text)
+            page = ROOT / "README.md" if name == "front" else RESULTS
+            put(page, lines, f"<!-- evidence: {name} -->")
 
 
 if __name__ == "__main__":

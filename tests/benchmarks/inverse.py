@@ -1,21 +1,16 @@
-"""What inverse dynamics costs: `python tests/benchmarks/inverse.py [--update README.md]`.
+"""What inverse dynamics costs: `python tests/benchmarks/inverse.py [--update]`.
 
 The routes of `clearance inverse --compare --peers` over 10,000 samples (install the extra `peers`), warm, medians of
 repeats taken in turn in one run. Loops in Python are timed over 1000 samples and told for 10,000.
 """
 
-import argparse
 import math
-import sys
-from pathlib import Path
 
 import numpy as np
+from publishing import publish, require
 
-ROOT = Path(__file__).resolve().parent.parent.parent
-sys.path.insert(0, str(ROOT))
-
-import clearance as cl  # noqa: E402
-from clearance.evidence import routes  # noqa: E402
+import clearance as cl
+from clearance.evidence import routes
 
 BEGIN, END = "<!-- inverse:begin -->", "<!-- inverse:end -->"
 SAMPLES = 10_000
@@ -72,28 +67,5 @@ def check(name: str, study: routes.RouteStudy) -> None:
     require(own < dense, f"{name}: {own:.0f} operations, a dense solve {dense:.0f}")
 
 
-missed = []
-
-
-def require(met, what):
-    """Note a number that is not met; the script then ends with exit status 1."""
-    if not met:
-        missed.append(what)
-
-
-def main():
-    options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--update", metavar="FILE", help=f"put the table into FILE, between {BEGIN} and {END}")
-    path = options.parse_args().update
-    lines = table()
-    print("\n".join(lines))
-    if path:
-        head, _, rest = Path(path).read_text().partition(BEGIN)
-        tail = rest[rest.index(END) :]
-        Path(path).write_text(f"{head}{BEGIN}\n\n" + "\n".join(lines) + f"\n\n{tail}")
-    print("\n".join(["", *(f"missed: {m}" for m in missed)]))
-    sys.exit(1 if missed else 0)
-
-
 if __name__ == "__main__":
-    main()
+    publish(__doc__, table, BEGIN, END)

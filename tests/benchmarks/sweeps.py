@@ -1,17 +1,17 @@
-"""What sweeps cost: `python tests/benchmarks/sweeps.py [--update README.md]`.
+"""What sweeps cost: `python tests/benchmarks/sweeps.py [--update]`.
 
 Throughput of one and two worker processes measured in turn, overhead of a run; 10,000 points: time, memory of the
 driver, reopening. Whole calls of `cl.sweep` in fresh processes; ratios compare what is measured in turn.
 """
 
-import argparse
 import json
 import shutil
 import statistics
 import subprocess
 import sys
 import tempfile
-from pathlib import Path
+
+from publishing import publish
 
 MARK = "<!-- sweep table -->"
 REPEATS = 3
@@ -84,17 +84,9 @@ def many() -> list[str]:
     ]
 
 
-def main():
-    options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--update", metavar="FILE", help=f"put the tables into FILE, at the mark {MARK}")
-    path = options.parse_args().update
-    lines = [*throughput(), "", *many()]
-    print("\n".join(lines))
-    if path:
-        head, _, rest = Path(path).read_text().partition(MARK)
-        tail = rest[rest.index("<!-- end -->") :]
-        Path(path).write_text(f"{head}{MARK}\n\n" + "\n".join(lines) + f"\n\n{tail}")
+def tables():
+    return [*throughput(), "", *many()]
 
 
 if __name__ == "__main__":
-    main()
+    publish(__doc__, tables, MARK)

@@ -20,6 +20,11 @@ R, C, MU = 0.01, 1e-4, 0.05
 LINE = (Groove(angle=0.0),)
 SCALE = MU * (R / C) ** 2  # pressure over dimensionless pressure [Pa s]
 NO_GROOVE, NO_GUESS = np.zeros((0, 4)), np.zeros((1, 1), np.int64)
+BUTENSCHOEN, RAIMONDI = "Butenschoen 1976", "Raimondi and Boyd 1958"
+GRIDS = {"source": "finite volumes on three grids, extrapolated", "kind": "independent"}
+SOMMERFELD = {"source": "Sommerfeld's infinitely long bearing", "kind": "exact"}
+OCVIRK = {"source": "Ocvirk's short bearing", "kind": "exact"}
+ELEMENTS = {"source": "finite elements", "kind": "independent"}
 
 
 def bearing(slenderness=1.0, **more) -> Bearing:
@@ -69,42 +74,45 @@ ROTATION = {
 
 class TestPublished:
     @pytest.mark.parametrize("slenderness", SQUEEZE)
-    def test_squeeze(self, slenderness):
+    def test_squeeze(self, slenderness, validated):
         """Pure squeeze up to 0.98: 0.5 %, of which the printed digits have 0.44 % (two rows near contact, B/D = 1)."""
         for eps, expected in SQUEEZE[slenderness]:
             film = bands.solve(bearing(slenderness), abs(eps), math.copysign(1.0, eps), 0.0)
-            assert sommerfeld(film) == pytest.approx(expected, rel=5e-3), eps
+            validated(f"So of squeeze, L/D {slenderness:g}", sommerfeld(film), expected, 5e-3, source=BUTENSCHOEN)
             assert abs(film.tangential) < 1e-9 * film.load
 
     @pytest.mark.parametrize("slenderness", ROTATION)
-    def test_rotation(self, slenderness):
+    def test_rotation(self, slenderness, validated):
         """Film from a line at the widest gap: 0.7 % (0.56 % at eps 0.99) and 0.15 deg, flow 0.8 % (0.67 % there)."""
         for eps, number, attitude, flow in ROTATION[slenderness]:
             film = bands.solve(bearing(slenderness, grooves=LINE), eps, 0.0, 1.0)
-            assert sommerfeld(film) == pytest.approx(number, rel=7e-3), eps
-            assert math.degrees(film.attitude_angle) == pytest.approx(attitude, abs=0.15), eps
-            assert film.side_flow / (R * R * C) == pytest.approx(flow, rel=8e-3), eps
+            angle, leaves = math.degrees(film.attitude_angle), film.side_flow / (R * R * C)
+            what, options = f"of rotation, L/D {slenderness:g}", {"source": BUTENSCHOEN}
+            validated(f"So {what}", sommerfeld(film), number, 7e-3, **options)
+            validated(f"attitude {what}", angle, attitude, 0.15, unit="deg", relative=False, **options)
+            validated(f"side flow {what}", leaves, flow, 8e-3, **options)
 
     @pytest.mark.parametrize(
         ("eps", "number", "attitude", "friction"),
         [(0.1, 1.33, 79.5, 26.4), (0.2, 0.631, 74.02, 12.8), (0.4, 0.264, 63.10, 5.79), (0.6, 0.121, 50.58, 3.22),
          (0.8, 0.0446, 36.24, 1.70), (0.9, 0.0188, 26.45, 1.05)],
     )  # fmt: skip
-    def test_raimondi_boyd(self, eps, number, attitude, friction):
+    def test_raimondi_boyd(self, eps, number, attitude, friction, validated):
         """L/D = 1: S within 2 % (1.4 % at 0.4), 0.6 deg (0.53 at 0.4, where they are off), friction on the journal 1 %.
 
         Their friction counts the cavitated arc as full of oil, K = 2 pi / sqrt(1 - eps^2); the wet area alone gives
         30 to 41 % less. The bearing's friction is below theirs by e F_t.
         """
         film = bands.solve(bearing(grooves=LINE), eps, 0.0, 1.0)
-        assert 1.0 / (2.0 * math.pi * sommerfeld(film)) == pytest.approx(number, rel=0.02)
-        assert math.degrees(film.attitude_angle) == pytest.approx(attitude, abs=0.6)
+        validated("S, L/D 1", 1.0 / (2.0 * math.pi * sommerfeld(film)), number, 0.02, source=RAIMONDI)
+        angle = math.degrees(film.attitude_angle)
+        validated("attitude, L/D 1", angle, attitude, 0.6, unit="deg", relative=False, source=RAIMONDI)
         found = []
         for shear in (2.0 * math.pi / math.sqrt(1.0 - eps * eps), film.shear):
             on_journal, on_bearing = wet_film_torques(eps, film.tangential, shear, 1.0, 0.0, R, C, 2.0 * R, MU)
             assert on_journal + on_bearing == pytest.approx(-eps * C * film.tangential, rel=1e-9)
             found.append(-on_journal / (film.load * C))
-        assert found[0] == pytest.approx(friction, rel=0.01)
+        validated("friction coefficient times R/c, L/D 1", found[0], friction, 0.01, source=RAIMONDI)
         assert 0.55 * friction < found[1] < 0.72 * friction
 
 
@@ -174,7 +182,7 @@ KINDS = {
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_force_map(kind):
+def test_force_map(kind, validated):
     """All directions of motion, eps 0.2 to 0.99: 1e-3 (5e-4 Reynolds, 8e-4 cut off, 5e-5 full film)."""
     column = list(KINDS).index(kind)
     for eps, degrees, *forces in FORCES:
@@ -182,18 +190,18 @@ def test_force_map(kind):
             continue
         alpha = math.radians(degrees)
         film = bands.solve(bearing(**KINDS[kind]), eps, math.cos(alpha), 2.0 * math.sin(alpha) / eps)
-        assert apart(force(film), forces[column]) < 1e-3, (eps, degrees)
+        validated(f"force of any motion ({kind})", complex(*force(film)), complex(*forces[column]), 1e-3, **GRIDS)
 
 
 @pytest.mark.parametrize(
     ("code", "size"), [(bands.REYNOLDS, 4.816837), (bands.GUMBEL, 4.493844), (bands.FULL, 8.987688)]
 )
-def test_concentric(code, size):
+def test_concentric(code, size, validated):
     """Against the velocity, the same size in all directions; the map's digits to 1e-4."""
     for alpha in (0.0, 0.4, 1.3, 2.2, math.pi):
         vr, vt = math.cos(alpha), math.sin(alpha)
         found = bands.film(128, 16, 0.0, 0.25, vr, vt, 0.0, 0.0, code, NO_GROOVE)[0]
-        assert apart(found[:2], (-size * vr, size * vt)) < 1e-4
+        validated("force of a concentric journal", complex(*found[:2]), size * complex(-vr, vt), 1e-4, **GRIDS)
 
 
 #: L/D -> infinity: eps, So of the full film, So and attitude cut off at zero, with rupture (start at the widest gap)
@@ -235,7 +243,7 @@ class TestLimits:
         ("kind", "grooves", "places"), [("none", (), (0, None)), ("gumbel", (), (1, 2)), ("reynolds", LINE, (3, 4))]
     )
     @pytest.mark.parametrize("row", LONG, ids=lambda row: f"eps {row[0]}")
-    def test_long(self, kind, grooves, places, row):
+    def test_long(self, kind, grooves, places, row, validated):
         """The ends take the same load whatever the length (5 % of it at L/D 20), so twice the film at 40 less that at
         20 is the infinitely long one: 1e-3 (5.3e-4) and 0.02 deg (0.012)."""
         eps, *exact = row
@@ -245,12 +253,13 @@ class TestLimits:
         )
         assert sommerfeld(shorter) == pytest.approx(exact[places[0]], rel=0.07)
         radial, tangential = 2.0 * force(longer) - force(shorter)
-        assert 0.5 * math.hypot(radial, tangential) == pytest.approx(exact[places[0]], rel=1e-3)
+        validated(f"So, long ({kind})", 0.5 * math.hypot(radial, tangential), exact[places[0]], 1e-3, **SOMMERFELD)
         angle = 90.0 if places[1] is None else exact[places[1]]
-        assert math.degrees(math.atan2(tangential, -radial)) == pytest.approx(angle, abs=0.02)
+        found = math.degrees(math.atan2(tangential, -radial))
+        validated(f"attitude, long ({kind})", found, angle, 0.02, unit="deg", relative=False, **SOMMERFELD)
 
     @pytest.mark.parametrize("row", SHORT[:10], ids=lambda row: f"eps {row[0]}")
-    def test_short(self, row):
+    def test_short(self, row, validated):
         """Ocvirk's pi film. What a finite length adds is of second order in L/D and grows near contact (0.1 % at eps
         0.05, 2.6 % at 0.9): L/D 0.05 within 3 %, extrapolated with 0.025 within 4e-4."""
         eps, rotation, attitude, closing, opening = row
@@ -260,9 +269,10 @@ class TestLimits:
                 for x in (0.05, 0.025)
             )
             assert longer == pytest.approx(expected, rel=0.03)
-            assert (4.0 * shorter - longer) / 3.0 == pytest.approx(expected, rel=4e-4)
+            validated("So / (L/D)^2, short", (4.0 * shorter - longer) / 3.0, expected, 4e-4, **OCVIRK)
         film = bands.solve(bearing(0.05, cavitation="gumbel"), eps, 0.0, 1.0)
-        assert math.degrees(film.attitude_angle) == pytest.approx(attitude, abs=0.25)
+        found = math.degrees(film.attitude_angle)
+        validated("attitude, L/D 0.05", found, attitude, 0.25, unit="deg", relative=False, **OCVIRK)
 
 
 class TestConvergence:
@@ -356,11 +366,12 @@ class TestSymmetry:
         full, film = (bands.solve(bearing(cavitation=k), 0.5, 1.0, 0.0) for k in ("none", "reynolds"))
         assert 0.0 < full.side_flow < film.side_flow < 2.0 * film.bearing.flow_scale
 
-    def test_near_contact(self):
+    def test_near_contact(self, validated):
         """Closing at 1e-9 of the clearance: finite, 12 pi / (2 delta)^1.5 of the parabolic gap. The layers at the ends
         are thinner than the last axial cell there, which costs 1.2 % at 16 cells along: 1.5 %."""
         film = bands.solve(bearing(), 1.0 - 1e-9, 1.0, 0.0)
-        assert -force(film)[0] == pytest.approx(12.0 * math.pi / 2.0**1.5 * 1e-9**-1.5, rel=0.015)
+        wanted, source = 12.0 * math.pi / 2.0**1.5 * 1e-9**-1.5, "squeeze of a parabolic gap"
+        validated("force at 1e-9 of the clearance", -force(film)[0], wanted, 0.015, source=source, kind="exact")
 
 
 class TestRoughness:
@@ -402,26 +413,28 @@ class TestAgainstFiniteElements:
 
     @pytest.mark.parametrize("name", OPTIONS)
     @pytest.mark.parametrize("state", STATES)
-    def test_force(self, name, state):
+    def test_force(self, name, state, validated):
         """1e-3 of the force (2.3e-4 measured); shear by the wet nodes 4 %; flow 1 % where any leaves."""
         film = bearing(**self.OPTIONS[name])
         wanted, found = fem.solve(film, *state, (64, 8)), bands.solve(film, *state)
-        assert apart(force(found), force(wanted)) < 1e-3
-        assert found.shear == pytest.approx(wanted.shear, rel=0.04)
+        validated(f"force ({name})", complex(*force(found)), complex(*force(wanted)), 1e-3, **ELEMENTS)
+        validated("shear integral", found.shear, wanted.shear, 0.04, **ELEMENTS)
         assert found.side_flow == pytest.approx(wanted.side_flow, rel=0.01, abs=1e-4 * film.flow_scale)
 
     @pytest.mark.parametrize("name", ["reynolds", "gumbel", "ambient 3", "line"])
-    def test_opening(self, name):
+    def test_opening(self, name, validated):
         """An opening film is small and cavitates nearly everywhere: 2e-3 (1.3e-3 of the elements at ambient 3)."""
         film = bearing(**self.OPTIONS[name])
-        assert apart(force(bands.solve(film, 0.8, -1.0, 0.4)), force(fem.solve(film, 0.8, -1.0, 0.4, (128, 16)))) < 2e-3
+        found, wanted = bands.solve(film, 0.8, -1.0, 0.4), fem.solve(film, 0.8, -1.0, 0.4, (128, 16))
+        validated("force of an opening film", complex(*force(found)), complex(*force(wanted)), 2e-3, **ELEMENTS)
 
     @pytest.mark.parametrize("state", STATES)
-    def test_line_under_pressure(self, state):
+    def test_line_under_pressure(self, state, validated):
         """A line fed at 5 SCALE over the whole length: second order here (2.4e-3 to 6e-4), 5.8e-3 where the force is
         smallest (eps 0.7); 8e-3."""
         film = bearing(grooves=(Groove(angle=0.5, pressure=5.0 * SCALE),))
-        assert apart(force(bands.solve(film, *state)), force(fem.solve(film, *state, (128, 16)))) < 8e-3
+        found, wanted = bands.solve(film, *state), fem.solve(film, *state, (128, 16))
+        validated("force with a fed line", complex(*force(found)), complex(*force(wanted)), 8e-3, **ELEMENTS)
 
     @staticmethod
     def pocket(angle, width, length, state, **more):

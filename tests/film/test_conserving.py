@@ -11,6 +11,9 @@ from clearance.film.conserving import COND, DRAG, FIXED, FULL, GAP, SHEAR, VOLUM
 
 LINE = (Groove(angle=math.pi),)  # on the widest gap of a journal displaced along +x
 POCKET = (Groove(angle=0.5, width=0.3, length=0.6, pressure=3e3),)
+FOWELL = {"source": "pocket slider of Fowell et al. 2007, scalar equation", "kind": "exact"}
+PLATES = {"source": "squeezed plates with memory, equation of the front", "kind": "exact"}
+SHORT = {"source": "Sommerfeld's full film in a short bearing", "kind": "exact"}
 
 
 def bearing(slenderness=1.0, clearance=1e-4, **more):
@@ -84,12 +87,14 @@ class TestPocketSlider:
     """Halving the cells halves the error (reformation inside a cell): flow 1.44e-4, 7.2e-5, 3.6e-5 at 100, 200, 400."""
 
     @pytest.mark.parametrize("cells", [200, 400])
-    def test_flow_and_reformation(self, cells):
+    def test_flow_and_reformation(self, cells, validated):
         flow, reform, middle, p = Slider.solved(cells)
-        assert flow == pytest.approx(Slider.FLOW, rel=1e-4)
-        assert reform == pytest.approx(Slider.REFORM, abs=1e-2 / cells)
+        validated("flow", flow, Slider.FLOW, 1e-4, unit="m2/s", **FOWELL)
+        what = f"place of reformation, {cells} cells"
+        validated(what, reform, Slider.REFORM, 1e-2 / cells, unit="m", relative=False, **FOWELL)
         for x, exact in Slider.POINTS:  # 2.3e-3 of the peak measured at 200 cells
-            assert np.interp(x, middle, p) == pytest.approx(exact, abs=0.6 / cells * 9.8e6)
+            found, options = np.interp(x, middle, p), FOWELL | {"unit": "Pa", "relative": False}
+            validated(f"pressure, {cells} cells", found, exact, 0.6 / cells * 9.8e6, **options)
 
     def test_order(self):
         errors = [abs(Slider.solved(cells)[0] / Slider.FLOW - 1.0) for cells in (100, 200, 400)]
@@ -134,18 +139,18 @@ class TestSqueezedPlates:
         found = self.fronts(cells, steps)
         return np.array([found[round(t * steps) - 1] - exact for t, exact in self.FRONT.items()])
 
-    def test_front(self):
+    def test_front(self, validated):
         """Within two cells (the front is a cell's edge), and the rms falls with them: 2.7e-3 to 1.2e-3 measured."""
         coarse, fine = self.errors(100, 400), self.errors(200, 800)
-        assert np.abs(coarse).max() < 2 * 0.5 / 100
-        assert np.abs(fine).max() < 2 * 0.5 / 200
+        validated("error of the front, 100 cells", coarse, 0.0, 2 * 0.5 / 100, relative=False, **PLATES)
+        validated("error of the front, 200 cells", fine, 0.0, 2 * 0.5 / 200, relative=False, **PLATES)
         assert np.sqrt(np.mean(fine**2)) < 0.7 * np.sqrt(np.mean(coarse**2))
 
-    def test_closing(self):
+    def test_closing(self, validated):
         """The cavity is gone within one step of the exact time."""
         found = self.fronts(100, 400)
         gone = np.flatnonzero(found[:300] < 0.5 - 1e-12)[-1] + 2  # the gap opens again at 0.75
-        assert gone / 400 == pytest.approx(self.CLOSED, abs=1 / 400)
+        validated("time the cavity closes, 400 steps", gone / 400, self.CLOSED, 1 / 400, relative=False, **PLATES)
 
 
 class TestSteady:
@@ -164,11 +169,13 @@ class TestSteady:
     @pytest.mark.parametrize(
         ("eps", "sommerfeld", "attitude"), [(0.4, 0.264, 63.10), (0.6, 0.121, 50.58), (0.8, 0.0446, 36.24)]
     )
-    def test_raimondi_boyd(self, eps, sommerfeld, attitude):
+    def test_raimondi_boyd(self, eps, sommerfeld, attitude, validated):
         """Their three digits; at 0.4 both are off what later solutions find (0.2604, 62.57 deg), 1.4 % and 0.5 deg."""
         number, angle, _, _ = self.answer(eps, (256, 24))
-        assert 1.0 / (2.0 * math.pi * number) == pytest.approx(sommerfeld, rel=0.015 if eps == 0.4 else 0.01)
-        assert angle == pytest.approx(attitude, abs=0.6 if eps == 0.4 else 0.4)
+        found, allowed = 1.0 / (2.0 * math.pi * number), (0.015, 0.6) if eps == 0.4 else (0.01, 0.4)
+        what, options = ", L/D 1, film with memory", {"source": "Raimondi and Boyd 1958"}
+        validated(f"S{what}", found, sommerfeld, allowed[0], **options)
+        validated(f"attitude{what}", angle, attitude, allowed[1], unit="deg", relative=False, **options)
 
     @pytest.mark.parametrize(
         ("eps", "number", "attitude", "side"),
@@ -176,12 +183,13 @@ class TestSteady:
          (0.95, 18.7895, 19.45, 1.4655)],
     )  # fmt: skip
     @pytest.mark.parametrize("mesh", [(96, 8), (256, 24)])
-    def test_butenschoen(self, eps, number, attitude, side, mesh):
+    def test_butenschoen(self, eps, number, attitude, side, mesh, validated):
         """B/D = 1; the published numbers are good to 0.3 %, 0.1 deg and 0.5 %; ours to 0.2 % at 96x8."""
         found, angle, flow, _ = self.answer(eps, mesh)
-        assert found == pytest.approx(number, rel=5e-3)
-        assert angle == pytest.approx(attitude, abs=0.1)
-        assert flow == pytest.approx(side, rel=6e-3)
+        what, options = "of rotation, L/D 1, film with memory", {"source": "Butenschoen 1976"}
+        validated(f"So {what}", found, number, 5e-3, **options)
+        validated(f"attitude {what}", angle, attitude, 0.1, unit="deg", relative=False, **options)
+        validated(f"side flow {what}", flow, side, 6e-3, **options)
 
     def test_order(self):
         """Against 3.57187 (extrapolated, eps 0.8): second order, 4.1e-3 at 48x4, 9.2e-4 at 96x8, 7e-5 at 256x24."""
@@ -307,16 +315,18 @@ class TestLimits:
     FLOODED = 1e9  # Pa: never cavitates here
 
     @pytest.mark.parametrize("eps", [0.2, 0.6])
-    def test_short_full_film(self, eps):
+    def test_short_full_film(self, eps, validated):
         """Sommerfeld's full film in a short bearing, L/D 0.02, where the finite length counts 1e-3."""
         film = MemoryFilm(bearing(0.02, ambient=self.FLOODED), (192, 4))
         scale = film.bearing.force_scale / film.bearing.axial * math.pi
         turned = film.trial(eps, 0.0, 0.0, 0.0, 20.0, 0.01)
         squeezed = film.trial(eps, 0.0, 3.0, 0.0, 0.0, 0.01)
-        assert turned[1, 0] == pytest.approx(scale * 10.0 * eps / (1.0 - eps**2) ** 1.5, rel=3e-3)
+        wanted = scale * 10.0 * eps / (1.0 - eps**2) ** 1.5
+        validated("force of rotation", turned[1, 0], wanted, 3e-3, unit="N", **SHORT)
         assert abs(turned[0, 0]) < 1e-9 * turned[1, 0]
-        assert squeezed[0, 0] == pytest.approx(-scale * 3.0 * (1.0 + 2.0 * eps**2) / (1.0 - eps**2) ** 2.5, rel=3e-3)
-        assert turned[2, 0] == pytest.approx(2.0 * math.pi / math.sqrt(1.0 - eps**2), rel=1e-6)
+        wanted = -scale * 3.0 * (1.0 + 2.0 * eps**2) / (1.0 - eps**2) ** 2.5
+        validated("force of squeeze", squeezed[0, 0], wanted, 3e-3, unit="N", **SHORT)
+        validated("shear integral", turned[2, 0], 2.0 * math.pi / math.sqrt(1.0 - eps**2), 1e-6, **SHORT)
 
     def test_turning_frame(self):
         """A full film feels only omega_J + omega_B - 2 gamma': a journal that turns, or a bearing under it that does.

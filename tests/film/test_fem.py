@@ -16,6 +16,10 @@ from clearance.laws.asperity import contact_flow_factor, pressure_flow_factor
 
 R, C = 0.01, 1e-4
 LINE = (Groove(angle=0.0),)
+BUTENSCHOEN, RAIMONDI = "Butenschoen 1976", "Raimondi and Boyd 1958"
+SOMMERFELD = {"source": "Sommerfeld's infinitely long bearing", "kind": "exact"}
+OCVIRK = {"source": "Ocvirk's short bearing", "kind": "exact"}
+GRIDS = {"source": "finite volumes on three grids, extrapolated", "kind": "independent"}
 
 
 def bearing(slenderness=1.0, **more) -> Bearing:
@@ -45,7 +49,7 @@ class TestLimits:
             (0.8, 11.46265614, 30.500153, 183.5300597, 0.6991390959),
         ],
     )
-    def test_short(self, eps, rotation, attitude, closing, opening):
+    def test_short(self, eps, rotation, attitude, closing, opening, validated):
         """Ocvirk's So / (L/D)^2 is the limit L/D -> 0; what a finite length adds is of second order (1.2 % at L/D 0.05
         and eps 0.8), so two short bearings are extrapolated: 1e-4. Oil that leaves: 2 L/D eps, 0.1 % at L/D 0.05."""
         lengths = 0.05, 0.025
@@ -53,11 +57,14 @@ class TestLimits:
         for state, expected in (((0.0, 1.0), rotation), ((1.0, 0.0), closing), ((-1.0, 0.0), opening)):
             solved = [film.solve(eps, *state) for film in films]
             long, short = (sommerfeld(s) / x**2 for s, x in zip(solved, lengths, strict=True))
-            assert (4.0 * short - long) / 3.0 == pytest.approx(expected, rel=1e-4)
+            validated("So / (L/D)^2, short, finite elements", (4.0 * short - long) / 3.0, expected, 1e-4, **OCVIRK)
             if state[1]:
                 angles = [math.degrees(s.attitude_angle) for s in solved]
-                assert (4.0 * angles[1] - angles[0]) / 3.0 == pytest.approx(attitude, abs=5e-3)
-                assert solved[0].side_flow == pytest.approx(2.0 * lengths[0] * eps * C * R * R, rel=1e-3)
+                angle, leaves = (4.0 * angles[1] - angles[0]) / 3.0, 2.0 * lengths[0] * eps * C * R * R
+                validated(
+                    "attitude, short, finite elements", angle, attitude, 5e-3, unit="deg", relative=False, **OCVIRK
+                )
+                validated("side flow, short, finite elements", solved[0].side_flow, leaves, 1e-3, unit="m3/s", **OCVIRK)
 
     @pytest.mark.parametrize(
         ("cavitation", "grooves", "tolerance", "degrees", "exact"),
@@ -71,7 +78,7 @@ class TestLimits:
              {0.1: (0.6591226222, 69.029801), 0.5: (3.227778168, 58.296185), 0.8: (7.541640615, 42.180956)}),
         ],
     )  # fmt: skip
-    def test_long(self, cavitation, grooves, tolerance, degrees, exact):
+    def test_long(self, cavitation, grooves, tolerance, degrees, exact, validated):
         """The ends of a long bearing take the same load whatever its length: the difference between L/D 20 and 40 on
         the same cells is the infinitely long film. What is left is the error around, of order 4, 2 to 4 and 2."""
         meshes = (20.0, (64, 4)), (40.0, (64, 8))
@@ -79,18 +86,20 @@ class TestLimits:
         for eps, (expected, attitude) in exact.items():
             shorter, longer = (force(film.solve(eps, 0.0, 1.0)) for film in films)
             radial, tangential = 2.0 * longer - shorter
-            assert 0.5 * math.hypot(radial, tangential) == pytest.approx(expected, rel=tolerance)
-            assert math.degrees(math.atan2(tangential, -radial)) == pytest.approx(attitude, abs=degrees)
+            found, angle = 0.5 * math.hypot(radial, tangential), math.degrees(math.atan2(tangential, -radial))
+            what = f"long ({cavitation}), finite elements"
+            validated(f"So, {what}", found, expected, tolerance, **SOMMERFELD)
+            validated(f"attitude, {what}", angle, attitude, degrees, unit="deg", relative=False, **SOMMERFELD)
 
-    def test_couette_shear(self):
+    def test_couette_shear(self, validated):
         """Full film: 2 pi / sqrt(1 - eps^2) exactly. Rupture at 219.69 degrees (long film, eps 0.5): half a cell of the
         64 is 1 % of this integral; L/D 40 has 1 % ends."""
         full = solve(bearing(cavitation="none"), 0.5, 0.0, 1.0)
-        assert full.shear == pytest.approx(2.0 * math.pi / math.sqrt(0.75), rel=1e-7)
+        validated("shear integral of a full film", full.shear, 2.0 * math.pi / math.sqrt(0.75), 1e-7, **SOMMERFELD)
         theta = np.linspace(0.0, math.radians(219.69402), 2001)
         wet = np.trapezoid(1.0 / (1.0 + 0.5 * np.cos(theta)), theta)
         film = solve(bearing(40.0, grooves=LINE), 0.5, 0.0, 1.0)
-        assert film.shear == pytest.approx(wet, rel=0.015)
+        validated("shear integral up to the rupture", film.shear, wet, 0.015, **SOMMERFELD)
 
 
 SQUEEZE = {
@@ -111,28 +120,31 @@ ROTATION = {  # eps: So, attitude, Q / (R^2 c omega), printed and of the other s
 
 class TestPublished:
     @pytest.mark.parametrize("slenderness", [1.0, 0.25])
-    def test_squeeze(self, slenderness):
+    def test_squeeze(self, slenderness, validated):
         """Butenschoen's pure squeeze, negative eps: opening. 0.5 %: his digits are 0.2 % off, four of them 0.1 %."""
         film = FemFilm(bearing(slenderness))
         for eps, expected in SQUEEZE[slenderness]:
             found = film.solve(abs(eps), math.copysign(1.0, eps), 0.0)
-            assert sommerfeld(found) == pytest.approx(expected, rel=5e-3)
+            what = f"So of squeeze, L/D {slenderness:g}, finite elements"
+            validated(what, sommerfeld(found), expected, 5e-3, source=BUTENSCHOEN)
             assert abs(found.tangential) < 1e-9 * found.load
             assert found.radial * math.copysign(1.0, eps) < 0.0
 
     @pytest.mark.parametrize("slenderness", [1.0, 0.25])
-    def test_rotation(self, slenderness):
+    def test_rotation(self, slenderness, validated):
         """Butenschoen's steady rotation, film from the widest gap: 0.7 % and 0.15 degrees, as far as his digits are
         off; the flow against the other solver's, 0.1 %."""
         film = FemFilm(bearing(slenderness, grooves=LINE))
         for eps, load, attitude, flow in ROTATION[slenderness]:
             found = film.solve(eps, 0.0, 1.0)
-            assert sommerfeld(found) == pytest.approx(load, rel=7e-3)
-            assert math.degrees(found.attitude_angle) == pytest.approx(attitude, abs=0.15)
-            assert found.side_flow / (C * R * R) == pytest.approx(flow, rel=1e-3)
+            angle, leaves = math.degrees(found.attitude_angle), found.side_flow / (C * R * R)
+            what = f"of rotation, L/D {slenderness:g}, finite elements"
+            validated(f"So {what}", sommerfeld(found), load, 7e-3, source=BUTENSCHOEN)
+            validated(f"attitude {what}", angle, attitude, 0.15, unit="deg", relative=False, source=BUTENSCHOEN)
+            validated(f"side flow {what}", leaves, flow, 1e-3, **GRIDS)
             assert math.sin(found.centre_of_pressure) > 0.0  # journal pressed the way it turns
 
-    def test_raimondi_and_boyd(self):
+    def test_raimondi_and_boyd(self, validated):
         """Their chart of L/D 1: S within 2 % and the attitude within 0.6 degrees, their own accuracy; friction, of a
         gap that is full all around, within 2 %."""
         film = FemFilm(bearing(grooves=LINE))
@@ -142,10 +154,13 @@ class TestPublished:
         ]:  # fmt: skip
             found = film.solve(eps, 0.0, 1.0)
             load = found.load / found.bearing.force_scale
-            assert 1.0 / (math.pi * load) == pytest.approx(number, rel=0.02)
-            assert math.degrees(found.attitude_angle) == pytest.approx(attitude, abs=0.6)
-            couette = 2.0 * math.pi / math.sqrt(1.0 - eps * eps)
-            assert couette / load + 0.5 * eps * math.sin(found.attitude_angle) == pytest.approx(friction, rel=0.02)
+            angle, couette = math.degrees(found.attitude_angle), 2.0 * math.pi / math.sqrt(1.0 - eps * eps)
+            rubs = couette / load + 0.5 * eps * math.sin(found.attitude_angle)
+            validated("S, L/D 1, finite elements", 1.0 / (math.pi * load), number, 0.02, source=RAIMONDI)
+            validated(
+                "attitude, L/D 1, finite elements", angle, attitude, 0.6, unit="deg", relative=False, source=RAIMONDI
+            )
+            validated("friction times R/c, L/D 1, finite elements", rubs, friction, 0.02, source=RAIMONDI)
 
 
 #: L/D 1, eps and direction of V [deg]: (W_r, W_t) with reynolds, gumbel, none, and reynolds with sigma 1 and 10
@@ -166,16 +181,17 @@ FORCES = {
 
 
 @pytest.mark.parametrize("column", range(5))
-def test_force_map(column):
+def test_force_map(column, validated):
     """Every cavitation and direction of motion, up to eps 0.8: 2e-3 of the force (measured: see the orders below)."""
     cavitation = ("reynolds", "gumbel", "none", "reynolds", "reynolds")[column]
     sigma = (None, None, None, 1.0, 10.0)[column]
     ambient = None if sigma is None else sigma * bearing().pressure_scale
     film = FemFilm(bearing(cavitation=cavitation, ambient=ambient))
     for (eps, degrees), row in FORCES.items():
-        angle, expected = math.radians(degrees), np.array(row[column])
+        angle, expected = math.radians(degrees), complex(*row[column])
         found = film.solve(eps, math.cos(angle), 2.0 * math.sin(angle) / eps if eps else 0.0)
-        assert np.linalg.norm(force(found) - expected) < 2e-3 * np.linalg.norm(expected), (eps, degrees)
+        what = f"force of any motion ({cavitation}{f', ambient {sigma:g}' if sigma else ''}), finite elements"
+        validated(what, complex(*force(found)), expected, 2e-3, **GRIDS)
 
 
 class TestConvergence:

@@ -18,6 +18,7 @@ from clearance.mechanism.build import WARMING, build
 
 C, MU, SPEED, MASS = 1e-4, 0.05, 100.0, 3.0
 COLD = 313.15
+FIRST_LAW = {"source": "first law of thermodynamics", "kind": "exact"}
 
 
 class TestVogel:
@@ -113,29 +114,32 @@ class TestState:
 
 class TestFirstLaw:
     @pytest.mark.parametrize("film", FILMS.values(), ids=FILMS)
-    def test_balance(self, film):
+    def test_balance(self, film, validated):
         """Integral of power less cooling is what the capacity holds: 5e-3 (2e-3, trapezoids over the first whirl)."""
         oil = HeatBalance(0.05, 0.1)
         joint = cl.simulate(scene(oil, film), until=0.5, samples=501).joint("J")
         warming = joint.oil_temperature - COLD
         flow = joint.side_flow if film is FILMS["table"] else 0.0
         net = joint.power_loss - (oil.conductance + oil.volumetric * flow) * warming
-        assert np.trapezoid(net, joint.time) == pytest.approx(oil.capacity * warming[-1], rel=5e-3)
+        held = np.trapezoid(net, joint.time)
+        validated("heat the oil holds", held, oil.capacity * warming[-1], 5e-3, unit="J", **FIRST_LAW)
         assert warming.min() >= 0.0
         assert warming[-1] > 0.2
 
-    def test_steady_state(self):
+    def test_steady_state(self, validated):
         """After ten time constants (0.03 s with the oil that leaves): warming = power / (h + rho c_p Q), to 1e-6; and
         the film carries the weight with the viscosity of that temperature, to 1e-3."""
         oil = HeatBalance(0.05, 0.1)
         result = cl.simulate(scene(oil), until=0.8, samples=81, rtol=1e-8)
         joint = result.joint("J")
         warming, flow = joint.oil_temperature[-1] - COLD, joint.side_flow[-1]
-        assert warming == pytest.approx(joint.power_loss[-1] / (oil.conductance + oil.volumetric * flow), rel=1e-6)
+        wanted = joint.power_loss[-1] / (oil.conductance + oil.volumetric * flow)
+        validated("warming of the steady oil", warming, wanted, 1e-6, unit="K", **FIRST_LAW)
         thin = MU * thinning(warming, COLD, oil.vogel, oil.vogel_zero)
         eps = math.hypot(joint.eccentricity_x[-1], joint.eccentricity_y[-1]) / C
         carried = table_film()(eps, 0.0, SPEED, FilmJoint(0.01, C, 0.02, thin))
-        assert math.hypot(*carried[:2]) == pytest.approx(MASS * 9.81, rel=1e-3)
+        force, source = math.hypot(*carried[:2]), "weight of the journal"
+        validated("force of the warm film", force, MASS * 9.81, 1e-3, unit="N", source=source, kind="exact")
         assert thin < MU
 
     def test_warm_oil_carries_less(self):
@@ -150,13 +154,13 @@ class TestFirstLaw:
         assert warm.power_loss[-1] < cold.power_loss[-1]
 
     @pytest.mark.parametrize("more", [{}, MIXED], ids=["film", "mixed"])
-    def test_adiabatic(self, more):
+    def test_adiabatic(self, more, validated):
         """Nothing leaves: C dT is the energy that the ledger says was dissipated, at all times; 1e-6 (1e-10)."""
         oil = HeatBalance(0.5, 0.0, volumetric=0.0)
         result = cl.simulate(scene(oil, **more), until=0.1, samples=101, rtol=1e-8)
         stored = oil.capacity * (result.joint("J").oil_temperature - COLD)
         dissipated = result.file["energy/dissipated"][:]
-        assert stored == pytest.approx(dissipated, rel=1e-6, abs=1e-6 * dissipated[-1])
+        validated("heat of an adiabatic oil", stored, dissipated, 1e-6, unit="J", relative=dissipated[-1], **FIRST_LAW)
         assert dissipated[-1] > 0.01
         assert result.solver["energy_residual_share"] < 1e-6
 

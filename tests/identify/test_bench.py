@@ -56,7 +56,7 @@ def test_motions_are_what_is_said(measurement):
             assert 0.9 < swept / (2.0 * facts["amplitude"]) < 1.001, trial.name
 
 
-def test_a_triangle_through_the_filter():
+def test_a_triangle_through_the_filter(validated):
     """Against the filter's differential equation with a square wave."""
     w, damping, speed, quarter = 2.0 * math.pi * module.CORNER, module.FILTER_DAMPING, 0.5, 0.06
 
@@ -67,7 +67,8 @@ def test_a_triangle_through_the_filter():
     time = np.arange(0.0, 0.48, 1e-3)
     exact = solve_ivp(filtered, (0.0, time[-1]), (0.0, 0.0), t_eval=time, rtol=1e-8, atol=1e-10, max_step=1e-3).y[0]
     # the solver steps across the corners, at most 1 ms at a time
-    np.testing.assert_allclose(triangle(time, speed * quarter, speed, 2), exact, rtol=0, atol=2e-5)
+    found, options = triangle(time, speed * quarter, speed, 2), {"source": "scipy RK45", "kind": "independent"}
+    validated("rate of a filtered triangle", found, exact, 2e-5, unit="rad/s", relative=False, **options)
 
 
 def test_a_sine_begins_at_rest():
@@ -89,7 +90,7 @@ def fine(motion, seconds, step=2.5e-4):
 MIXED = tuple(lambda t, a=a, f=f: a * np.sin(2.0 * math.pi * f * t) for a, f in ((0.3, 2.0), (0.1, 3.0), (0.2, 1.0)))
 
 
-def test_the_joint_against_another_integrator():
+def test_the_joint_against_another_integrator(validated):
     """Eight elements about three axes, by LSODA with dense tolerances."""
     time, rate, angle, step = fine(MIXED, 0.5)
     joint = SMOOTH
@@ -111,16 +112,18 @@ def test_the_joint_against_another_integrator():
         zd = slope(t, z).reshape(8, 3)
         exact[n] = shares @ (stiffness * z.reshape(8, 3) + joint.damping * zd) + joint.viscosity * rates(t)
     # second order in the step of 0.25 ms
-    np.testing.assert_allclose(joint.torques(rate, angle, step, 40), exact, rtol=0, atol=2e-3)
+    found, options = joint.torques(rate, angle, step, 40), {"source": "scipy LSODA", "kind": "independent"}
+    validated("torque of the bench's joint", found, exact, 2e-3, unit="N m", relative=False, **options)
 
 
-def test_steady_sliding_lies_on_the_ellipsoid():
+def test_steady_sliding_lies_on_the_ellipsoid(validated):
     """Long sliding at one rate gives the ellipsoid's torque of maximum dissipation, plus viscosity."""
     w, joint = np.array([0.3, -0.2, 0.5]), dataclasses.replace(SMOOTH, ratio=1.0)
     _, rate, angle, step = fine([lambda t, w=w: np.full_like(t, w) for w in w], 5.0)
     steady = np.array(joint.torque)
     exact = steady**2 * w / np.linalg.norm(steady * w) + joint.viscosity * w
-    np.testing.assert_allclose(joint.torques(rate, angle, step)[-1], exact, rtol=1e-9)
+    found, options = joint.torques(rate, angle, step)[-1], {"source": "maximum dissipation", "kind": "exact"}
+    validated("torque of long sliding", found, exact, 1e-9, unit="N m", **options)
 
 
 def test_the_joint_is_richer_than_one_element():
@@ -191,11 +194,12 @@ def test_lugre_has_the_errors_it_is_calibrated_to(measurement, model):
     assert 0.2 <= found.nrmse["test"] <= 0.3
 
 
-def test_the_curve_is_worst(measurement):
+def test_the_curve_is_worst(measurement, validated):
     """The source: 0.271 and 0.302; here 0.262 and 0.306."""
     curve, lugre = fit(measurement, "curve"), fit(measurement, "lugre1d", starts=1)
-    assert curve.nrmse["training"] == pytest.approx(0.2711, abs=0.03)
-    assert curve.nrmse["test"] == pytest.approx(0.3021, abs=0.03)
+    options = {"source": "Pfitzer et al. 2025, to which the bench is calibrated", "relative": False}
+    validated("training error of the curve", curve.nrmse["training"], 0.2711, 0.03, **options)
+    validated("test error of the curve", curve.nrmse["test"], 0.3021, 0.03, **options)
     for role in ("training", "test"):
         assert curve.nrmse[role] > 1.2 * lugre.nrmse[role]
 

@@ -152,7 +152,7 @@ def test_dahls_loop(torque, stiffness, amplitude, samples):
 
 
 @pytest.mark.parametrize(("name", "even"), [("lugre1d", 0.2), ("lugre3d", 0.05), ("exponent", 0.05), ("tables", 0.2)])
-def test_second_order_in_the_step_beside_lsoda(name, even):
+def test_second_order_in_the_step_beside_lsoda(name, even, validated):
     """Halving the step quarters the error, less evenly where |w| has kinks; 1e-3 N m at 1 ms (measured 5e-4)."""
     model = VARIANTS[name]
     values, times = typical(model) if name == "tables" else model.array(VALUES), 1e-3 * np.arange(301)
@@ -179,8 +179,10 @@ def test_second_order_in_the_step_beside_lsoda(name, even):
         t = 1e-3 / finer * np.arange(300 * finer + 1)
         torque = model.torque(values, trial(rate(t[:, None]), 1e-3 / finer))[::finer]
         errors.append(np.sqrt(np.mean((torque - wanted) ** 2)))
-    assert errors[0] < 1e-3
-    assert all(a / b == pytest.approx(4.0, rel=even) for a, b in zip(errors, errors[1:], strict=False))
+    options = {"unit": "N m", "source": "scipy LSODA", "kind": "independent", "relative": False}
+    validated(f"rms error of the torque at 1 ms ({name})", errors[0], 0.0, 1e-3, **options)
+    ratios = np.divide(errors[:-1], errors[1:])
+    validated(f"its ratio for half the step ({name})", ratios, 4.0, even, source="second order", kind="exact")
 
 
 def size_or_zero():
@@ -273,10 +275,11 @@ def test_an_uncoupled_axis_is_passive_at_all_rates_from_rest_where_viscosity_mak
     assert supplied(less, np.full((1, 3), 1e3), worst, False).min() < 0.0
 
 
-def test_the_bound_of_constant_torque_in_closed_form():
+def test_the_bound_of_constant_torque_in_closed_form(validated):
     """4 T (sigma1 + sigma2) / sigma1^2; 0.4 rad/s for 2 N m and 20 N m s/rad."""
     values = np.array([2.0, 2.0, 0.1, 1e3, 20.0, 1e-9] * 2)
-    assert lugre3d().passive_rate(values) == pytest.approx(0.4, rel=0.006)
+    options = {"unit": "rad/s", "source": "4 T (sigma1 + sigma2) / sigma1^2", "kind": "exact"}
+    validated("largest passive rate", lugre3d().passive_rate(values), 0.4, 0.006, **options)
     assert lugre3d().doubts(values, 0.3) == []
     assert "passive up to 0.39" in lugre3d().doubts(values, 0.5)[0]
     falling = lugre3d(knots=(0.0, 0.2, 2.0, 20.0))

@@ -23,8 +23,10 @@ from clearance.laws.joint_friction import (
 from clearance.mechanism.build import build
 from tests import mechanisms as m
 from tests.test_mechanics import observed
+from tests.test_rubbing import energy_rate
 
 GRAVITY = 9.8
+GUO = {"source": "chains of Guo, Ju and Wang 2024, solved elsewhere", "kind": "independent"}
 
 
 @cl.signal
@@ -44,7 +46,7 @@ def poses_of(scene, found):
     return np.moveaxis(np.array(rows), 2, 0)
 
 
-def assert_same(found, expected, tolerance):
+def assert_same(found, expected, tolerance, validated=None):
     """Channel by channel, relative to the largest value of channels of the same name; not the course of iterations."""
     largest: dict[str, float] = {}
     for path, values in expected.items():
@@ -55,6 +57,9 @@ def assert_same(found, expected, tolerance):
         wrong = found[path] - expected[path]
         wrong = np.remainder(wrong + np.pi, 2.0 * np.pi) - np.pi if kind == "theta" else wrong
         assert np.abs(wrong).max() <= tolerance * (largest[kind] or 1.0), path
+        if validated is not None:
+            options = {"source": "traced mechanics", "kind": "independent", "relative": largest[kind]}
+            validated("multiplier route: all channels", expected[path] + wrong, expected[path], tolerance, **options)
 
 
 def placed(found, body, local):
@@ -174,48 +179,52 @@ SCENES = {
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_the_traced_mechanics_agree(name):
+def test_the_traced_mechanics_agree(name, validated):
     """All channels at five times: 1e-10; the kernel's loops close to 1e-13, the rest is rounding."""
     make, until = SCENES[name]
     scene, time = make(), until * np.array([0.0, 0.21, 0.4, 0.77, 1.0])
     found, mechanism = inverse(scene, time), build(scene, ledger=False)
     rows = [observed(mechanism, t) for t in time]
     expected = {path: np.array([row[path] for row in rows]) for path in rows[0]}
-    assert_same(found, expected, 1e-10)
+    assert_same(found, expected, 1e-10, validated)
     assert not {p for p in expected if p.split("/")[0] in ("bodies", "joints", "drives")} - set(found)
 
 
 # --- the two mechanisms of Guo, Ju and Wang (2024), decoded: numbers from a recursion and a 21 x 21 solve of their own
-def test_five_axis_tree():
+def test_five_axis_tree(validated):
     """Printed digits: torques to 1e-6 N m, axial forces, Stribeck friction to 1e-6; friction is explicit."""
     scene = load_case("five_axis_chain", friction="stribeck", bending_arm=0.05, friction_arm=0.02, pin_radius=0.02)
     found = inverse(scene, np.array([0.05, 0.1, 0.2, 1.0, 2.0]))
     torques = np.array([found[f"drives/{j}/torque_ideal"] for j in "12345"]).T
     expected = [1.969606, 1.486063, -0.039957, 0.894093, 0.282312], [3.316237, 2.647132, -0.603835, 0.143756, 0.528323]
-    np.testing.assert_allclose(torques[3:], expected, rtol=0.0, atol=6e-7)
+    options = GUO | {"unit": "N m", "relative": False}
+    validated("ideal torques of the five-axis tree, multipliers", torques[3:], expected, 6e-7, **options)
     axial = [found[f"joints/{j}/axial_force"][1] for j in "12345"]
-    np.testing.assert_allclose(axial, [107.8, 49.0, 19.6, 49.0, 19.6], rtol=1e-14)
+    weights, source = [107.8, 49.0, 19.6, 49.0, 19.6], "weights of the links"
+    validated("axial forces, multipliers", axial, weights, 1e-14, unit="N", source=source, kind="exact")
     friction = [[0.489680, 0.710454, 0.231424, 0.710482, 0.231493], [0.366329, 0.531549, 0.173195, 0.531336, 0.173244]]
     rubbed = -np.array([found[f"joints/{j}/friction"] for j in "12345"]).T
-    np.testing.assert_allclose(rubbed[:2], friction, rtol=0.0, atol=6e-7)
+    validated("friction of the five-axis tree, multipliers", rubbed[:2], friction, 6e-7, **options)
     assert (found["friction/iterations"] == 1.0).all()
     assert (found["friction/contraction"] < 1e-13).all()
 
 
-def test_three_loop_chain():
+def test_three_loop_chain(validated):
     """Printed digits of the crank torque (1e-6 N m), ideal and with friction in all pins; contraction 0.019."""
     scene = load_case("three_loop_chain", where="all", pin_radius=0.005, friction="coulomb")
     found = inverse(scene, np.array([0.0, 4.0, 8.0, 10.0]))
     torque, ideal = found["drives/crank/torque"], found["drives/crank/torque_ideal"]
-    np.testing.assert_allclose(ideal[:3], [0.8800089, 1.8073065, 1.8089609], rtol=0.0, atol=6e-8)
-    np.testing.assert_allclose(torque[[0, 3]], [0.999011, 1.164278], rtol=0.0, atol=6e-7)
-    np.testing.assert_allclose((torque - ideal)[[0, 3]], [0.119002, 0.285188], rtol=0.0, atol=6e-7)
-    assert found["friction/contraction"][0] == pytest.approx(0.019, abs=5e-4)
+    what, options = "of the three-loop chain, multipliers", GUO | {"unit": "N m", "relative": False}
+    validated(f"ideal torque {what}", ideal[:3], [0.8800089, 1.8073065, 1.8089609], 6e-8, **options)
+    validated(f"torque with friction {what}", torque[[0, 3]], [0.999011, 1.164278], 6e-7, **options)
+    validated(f"friction torque {what}", (torque - ideal)[[0, 3]], [0.119002, 0.285188], 6e-7, **options)
+    contraction = found["friction/contraction"][0]
+    validated("contraction of the friction iteration, multipliers", contraction, 0.019, 5e-4, **GUO, relative=False)
     assert found["friction/iterations"][0] == 8.0
 
 
 # --- out of the plane
-def test_weight_along_the_axes():
+def test_weight_along_the_axes(validated):
     """Two links whose axes are vertical, pushed and pulled at a height: loads of each pin, closed form to 1e-13."""
     one = cl.Body("one", 2.0, 0.1, points={"end": (0.5, 0.0)}, com=(0.2, 0.05))
     two = cl.Body("two", 3.0, 0.2, com=(0.3, -0.1))
@@ -236,8 +245,9 @@ def test_weight_along_the_axes():
         weight = 3.0 * GRAVITY * (elbow + (0.3 - 0.1j) * arm_2 - at)
         weight = weight if joint == "elbow" else weight + 2.0 * GRAVITY * (0.2 + 0.05j) * arm_1
         expected = -1j * (weight + 0.05 * force - 4.0 * (tip - at))
-        np.testing.assert_allclose(found[f"joints/{joint}/bending_x"], expected.real, rtol=0.0, atol=1e-13 * 30)
-        np.testing.assert_allclose(found[f"joints/{joint}/bending_y"], expected.imag, rtol=0.0, atol=1e-13 * 30)
+        bending = found[f"joints/{joint}/bending_x"] + 1j * found[f"joints/{joint}/bending_y"]
+        options = {"unit": "N m", "source": "closed form", "kind": "exact", "relative": False}
+        validated("bending moments of two links", bending, expected, 1e-13 * 30, **options)
 
 
 def clump(name, rng, count=4, **points):
@@ -249,7 +259,7 @@ def clump(name, rng, count=4, **points):
     return cl.Body(name, masses.sum(), inertia, points=points, com=tuple(com), products=products), masses, places
 
 
-def test_reactions_are_those_of_point_masses():
+def test_reactions_are_those_of_point_masses(validated):
     """Hinge, slide and hinge at heights, bodies of point masses: each joint carries sum r x m (a - g), to 1e-12."""
     rng, gravity = np.random.default_rng(3), np.array([1.0, -3.0, -8.0])
     one, *of_one = clump("one", rng, slide=(0.1, 0.02, 0.07))
@@ -277,8 +287,9 @@ def test_reactions_are_those_of_point_masses():
             push = mass * (acceleration - gravity)
             force, moment = force + push, moment + np.cross(place - point, push)
         carries = reaction(found, joint)
-        np.testing.assert_allclose(carries[0], force, rtol=0.0, atol=1e-12 * np.abs(force).max())
-        np.testing.assert_allclose(carries[1], moment, rtol=0.0, atol=1e-12 * np.abs(moment).max())
+        for what, found_here, wanted in (("forces", carries[0], force), ("moments", carries[1], moment)):
+            options = {"source": "sums over point masses", "kind": "independent", "relative": np.abs(wanted).max()}
+            validated(f"joint {what} in space", found_here, wanted, 1e-12, **options)
     check_loads(found, joints)
 
 
@@ -328,7 +339,7 @@ def check_loads(found, joints):
         assert (found[f"joints/{joint.name}/power_loss"] >= 0.0).all()
 
 
-def test_balancing_needs_two_planes():
+def test_balancing_needs_two_planes(validated):
     """Two equal masses at (r, h) and (-r, -h): no force, and the bending moment m 2 r h (w^2, alpha), to 1e-13."""
     r, h, mass = 0.2, 0.05, 1.5
     rotor = cl.Body("rotor", 2 * mass, 2 * mass * r * r, products=(2 * mass * r * h, 0.0))
@@ -341,9 +352,9 @@ def test_balancing_needs_two_planes():
     product = 2 * mass * r * h
     expected_x = product * (w**2 * np.sin(angle) - alpha * np.cos(angle))
     expected_y = -product * (w**2 * np.cos(angle) + alpha * np.sin(angle))
-    largest = 1e-13 * np.abs(expected_x).max()
-    np.testing.assert_allclose(found["joints/hinge/bending_x"], expected_x, rtol=0.0, atol=largest)
-    np.testing.assert_allclose(found["joints/hinge/bending_y"], expected_y, rtol=0.0, atol=largest)
+    bending = [found["joints/hinge/bending_x"], found["joints/hinge/bending_y"]]
+    options = {"source": "closed form", "kind": "exact", "relative": np.abs(expected_x).max()}
+    validated("bending moment of an unbalanced rotor", bending, [expected_x, expected_y], 1e-13, **options)
     assert np.abs(found["joints/hinge/axial_force"]).max() == 0.0
 
 
@@ -370,16 +381,6 @@ LAWS = {
     "breakaway": breakaway_linear(breakaway=0.1, coulomb=0.05, viscous=1e-3, threshold=1e-2),
     "smooth": breakaway_smooth(breakaway=0.1, coulomb=0.05, viscous=1e-3),
 }
-
-
-def energy_rate(scene, found):
-    """Rate of kinetic energy and of potential energy of gravity, exact."""
-    total = 0.0
-    for b in scene.bodies:
-        x, y, w, ax, ay, alpha = (found[f"bodies/{b.name}/{n}"] for n in ("vx", "vy", "omega", "ax", "ay", "alpha"))
-        gx, gy = scene.gravity[:2]
-        total = total + b.mass * ((ax - gx) * x + (ay - gy) * y) + b.inertia * alpha * w
-    return total
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -528,14 +529,15 @@ def test_any_crank_rocker(crank, rod, rocker, frame, density, speed, mu):
 
 
 # --- prescribed motion, and what is refused
-def test_prescribed_motion_is_exact():
+def test_prescribed_motion_is_exact(validated):
     """Value and derivatives of a law: closed form, to rounding."""
     crank = m.body("crank", {"A": (0, 0)})
     time = np.linspace(0.0, 2.0, 11)
     found = prescribed(cl.Drive(crank, motion=swing(amplitude=2.0, frequency=3.0, offset=1.0)), time)
     s, c = np.sin(3.0 * time), np.cos(3.0 * time)
     expected = 1.0 + 2.0 * s + 0.3 * time**2, 6.0 * c + 0.6 * time, -18.0 * s + 0.6
-    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-14)
+    options = {"source": "closed form", "kind": "exact", "relative": False}
+    validated("derivatives of a prescribed motion", found, expected, 1e-14, **options)
     for drive, start in ((cl.Drive(crank, speed=2.0, start=0.5), 0.5), (cl.Drive(crank, speed=2.0), -1.0)):
         value, rate, acceleration = prescribed(drive, time, start=-1.0)
         np.testing.assert_array_equal(value, start + 2.0 * time)

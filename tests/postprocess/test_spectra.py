@@ -26,7 +26,7 @@ def made(time, path="joints/C/force_x", **options):
 
 @pytest.mark.parametrize("window", ["hann", "none"])
 @pytest.mark.parametrize("turns", [2.0, 5.0, 7.4])
-def test_a_sum_of_sinusoids(window, turns):
+def test_a_sum_of_sinusoids(window, turns, validated):
     """Over whole turns each harmonic stands on a frequency of its own; only rounding is left, 1e-12 of the largest.
 
     That holds for the smallest amplitude too, 2000 times smaller than the largest, for the three lines of a periodic
@@ -37,8 +37,8 @@ def test_a_sum_of_sinusoids(window, turns):
     assert found.resolution == pytest.approx(1.0 / int(turns), rel=1e-12)
     at = {k: found.amplitude[k * found.turns] for k in range(200)}
     assert at.pop(0) == pytest.approx(abs(MEAN), rel=1e-12)
-    for order, amplitude in at.items():
-        assert amplitude == pytest.approx(PARTS.get(order, 0.0), abs=2e-12)
+    wanted, source = [PARTS.get(order, 0.0) for order in at], "sinusoids given"
+    validated("amplitudes of 199 orders", [*at.values()], wanted, 2e-12, source=source, kind="exact", relative=False)
 
 
 def test_samples_that_do_not_divide_a_turn():
@@ -63,7 +63,7 @@ def test_the_last_turns_are_taken():
 
 
 @pytest.mark.parametrize("count", [400, 401])
-def test_parseval_without_window(count):
+def test_parseval_without_window(count, validated):
     """Mean square = mean^2 + half the squares of the amplitudes (the whole square at half the sampling rate)."""
     values = np.random.default_rng(3).normal(size=count) + 2.0
     frequency, amplitude = amplitudes(values, 0.01, "none")
@@ -72,15 +72,17 @@ def test_parseval_without_window(count):
     if count % 2 == 0:
         halves[-1] = 1.0
         assert frequency[-1] == pytest.approx(50.0)
-    assert halves @ amplitude**2 == pytest.approx(np.mean(values**2), rel=1e-12)
+    found, wanted = halves @ amplitude**2, np.mean(values**2)
+    validated("mean square of a spectrum", found, wanted, 1e-12, source="Parseval", kind="exact")
 
 
 @pytest.mark.parametrize(("window", "loss"), [("hann", 0.1512), ("none", 0.3634)])
-def test_between_two_frequencies(window, loss):
+def test_between_two_frequencies(window, loss, validated):
     """Half-way a sinusoid shows 8/(3 pi) or 2/pi of its amplitude; 1e-3 for what leaks from negative frequencies."""
     t = np.arange(4000)
     _, amplitude = amplitudes(np.cos(2.0 * np.pi * 1000.5 * t / 4000), 1.0, window)
-    assert amplitude.max() == pytest.approx(1.0 - loss, abs=1e-3)
+    options = {"source": "8 / (3 pi) and 2 / pi", "kind": "exact", "relative": False}
+    validated("amplitude half-way between two frequencies", amplitude.max(), 1.0 - loss, 1e-3, **options)
 
 
 def test_one_turn_has_no_window():

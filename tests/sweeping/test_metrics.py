@@ -515,13 +515,14 @@ def closed_form(angle, speed):
 
 
 @pytest.mark.parametrize("speed", [523.6, -31.0, 1.0])
-def test_ideal_slider_crank_against_its_closed_form(speed):
+def test_ideal_slider_crank_against_its_closed_form(speed, validated):
     scene = cl.load_case("slider_crank", speed=speed, clearance=1e-3)
     span = Span(2.7 * scene.turn, 401)
     place, acceleration = ideal_motion(scene, span, json.loads(scene.to_json()))["slider"]
     expected = closed_form(speed * np.linspace(0.0, span.until, 401), speed)
-    np.testing.assert_allclose(place, expected[0], atol=1e-14)
-    np.testing.assert_allclose(acceleration, expected[1], atol=1e-11 * speed**2)
+    options, size = {"source": "closed form of the slider-crank", "kind": "exact"}, np.abs(expected).max(axis=1)
+    validated("place of the ideal slider", place, expected[0], 1e-12, relative=size[0], **options)
+    validated("acceleration of the ideal slider", acceleration, expected[1], 1e-12, relative=size[1], **options)
 
 
 @pytest.fixture(scope="module")

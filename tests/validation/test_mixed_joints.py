@@ -1,4 +1,4 @@
-"""Every rung of every ladder in the two main cases, and the published rows of the mixed and finite films."""
+"""Every rung of every ladder in the two main cases, and rows of the mixed and finite films solved elsewhere."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ import clearance as cl
 from clearance.choices import CONTACTS, FILMS, FRICTIONS, TRANSITIONS
 
 
-def test_feeder_with_the_finite_film():
+def test_feeder_with_the_finite_film(validated):
     """Lubricated row of feeder-A: 300 rpm, c = 0.10 mm, harmonic film, sixth turn: all printed digits.
 
     The row has the film's force at the journal's centre only, without drag torques.
@@ -18,15 +18,19 @@ def test_feeder_with_the_finite_film():
     joint, torque, acceleration = result.joint("B"), result.drive("crank").torque[last], result["slider"].ax[last]
     eccentricity = np.hypot(joint.eccentricity_x, joint.eccentricity_y)[last] / 1e-4
     force = np.hypot(joint.force_x, joint.force_y)[last]
-    assert (acceleration.min(), acceleration.max()) == pytest.approx((-79.93, 45.36), abs=6e-3)
-    assert (torque.min(), torque.max()) == pytest.approx((-2.6712, 2.0068), abs=6e-5)
-    assert force.max() == pytest.approx(128.33, abs=6e-3)
-    assert (eccentricity.min(), eccentricity.max()) == pytest.approx((0.4355, 0.9368), abs=6e-5)
-    assert joint.film_thickness_ratio[last].min() == pytest.approx(7.90, abs=6e-3)
+    for what, found, row, tolerance, unit in (
+        ("slider acceleration", (acceleration.min(), acceleration.max()), (-79.93, 45.36), 6e-3, "m/s2"),
+        ("crank moment", (torque.min(), torque.max()), (-2.6712, 2.0068), 6e-5, "N m"),
+        ("peak force", force.max(), 128.33, 6e-3, "N"),
+        ("eccentricity ratio", (eccentricity.min(), eccentricity.max()), (0.4355, 0.9368), 6e-5, ""),
+        ("least film thickness ratio", joint.film_thickness_ratio[last].min(), 7.90, 6e-3, ""),
+    ):
+        options = {"unit": unit, "source": "plain model of the feeder", "kind": "independent", "relative": False}
+        validated(f"{what}, feeder with the harmonic film", found, row, tolerance, **options)
 
 
 @pytest.mark.parametrize("viscosity", [0.04, 0.004, 0.001])
-def test_load_sharing_carries_where_the_film_alone_is_formal(viscosity):
+def test_load_sharing_carries_where_the_film_alone_is_formal(viscosity, validated):
     """Flores' case at 0.04 Pa s: eps up to 0.99937, lambda down to 0.39, peak 3113.7 N (roughness 0.8 um); thinner oils
     run on, with peaks far below those of impacts.
     """
@@ -38,8 +42,9 @@ def test_load_sharing_carries_where_the_film_alone_is_formal(viscosity):
     assert result.solver["energy_residual_share"] < 1e-4
     if viscosity == 0.04:
         last = result.time > 7 * scene.turn
-        assert joint.film_thickness_ratio[last].min() == pytest.approx(0.39, abs=0.02)
-        assert force[last].max() == pytest.approx(3113.7, rel=5e-3)
+        thinnest, source = joint.film_thickness_ratio[last].min(), {"source": "plain model", "kind": "independent"}
+        validated("least film thickness ratio, mixed slider-crank", thinnest, 0.39, 0.02, relative=False, **source)
+        validated("peak force, mixed slider-crank", force[last].max(), 3113.7, 5e-3, unit="N", **source)
     else:
         assert force.max() < 8000.0
 

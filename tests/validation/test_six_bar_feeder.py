@@ -11,27 +11,33 @@ ROWS = {  # rpm: slider acceleration min, max; crank moment min, max; peak force
 }
 
 
+PLAIN = {"source": "plain Newton-Euler, spectral derivatives", "kind": "independent"}
+
+
 @pytest.fixture(scope="module", params=ROWS)
 def ideal(request):
     scene = cl.load_case("six_bar_feeder", speed=cl.rpm(request.param), model="ideal")
     return request.param, cl.simulate(scene, turns=1, samples_per_turn=4096)
 
 
-def test_ideal_extremes(ideal):
+def test_ideal_extremes(ideal, validated):
     """Four digits: 2e-4, the printed rows' own rounding and their 4096 positions."""
     rpm, result = ideal
     ax, moment = result["slider"].ax, result.drive("crank").torque
     force = [np.hypot(*result.joint(j).force.T).max() for j in "BCE"]
-    assert [ax.min(), ax.max(), moment.min(), moment.max(), *force] == pytest.approx(ROWS[rpm], rel=2e-4)
+    validated("slider acceleration, ideal feeder", [ax.min(), ax.max()], ROWS[rpm][:2], 2e-4, unit="m/s2", **PLAIN)
+    validated("crank moment, ideal feeder", [moment.min(), moment.max()], ROWS[rpm][2:4], 2e-4, unit="N m", **PLAIN)
+    validated("peak forces of B, C, E, ideal feeder", force, ROWS[rpm][4:], 2e-4, unit="N", **PLAIN)
 
 
-def test_kinematics(ideal):
+def test_kinematics(ideal, validated):
     """Stroke 119.561 mm, slider 242.685 to 362.246 mm, rocker 76.40 to 115.37 deg, rod 4 within -3.82 to 2.81 deg."""
     _, result = ideal
     x, rocker, rod4 = result["slider"].x, np.degrees(result["rocker"].theta), np.degrees(result["rod4"].theta)
-    assert [x.min(), x.max(), np.ptp(x)] == pytest.approx([0.242685, 0.362246, 0.119561], abs=1.2e-6)
-    assert [rocker.min(), rocker.max()] == pytest.approx([76.40, 115.37], abs=6e-3)
-    assert [rod4.min(), rod4.max()] == pytest.approx([-3.82, 2.81], abs=6e-3)
+    places, printed = [0.242685, 0.362246, 0.119561], PLAIN | {"relative": False}
+    validated("slider's ends and stroke", [x.min(), x.max(), np.ptp(x)], places, 1.2e-6, unit="m", **printed)
+    validated("rocker angles", [rocker.min(), rocker.max()], [76.40, 115.37], 6e-3, unit="deg", **printed)
+    validated("rod angles", [rod4.min(), rod4.max()], [-3.82, 2.81], 6e-3, unit="deg", **printed)
 
 
 def test_small_clearance_tends_to_the_ideal_mechanism():
@@ -49,7 +55,7 @@ def test_small_clearance_tends_to_the_ideal_mechanism():
     assert errors[1] < 0.1 * errors[0] + 2e-4
 
 
-def test_independent_integration():
+def test_independent_integration(validated):
     """scipy's Radau drives the plain multiplier formulation of the same lubricated scene: 1e-6 of the clearance."""
     from scipy.integrate import solve_ivp
 
@@ -77,6 +83,7 @@ def test_independent_integration():
     own = cl.simulate(shifted, until=until, rtol=1e-10, samples=2)
     q = found.y[: q0.size, -1].reshape(-1, 3)
     for body, (x, y, theta) in zip(shifted.bodies, q, strict=True):
-        assert own[body.name].x[-1] == pytest.approx(x, abs=1e-10)
-        assert own[body.name].y[-1] == pytest.approx(y, abs=1e-10)
-        assert own[body.name].theta[-1] == pytest.approx(theta, abs=1e-9)
+        options = {"source": "scipy Radau on plain multipliers", "kind": "independent", "relative": False}
+        place, b = (own[body.name].x[-1], own[body.name].y[-1]), own[body.name]
+        validated("positions in the lubricated feeder", place, (x, y), 1e-10, unit="m", **options)
+        validated("angles in the lubricated feeder", b.theta[-1], theta, 1e-9, unit="rad", **options)

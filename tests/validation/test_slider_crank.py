@@ -10,6 +10,11 @@ import pytest
 
 import clearance as cl
 
+QUANTITIES = (  # of a row, with units
+    ("slider acceleration", "m/s2"), ("slider acceleration", "m/s2"), ("crank moment", "N m"), ("crank moment", "N m"),
+    ("peak force of C", "N"), ("eccentricity ratio", ""), ("eccentricity ratio", ""),
+)  # fmt: skip
+
 
 def extremes(result, clearance=None, last=1.0):
     """Acceleration, moment, force (and eccentricity ratio) extremes over the last turns."""
@@ -23,12 +28,15 @@ def extremes(result, clearance=None, last=1.0):
     return found
 
 
-def test_ideal():
+def test_ideal(validated):
     """Row F0, printed digits (5 to 7): extremes sampled 4000 times a turn are exact to 1e-6."""
     result = cl.simulate(cl.load_case("slider_crank", model="ideal"), turns=1, samples_per_turn=4000)
     expected = [9695.86, -19419.36, 138.624, -138.419, 2718.71]
-    assert extremes(result) == pytest.approx(expected, rel=4e-6)
-    assert np.abs(result["slider"].vx).max() == pytest.approx(28.411, abs=5e-4)
+    options = {"source": "plain model, spectral derivatives", "kind": "independent"}
+    for (what, unit), found, row in zip(QUANTITIES[:5], extremes(result), expected, strict=True):
+        validated(f"{what}, ideal slider-crank", found, row, 4e-6, unit=unit, **options)
+    fastest = np.abs(result["slider"].vx).max()
+    validated("slider velocity, ideal slider-crank", fastest, 28.411, 5e-4, unit="m/s", relative=False, **options)
 
 
 IMPACTS = {  # ms, m/s, um, N, us, m/s: as printed
@@ -38,19 +46,21 @@ IMPACTS = {  # ms, m/s, um, N, us, m/s: as printed
 }
 
 
-def test_first_dry_impacts():
+def test_first_dry_impacts(validated):
     """c = 0.5 mm, restitution 0.9, frictionless: three impacts to all printed digits (half a unit of the last)."""
     result = cl.simulate(cl.load_case("slider_crank", model="dry"), until=1e-3, rtol=1e-11)
     events = result.events
+    options = {"source": "plain model, DOP853 at 1e-12", "kind": "independent", "relative": False}
     for i, (time, speed, depth, force, duration, leaving) in IMPACTS.items():
-        assert events["time"][i] * 1e3 == pytest.approx(time, abs=0.6e-6)
-        assert events["impact_speed"][i] == pytest.approx(speed, abs=0.6e-5)
-        assert events["peak_penetration"][i] * 1e6 == pytest.approx(depth, abs=1e-3)  # printed truncated
-        assert events["peak_force"][i] == pytest.approx(force, abs=0.6)
-        assert events["duration"][i] * 1e6 == pytest.approx(duration, abs=0.6e-3)
-        assert events["separation_speed"][i] == pytest.approx(leaving, abs=0.6e-4)
-    angle = np.interp(events["time"][0], result.time, result["crank"].theta)
-    assert np.degrees(angle) == pytest.approx(6.81855, abs=1e-4)
+        validated("time of impact", events["time"][i] * 1e3, time, 0.6e-6, unit="ms", **options)
+        validated("impact speed", events["impact_speed"][i], speed, 0.6e-5, unit="m/s", **options)
+        deepest = events["peak_penetration"][i] * 1e6
+        validated("penetration", deepest, depth, 1e-3, unit="um", **options)  # printed truncated
+        validated("peak force of an impact", events["peak_force"][i], force, 0.6, unit="N", **options)
+        validated("duration of an impact", events["duration"][i] * 1e6, duration, 0.6e-3, unit="us", **options)
+        validated("separation speed", events["separation_speed"][i], leaving, 0.6e-4, unit="m/s", **options)
+    angle = np.degrees(np.interp(events["time"][0], result.time, result["crank"].theta))
+    validated("crank angle at the first impact", angle, 6.81855, 1e-4, unit="deg", **options)
 
 
 ROWS = {  # viscosity: acceleration max, min; moment max, min; force max; eccentricity ratio min, max (8th turn)
@@ -60,11 +70,13 @@ ROWS = {  # viscosity: acceleration max, min; moment max, min; force max; eccent
 
 
 @pytest.mark.parametrize("viscosity", ROWS)
-def test_lubricated(viscosity):
+def test_lubricated(viscosity, validated):
     """Rows F1 and F4, 8th turn: 2e-5 (the rows print 5 to 6 digits and are themselves uncertain in the last)."""
     scene = cl.load_case("slider_crank", model="lubricated", viscosity=viscosity, film="pinkus_sternlicht")
     result = cl.simulate(scene, turns=8, rtol=1e-8, samples_per_turn=10000)
-    assert extremes(result, clearance=5e-4) == pytest.approx(ROWS[viscosity], rel=2e-5)
+    for (what, unit), found, row in zip(QUANTITIES, extremes(result, 5e-4), ROWS[viscosity], strict=True):
+        options = {"source": "plain model, Radau IIA at 1e-9", "kind": "independent"}
+        validated(f"{what}, lubricated slider-crank", found, row, 2e-5, unit=unit, **options)
 
 
 def test_drag_torques_matter_in_the_fourth_digit():

@@ -1,0 +1,37 @@
+"""`clearance cases`: the cases there are, with their parameters."""
+
+import argparse
+import json
+
+from clearance.commands.common import DONE, add_command
+
+
+def add(commands) -> argparse.ArgumentParser:
+    """The command; it has no options of its own."""
+    return add_command(commands, "cases", help="list cases with their parameters, units and defaults")
+
+
+def run(options) -> int:
+    """List them."""
+    from clearance.catalogue import case_names, find_case
+
+    cases = [find_case(name) for name in case_names()]
+    if options.json:
+        rows = {
+            c.name: {
+                "summary": c.summary,
+                "parameters": {
+                    p.name: {"default": p.default, "units": p.units, "text": p.text} for p in c.parameters.values()
+                },
+            }
+            for c in cases
+        }
+        print(json.dumps(rows, indent=1))
+        return DONE
+    for case in cases:
+        print(f"{case.name}: {case.summary}")
+        for p in case.parameters.values():
+            default = f"{p.default:g}" if isinstance(p.default, float) else str(p.default)
+            print(f"    {p.name:<20} {default:>18} {p.units:<9} {p.text}")
+        print()
+    return DONE

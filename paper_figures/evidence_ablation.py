@@ -1,0 +1,68 @@
+"""What each part of a scene costs, and what is saved by leaving it out.
+
+Answers: no figure of a source; it shows that a scene pays only for what it has.
+
+Reproduced: states, operations of a right-hand side, output channels and time of a step of the feeder with three
+mixed joints, then without one part after the other.
+
+Assumed: set feeder-A, one crank turn, warm medians of one core.
+
+Not comparable: times of another machine, only ratios.
+"""
+
+import numpy as np
+from clearance.paper_figures import workshop
+from clearance.postprocess.figures import finish, sheet, stroke
+
+import clearance as cl
+from clearance.evidence import ablation
+from clearance.results import save_tables
+
+PARAMETERS = {"model": "mixed", "joints": "B,C,E"}
+
+
+def draw(work: workshop.Workshop) -> None:
+    parameters = PARAMETERS | work.less({}, {"model": "lubricated", "joints": "B"})
+    rows = ablation.ablation(cl.load_case("six_bar_feeder", **parameters), progress=work.say)
+    work.keep(costs(rows))
+    work.text(ablation.table(rows))
+    work.study(lambda folder: _save(rows, folder), case="six_bar_feeder", parameters=parameters)
+
+
+def costs(rows):
+    """Operations, channels and time of a step of each scene, as bars."""
+    figure = sheet(11.0, 0.8 + 0.32 * len(rows))
+    panels = figure.subplots(1, 3, sharey=True, width_ratios=(1, 1, 1.6))
+    place = np.arange(len(rows))[::-1]
+    for axes, name, label in ((panels[0], "operations", "operations a right-hand side"),
+                              (panels[1], "channels", "output channels")):  # fmt: skip
+        bars = axes.barh(place, [getattr(r, name) for r in rows], color="0.55")
+        axes.bar_label(bars, fontsize=7, padding=2)
+        axes.margins(x=0.18)
+        finish(axes, "", label)
+    bottom = np.zeros(len(rows))
+    parts = {"equations and laws": "step", "and energy ledger": "ledger_step", "and all outputs": "output_step"}
+    for i, (label, name) in enumerate(parts.items()):
+        time = 1e6 * np.array([getattr(r, name) for r in rows])
+        panels[2].barh(place, np.maximum(time - bottom, 0.0), left=bottom, color=stroke(i, 3)["color"], label=label)
+        bottom = np.maximum(time, bottom)
+    finish(panels[2], "", "time of a step [us]")
+    panels[0].set_yticks(place, [r.name for r in rows], fontsize=8)
+    return figure
+
+
+def _save(rows, folder):
+    columns = {
+        "name": ("1", "scene", [r.name for r in rows]),
+        "operations": ("1", "of a right-hand side, laws not counted", np.array([r.operations for r in rows])),
+        "channels": ("1", "output channels", np.array([r.channels for r in rows])),
+        "states": ("1", "first-order states", np.array([r.states for r in rows])),
+        "step": ("s", "time of a step", np.array([r.step for r in rows])),
+        "ledger_step": ("s", "time of a step with energy ledger", np.array([r.ledger_step for r in rows])),
+        "output_step": ("s", "time of a step with ledger and outputs", np.array([r.output_step for r in rows])),
+    }
+    return save_tables(folder / "ablation.h5", "clearance-ablation", {}, {"parts": ({}, columns)})
+
+
+if __name__ == "__main__":
+    workshop.main(__file__)

@@ -1,0 +1,29 @@
+"""What each choice of physics costs and how far off it is: ideal, dry, lubricated, mixed feeder.
+
+Answers: no single figure of a source; Jin et al. (2023) compare lubrication models by their curves alone.
+
+Reproduced: run time of each choice of contact, friction, film and transition against the distance of its drive torque
+from that of the finest choice.
+
+Assumed: set feeder-A with oil of 5 mPa s, so that joint B runs through all regimes; the mixed joint with load sharing
+and tabulated film counts as the finest.
+
+Not comparable: the distance of dry runs, which are chaotic: one sample of a statistical quantity.
+"""
+
+from clearance.paper_figures import workshop
+
+from clearance.catalogue import find_case
+from clearance.evidence import physics, pictures
+
+
+def draw(work: workshop.Workshop) -> None:
+    parameters = {"viscosity": 0.005}
+    study = physics.compare(find_case("six_bar_feeder"), parameters, work.less(None, 0.2), None, progress=work.say)
+    work.drawing(pictures.physics, study)
+    work.text([*physics.table(study), "", *physics.describe(study)])
+    work.study(lambda folder: physics.save(study, folder), case="six_bar_feeder", parameters=parameters)
+
+
+if __name__ == "__main__":
+    workshop.main(__file__)

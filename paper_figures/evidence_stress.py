@@ -1,0 +1,31 @@
+"""The stiff and extreme matrix: every cell done, with its energy residual, or stopped for a named reason.
+
+Answers: no figure of a source; it is the check of numerical stability on stiff and extreme cases.
+
+Reproduced: clearances of 1 um to 1 mm, 30 to 12000 rpm, viscosities of 1e-4 to 10 Pa s, contact stiffness, mass ratios,
+restitution 0 and 1, and random scenes, for ideal, dry, lubricated and mixed joints.
+
+Assumed: the ranges; they enclose those of all sources.
+
+Not comparable: the sources report no failures and no residuals.
+"""
+
+from clearance.paper_figures import workshop
+
+from clearance.evidence import pictures, stress
+
+
+def draw(work: workshop.Workshop) -> None:
+    case = work.less(None, "random")
+    verdicts = stress.stress(
+        case, quick=work.quick, progress=lambda done, total, name: work.say(f"{done} of {total}: {name}")
+    )
+    work.drawing(pictures.stress, verdicts)
+    work.text(stress.table(verdicts))
+    work.study(lambda folder: stress.save(verdicts, folder), cells=len(verdicts))
+    if faults := [v for v in verdicts if v.kind == "fault"]:
+        raise RuntimeError(f"{len(faults)} cells of the matrix fail, the first: {faults[0].row}, {faults[0].column}")
+
+
+if __name__ == "__main__":
+    workshop.main(__file__)

@@ -1,0 +1,74 @@
+"""Crank moment of the six-bar feeder with ideal, dry, lubricated and mixed joint B.
+
+Answers: Jin et al. (2023), driving moment of the crank at constant speed, ideal against dry and lubricated clearance.
+
+Reproduced: the moment over a turn at 300 rpm and a radial clearance of 0.1 mm, its extremes, root mean square and
+mean; the mean times a turn is the work of a turn, which goes into friction and oil. Mixed: with an oil of 2 mPa s,
+thin enough for the journal to cross the clearance fast and for surfaces to touch.
+
+Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 50 mPa s; all joints but B are ideal
+and free of friction. The dry moment is irregular; its extremes are those of the turns that were run.
+
+Not comparable: the source's moments belong to its own lengths and masses, which were not in the part we had.
+"""
+
+import numpy as np
+from clearance.paper_figures import workshop
+from clearance.paper_figures.feeder_slider import (
+    SETTLE,
+    by_turns,
+    finished,
+    models,
+    rms,
+    settled,
+    style,
+    turns_seen,
+)
+from clearance.postprocess.channels import abscissa
+from clearance.postprocess.figures import finish, line, sheet
+
+
+def draw(work: workshop.Workshop) -> None:
+    runs = models(work)
+    work.keep(moments(runs))
+    remark = f"Of {turns_seen(runs)} turns after {SETTLE}; +-: standard error of means over turns."
+    work.table(*numbers(runs), remarks=remark)
+
+
+def moments(runs: dict):
+    """The moment over the last turn, with oil above and dry below, and how it differs from the ideal one."""
+    figure = sheet(7.0, 6.8)
+    panels = figure.subplots(3, 1, sharex=True)
+    ideal = runs["ideal"].drive("crank").torque
+    for name, run in runs.items():
+        angle, last, xlabel = abscissa(run, "angle", 1.0)
+        torque = run.drive("crank").torque
+        line(panels[2 if name == "dry" else 0], angle, torque[last], **style(name))
+        if name not in ("dry", "ideal"):
+            line(panels[1], angle, torque[last] - ideal[last], **style(name))
+    for axes, label in zip(
+        panels, ("crank moment", "what it has beyond\nthe ideal one", "dry: crank moment"), strict=True
+    ):
+        finish(axes, f"{label} [N m]", "", legend=False)
+    return finished(figure, panels, xlabel, (panels[0], panels[2]))
+
+
+def numbers(runs: dict) -> tuple[list[str], list[list]]:
+    """Heads and rows: extremes, root mean squares and work."""
+    heads = [
+        "joint B", "min [N m]", "max [N m]", "largest abs. of a turn [N m]", "rms [N m]", "mean [N m]",
+        "work of a turn [J]", "rms beyond ideal [N m]",
+    ]  # fmt: skip
+    rows, turns = [], turns_seen(runs)
+    ideal = runs["ideal"].drive("crank").torque[settled(runs["ideal"])]
+    for name, run in runs.items():
+        torque = run.drive("crank").torque[settled(run)]
+        largest = by_turns(np.abs(torque), turns)
+        middle = round(float(torque[:-1].mean()), 9) + 0.0  # of the ideal one rounding is left
+        extremes = [float(torque.min()), float(torque.max())]
+        rows.append([name, *extremes, largest, rms(torque), middle, 2.0 * np.pi * middle, rms(torque - ideal)])
+    return heads, rows
+
+
+if __name__ == "__main__":
+    workshop.main(__file__)

@@ -1,0 +1,132 @@
+"""Interaction of clearance joints B, C and E of the six-bar feeder: each by itself and all three together.
+
+Answers: Jin et al. (2023), interaction between several clearance joints.
+
+Reproduced: forces, eccentricities, contacts and losses of joints B, C and E at 300 rpm with radial clearances of 0.1
+mm, of each joint as the only one with clearance and of all three together, lubricated and dry; and how the contact
+forces of two joints go together in time. C and E rock rather than turn, so that their oil carries by being squeezed.
+With oil the joints hardly notice each other; dry, an impact in one loads the others within a fraction of a
+millisecond.
+
+Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 50 mPa s. Dry motions are irregular:
+compared are numbers over ten turns, and correlations of the contact forces, which were averaged over 0.2 ms.
+
+Not comparable: the source's forces and orbits of the three joints; its dimensions and clearances were not in the part
+we had.
+"""
+
+import numpy as np
+from clearance.paper_figures import workshop
+from clearance.paper_figures.feeder_slider import SETTLE, feeder, finished, rms, settled, turns_seen
+from clearance.postprocess.channels import abscissa
+from clearance.postprocess.contacts import contacts_of
+from clearance.postprocess.figures import STROKES, finish, line, sheet, stroke
+
+JOINTS, ALL = ("B", "C", "E"), "B,C,E"
+#: largest lag of correlations [ms], and the time over which contact forces are averaged [ms]
+LAG, AVERAGED = 3.0, 0.2
+ALONE, TOGETHER = {"lw": 1.2, "label": "alone"} | STROKES[0], {"lw": 1.2, "label": "all three"} | STROKES[1]
+
+
+def draw(work: workshop.Workshop) -> None:
+    runs = {m: {j: feeder(work, model=m, joints=j) for j in (*JOINTS, ALL)} for m in ("lubricated", "dry")}
+    work.keep(oiled(runs["lubricated"]), "lubricated")
+    work.keep(dry(runs["dry"]), "dry")
+    remark = f"Of {turns_seen(runs['dry'])} turns after {SETTLE}; gaps and forces are those of samples and of contacts."
+    heads = [
+        "model", "joint", "clearance", "largest force [N]", "rms force [N]", "smallest gap [um]",
+        "largest eccentricity / c", "contacts a turn", "time in contact [%]", "energy lost in a turn [J]",
+    ]  # fmt: skip
+    rows = [
+        [model, j, "alone" if case == j else "all three", *numbers(found[case], j)]
+        for model, found in runs.items()
+        for j in JOINTS
+        for case in (j, ALL)
+    ]
+    work.table(heads, rows, remarks=remark)
+
+
+def oiled(runs: dict):
+    """Lubricated: eccentricity ratio of each joint over the last turn on the left, its force on the right."""
+    figure = sheet(9.0, 7.2)
+    panels = figure.subplots(3, 2, sharex=True)
+    for row, name in zip(panels, JOINTS, strict=True):
+        for case, shown in ((name, ALONE), (ALL, TOGETHER)):
+            run = runs[case]
+            angle, last, xlabel = abscissa(run, "angle", 1.0)
+            joint = run.joint(name)
+            line(row[0], angle, np.hypot(*joint.eccentricity[last].T) / run.clearances[name], **shown)
+            line(row[1], angle, np.hypot(*joint.force[last].T), **shown)
+        finish(row[0], f"eccentricity ratio\njoint {name} [-]", "", legend=False)
+        finish(row[1], f"force in joint {name} [N]", "", legend=False)
+        row[0].set_ylim(0.0, 1.0)
+    panels[-1, 0].set_xlabel(xlabel)
+    return finished(figure, panels.ravel(), xlabel)
+
+
+def dry(runs: dict):
+    """Dry: force of each joint over the last turn, alone and together, and correlations of contacts between joints."""
+    figure = sheet(9.5, 8.4)
+    grid = figure.add_gridspec(4, 2, height_ratios=(1.0, 1.0, 1.0, 1.2))
+    for i, name in enumerate(JOINTS):
+        pair = [figure.add_subplot(grid[i, k]) for k in (0, 1)]
+        for axes, case, shown in zip(pair, (name, ALL), (ALONE, TOGETHER), strict=True):
+            angle, last, xlabel = abscissa(runs[case], "angle", 1.0)
+            line(axes, angle, 1e-3 * np.hypot(*runs[case].joint(name).force[last].T), **shown | {"lw": 0.5})
+            finish(axes, f"force in joint\n{name} [kN]" if axes is pair[0] else "", "", legend=False)
+            axes.set(xlim=(0.0, 360.0), xticks=range(0, 361, 45))
+            if i == 0:
+                said = "its joint alone has clearance" if case == name else "all three have clearance"
+                axes.set_title(said, fontsize="medium")
+            if name == JOINTS[-1]:
+                axes.set_xlabel(xlabel)
+        top = max(axes.get_ylim()[1] for axes in pair)
+        for axes in pair:
+            axes.set_ylim(-0.03 * top, top)
+    axes = figure.add_subplot(grid[3, :])
+    for i, (first, second) in enumerate((("B", "C"), ("C", "E"), ("B", "E"))):
+        lag, found = correlation(runs[ALL], first, second)
+        line(axes, lag, found, **stroke(i, 3) | {"lw": 1.2, "label": f"{first} and {second}"})
+    finish(axes, "correlation of\ncontact forces [-]", "lag of the second joint [ms]", legend=False)
+    axes.legend(fontsize="small", loc="upper right")
+    figure.align_ylabels()
+    return figure
+
+
+def correlation(run, first: str, second: str) -> tuple[np.ndarray, np.ndarray]:
+    """Lags [ms] and the correlation of two joints' contact forces beyond their course over a turn."""
+    step = 1e3 * float(np.diff(run.time[:2])[0])
+    a, b = (contact_force(run, name, max(round(AVERAGED / step), 1)) for name in (first, second))
+    most = round(LAG / step)
+    shifts = np.arange(-most, most + 1)
+    inner = slice(most, len(a) - most)
+    whole = np.array([(a[inner] * b[most + s : len(b) - most + s]).mean() for s in shifts])
+    return shifts * step, whole / (a.std() * b.std())
+
+
+def contact_force(run, name: str, width: int) -> np.ndarray:
+    """Contact force of the settled turns, averaged over `width` samples, less its mean over turns, mean 0."""
+    force = np.convolve(run.joint(name).contact_force, np.full(width, 1.0 / width), "same")[settled(run)][:-1]
+    turns = round(run.time[-1] / run.turn) - SETTLE
+    by_turn = force.reshape(turns, -1)
+    return (by_turn - by_turn.mean(axis=0)).ravel()
+
+
+def numbers(run, name: str) -> list:
+    """Force, gap, contacts and losses of a joint."""
+    now, joint, turns = settled(run), run.joint(name), round(run.time[-1] / run.turn) - SETTLE
+    force, gap = np.hypot(*joint.force[now].T), float(joint.gap[now].min())
+    peak, count, share = float(force.max()), "-", "-"
+    if "contact_force" in joint:
+        found = contacts_of(run, name, settle=SETTLE)
+        peak, count, share = (
+            max(peak, float(found.peak_force.max(initial=0.0))),
+            len(found.time) / turns,
+            100.0 * found.share,
+        )
+    lost = float(np.ptp(joint.dissipated[now])) / turns
+    return [peak, rms(force), 1e6 * gap, 1.0 - gap / run.clearances[name], count, share, lost]
+
+
+if __name__ == "__main__":
+    workshop.main(__file__)

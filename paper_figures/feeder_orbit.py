@@ -1,0 +1,91 @@
+"""Path of journal B in its clearance circle: dry, lubricated, mixed.
+
+Answers: Jin et al. (2023), the centre orbit of the journal in the clearance joint, dry against lubricated.
+
+Reproduced: the path relative to the bearing's centre, along the fixed axes, over the last turns at 300 rpm and 0.1 mm,
+coloured by what the joint is doing; below it how much of the clearance is left between the surfaces over the last
+turn. The dry journal penetrates by micrometres: it stands beyond the circle there, and its gap is negative.
+
+Assumed: parameter set feeder-A, oil of 50 mPa s (lubricated) and 2 mPa s (mixed, load shared by film and asperities),
+roughness 0.8 um, restitution 0.9, friction coefficient 0.1.
+
+Not comparable: size and place of the orbit; clearances, loads and oil of the source are not known to us.
+"""
+
+import numpy as np
+from clearance.paper_figures import workshop
+from clearance.paper_figures.feeder_slider import MODELS, feeder
+from clearance.postprocess.channels import abscissa, kept
+from clearance.postprocess.figures import degrees, finish, legend_below, sheet, trajectory
+from clearance.postprocess.plots import FLIGHT, MEMBERSHIPS, STATES, touched
+
+#: turns shown of the irregular motion and of the periodic ones
+SHOWN = {"dry": 3.0, "lubricated": 1.0, "mixed, 2 mPa s": 1.0}
+
+
+def draw(work: workshop.Workshop) -> None:
+    work.keep(orbits({name: feeder(work, **MODELS[name]) for name in SHOWN}))
+
+
+def orbits(runs: dict):
+    """Paths above, gaps over the crank's angle below."""
+    figure = sheet(10.0, 6.9)
+    panels = figure.subplots(2, 3, height_ratios=(1.5, 1.0))
+    for (name, run), above, below in zip(runs.items(), *panels, strict=True):
+        colours, state = states(run)
+        path(above, run, SHOWN[name], colours, state)
+        turns = f"last {SHOWN[name]:g} turns" if SHOWN[name] > 1.0 else "last turn"
+        above.set_title(f"{name}, {turns}", fontsize="medium")
+        gap(below, run, colours, state)
+    panels[0, 0].set_ylabel("eccentricity y / c [-]")
+    panels[1, 0].set_ylabel("gap [µm]")
+    legend_below(figure, *panels[0])
+    return figure
+
+
+def states(run) -> tuple[dict, np.ndarray]:
+    """Colours by state, and the state of every sample as an index into them."""
+    joint = run.joint("B")
+    if MEMBERSHIPS[0] in joint:
+        return STATES, np.argmax([getattr(joint, name) for name in MEMBERSHIPS], axis=0)
+    if "film_radial" in joint:
+        return STATES, np.zeros(run.time.size, int)
+    return FLIGHT, touched(run, "B", run.time).astype(int)
+
+
+def path(axes, run, turns: float, colours: dict, state: np.ndarray) -> None:
+    late = kept(run, last=turns)
+    x, y = run.joint("B").eccentricity[late].T / run.clearances["B"]
+    angle = np.linspace(0.0, 2.0 * np.pi, 361)
+    axes.plot(np.cos(angle), np.sin(angle), color="0.3", lw=0.6)
+    for name, colour, here in parts(colours, state[late]):
+        trajectory(axes, np.where(here, x, np.nan), np.where(here, y, np.nan), color=colour, label=name)
+    axes.set_aspect("equal")
+    finish(axes, "", "eccentricity x / c [-]", legend=False)
+    axes.set(xlim=(-1.15, 1.15), ylim=(-1.15, 1.15))
+    axes.set_xticks(np.linspace(-1.0, 1.0, 5))
+    axes.set_yticks(np.linspace(-1.0, 1.0, 5))
+
+
+def gap(axes, run, colours: dict, state: np.ndarray) -> None:
+    angle, late, xlabel = abscissa(run, "angle", 1.0)
+    left = 1e6 * run.joint("B").gap[late]
+    for _, colour, here in parts(colours, state[late]):
+        axes.plot(angle, np.where(here, left, np.nan), color=colour, lw=0.9)
+    finish(axes, "", xlabel, legend=False)
+    axes.set_xlim(0.0, 360.0)
+    degrees(axes, most=5)
+    axes.set_title(f"smallest {left.min():.3g} µm", fontsize="small", loc="right", pad=2)
+
+
+def parts(colours: dict, state: np.ndarray):
+    """Name, colour and samples of each state that occurs; a state holds from the sample before on."""
+    for i, (name, colour) in enumerate(colours.items()):
+        here = state == i
+        here[:-1] |= here[1:]
+        if here.any():
+            yield name, colour, here
+
+
+if __name__ == "__main__":
+    workshop.main(__file__)

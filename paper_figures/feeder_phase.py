@@ -1,0 +1,115 @@
+"""Phase portraits and Poincare sections of slider and journal B of the six-bar feeder, dry and lubricated.
+
+Answers: Jin et al. (2023), phase diagrams and Poincare maps of the mechanism with dry and lubricated clearance.
+
+Reproduced: velocity over position and acceleration over velocity of the slider, and the journal's radial rate over its
+eccentricity, over the last turns; the sections once a turn at crank angle 0, over which a periodic motion is one
+point; at 150 and 600 rpm, clearance 0.1 mm. Lubricated: one point, a motion with the period of the drive. Dry: clouds.
+
+Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 50 mPa s. That dry sections fill
+clouds says that the motion does not repeat in the turns run; whether it is chaotic is a matter of its Lyapunov
+exponent.
+
+Not comparable: the source's speeds and clearances of its maps, which were not in the part we had.
+"""
+
+import numpy as np
+from clearance.paper_figures import workshop
+from clearance.paper_figures.feeder_slider import feeder
+from clearance.postprocess.channels import kept
+from clearance.postprocess.figures import STROKES, finish, legend_below, sheet, trajectory
+from clearance.postprocess.sections import section
+
+import clearance as cl
+
+SPEEDS = (150, 600)
+#: models: turns of a run, how they are drawn
+MODELS = {"dry": (220, STROKES[1] | {"lw": 0.5}), "lubricated": (30, STROKES[0] | {"lw": 1.3})}
+#: turns left out of sections, turns of a portrait
+SETTLE, PORTRAIT = 20, 2.0
+PER_TURN = 400
+KEPT = ("bodies/slider/*x", "joints/B/eccentricity_*")
+
+
+def draw(work: workshop.Workshop) -> None:
+    runs = {(n, m): run(work, n, m) for n in SPEEDS for m in MODELS}
+    fine = {(n, m): feeder(work, model=m, speed=cl.rpm(n), turns=4) for n in SPEEDS for m in MODELS}
+    work.keep(portraits(fine), "portraits")
+    work.keep(sections(runs), "sections")
+    heads = ["rpm", "joint B", "passages", "spread of x [um]", "of v [mm/s]", "of journal B / c"]
+    rows = [[n, m, *spread(found)] for (n, m), found in runs.items()]
+    work.table(heads, rows, remarks="Spread: standard deviation over the passages of crank angle 0.")
+
+
+def run(work: workshop.Workshop, speed: float, model: str):
+    turns = work.less(MODELS[model][0], SETTLE + 15)
+    options = {"turns": turns, "samples_per_turn": PER_TURN, "channels": list(KEPT)}
+    return work.run("six_bar_feeder", {"model": model, "speed": cl.rpm(speed)}, **options)
+
+
+def portraits(runs: dict):
+    """A row for each speed: slider x-v, v-a, and the journal's eccentricity and its rate."""
+    figure = sheet(10.0, 6.8)
+    panels = figure.subplots(len(SPEEDS), 3)
+    for (speed, model), found in runs.items():
+        row, late = panels[SPEEDS.index(speed)], kept(found, last=PORTRAIT)
+        slider, c = found["slider"], found.clearances["B"]
+        ratio = np.hypot(*found.joint("B").eccentricity[late].T) / c
+        rate = 1e3 * c * np.gradient(ratio, found.time[late])
+        pairs = ((1e3 * slider.x[late], slider.vx[late]), (slider.vx[late], slider.ax[late]), (ratio, rate))
+        for axes, (x, y) in zip(row, pairs, strict=True):
+            trajectory(axes, x, y, **MODELS[model][1], label=model)
+    labels = (
+        ("slider position [mm]", "its velocity [m/s]"), ("slider velocity [m/s]", "its acceleration [m/s²]"),
+        ("eccentricity ratio of journal B [-]", "its radial speed [mm/s]"),
+    )  # fmt: skip
+    for row, speed in zip(panels, SPEEDS, strict=True):
+        for axes, (x, y) in zip(row, labels, strict=True):
+            finish(axes, y, x, legend=False)
+        row[1].set_yscale("symlog", linthresh=10.0 * round(speed / 150) ** 2)
+        row[0].set_title(f"{speed} rpm", fontsize="medium", loc="left")
+    legend_below(figure, panels[0, 0])
+    return figure
+
+
+def sections(runs: dict):
+    """A row for each speed: slider and journal when the crank passes 0 degrees."""
+    figure = sheet(7.6, 7.6)
+    panels = figure.subplots(len(SPEEDS), 2)
+    circle = np.linspace(0.0, 2.0 * np.pi, 361)
+    for (speed, model), found in runs.items():
+        x, v, ex, ey = points(found).T
+        row, oil = panels[SPEEDS.index(speed)], model == "lubricated"
+        marks = {"marker": "D", "ms": 7, "mfc": "none", "mew": 1.3} if oil else {"marker": "o", "ms": 3, "mew": 0}
+        shown = {"ls": "", "color": MODELS[model][1]["color"], "label": f"{model}, {len(x)} passages"} | marks
+        row[0].plot(1e3 * x, v, **shown)
+        row[1].plot(ex, ey, **shown)
+    for row, speed in zip(panels, SPEEDS, strict=True):
+        finish(row[0], "its velocity [m/s]", "slider position [mm]", legend=False)
+        row[0].ticklabel_format(useOffset=False)
+        row[0].locator_params(axis="x", nbins=5)
+        row[0].set_title(f"{speed} rpm, crank angle 0°", fontsize="medium", loc="left")
+        row[1].plot(np.cos(circle), np.sin(circle), color="0.5", lw=0.8)
+        row[1].set_aspect("equal")
+        row[1].set_xticks(np.linspace(-1.0, 1.0, 5))
+        row[1].set_yticks(np.linspace(-1.0, 1.0, 5))
+        finish(row[1], "eccentricity y / c [-]", "eccentricity x / c [-]", legend=False)
+    legend_below(figure, panels[0, 0])
+    return figure
+
+
+def points(found) -> np.ndarray:
+    """Position and velocity of the slider and the journal over its clearance, once a turn: (turns, 4)."""
+    names = ("slider.x", "slider.vx", "B.epsilon_x", "B.epsilon_y")
+    return section(found, names, settle=SETTLE)
+
+
+def spread(found) -> list:
+    """Passages, and standard deviations of position [um], velocity [mm/s] and journal over them."""
+    values = points(found)
+    x, v, *journal = values.std(axis=0)
+    return [len(values), float(1e6 * x), float(1e3 * v), float(np.hypot(*journal))]
+
+
+if __name__ == "__main__":
+    workshop.main(__file__)

@@ -1,0 +1,152 @@
+"""Slider of the six-bar feeder: displacement, velocity, acceleration with ideal, dry, lubricated, mixed B.
+
+Answers: Jin et al. (2023), displacement, velocity and acceleration of the slider with ideal joints, with dry and with
+lubricated clearance.
+
+Reproduced: the four models at 300 rpm and a radial clearance of 0.1 mm: ideal, dry (Lankarani-Nikravesh contact,
+Coulomb friction), lubricated (oil of 50 mPa s), and mixed with an oil so thin (2 mPa s) that the surfaces touch; at 50
+mPa s the mixed joint never leaves full film and is the lubricated one. Their deviations from the ideal slider, which
+the eye does not see in the motion itself, have panels of their own.
+
+Assumed: all lengths, masses and inertias, joint dimensions, material, oil, roughness 0.8 um, restitution 0.9 and
+friction coefficient 0.1 (parameter set feeder-A). The dry motion is irregular: its curves are one sample of many, its
+means carry their standard error.
+
+Not comparable: amplitudes and peaks; the part of the source we had gives none of its lengths, speeds or clearances.
+"""
+
+import numpy as np
+from clearance.paper_figures import workshop
+from clearance.postprocess.channels import abscissa, kept
+from clearance.postprocess.figures import STROKES, degrees, finish, legend_below, line, sheet
+
+from clearance.evidence.statistics import mean
+
+#: models of joint B: name -> parameters of the case
+MODELS = {
+    "ideal": {"model": "ideal"},
+    "dry": {"model": "dry"},
+    "lubricated": {"model": "lubricated"},
+    "mixed, 2 mPa s": {"model": "mixed", "viscosity": 0.002},
+}
+#: of which model a curve is, everywhere
+STYLES = dict(zip(MODELS, (STROKES[0], STROKES[1] | {"lw": 0.5}, STROKES[2], STROKES[3]), strict=True))
+#: turns; samples in a turn (25 us apart: peaks of the dry acceleration are within 1 % of those at a quarter of
+#: that); turns left out at the start
+TURNS, PER_TURN, SETTLE = 12, 8000, 2
+#: spread of turns, over their mean, below which they are the same
+SAME = 1e-4
+KEPT = ("bodies/slider/*x", "joints/[BCE]/*", "drives/*")
+#: rates of the slider: channel, factor to printed units, label, its units, those of deviations, factor to them
+RATES = (
+    ("x", 1e3, "displacement", "mm", "µm", 1e6), ("vx", 1.0, "velocity", "m/s", "mm/s", 1e3),
+    ("ax", 1.0, "acceleration", "m/s²", "m/s²", 1.0),
+)  # fmt: skip
+
+
+def draw(work: workshop.Workshop) -> None:
+    runs = models(work)
+    work.keep(motion(runs), "motion")
+    work.keep(deviations(runs), "deviations")
+    work.table(*peaks(runs), "peaks", f"Of {turns_seen(runs)} turns after {SETTLE}.")
+
+
+def models(work: workshop.Workshop) -> dict:
+    """A run of each model, at the same times."""
+    return {name: feeder(work, **parameters) for name, parameters in MODELS.items()}
+
+
+def feeder(work: workshop.Workshop, turns: float = TURNS, **parameters):
+    """A finely sampled run of the feeder; fewer turns and samples in previews."""
+    turns, samples = work.less(turns, SETTLE + 2), work.less(PER_TURN, 2000)
+    return work.run("six_bar_feeder", parameters, turns=turns, samples_per_turn=samples, channels=list(KEPT))
+
+
+def settled(run) -> slice:
+    """Samples of the turns that count."""
+    return kept(run, settle=SETTLE)
+
+
+def turns_seen(runs: dict) -> int:
+    run = next(iter(runs.values()))
+    return round(run.time[-1] / run.turn) - SETTLE
+
+
+def motion(runs: dict):
+    """Displacement, velocity and acceleration over the last turn; the dry acceleration on a scale of its own."""
+    figure = sheet(7.0, 8.6)
+    panels = figure.subplots(4, 1, sharex=True)
+    shown = (*((rate, runs) for rate in RATES[:2]), (RATES[2], [n for n in runs if n != "dry"]), (RATES[2], ["dry"]))
+    for axes, ((channel, factor, label, units, *_), names) in zip(panels, shown, strict=True):
+        for name in names:
+            angle, last, xlabel = abscissa(runs[name], "angle", 1.0)
+            line(axes, angle, factor * getattr(runs[name]["slider"], channel)[last], **style(name))
+        finish(axes, f"{label} [{units}]", "", legend=False)
+    for axes, said in zip(panels[2:], ("ideal, lubricated, mixed", "dry"), strict=True):
+        axes.set_title(said, fontsize="small", loc="right", pad=2)
+    return finished(figure, panels, xlabel)
+
+
+def deviations(runs: dict):
+    """What the slider does beyond the ideal one: with oil on the left, dry on the right."""
+    figure = sheet(9.0, 6.6)
+    panels = figure.subplots(3, 2, sharex=True)
+    for row, (channel, _, label, _, units, factor) in zip(panels, RATES, strict=True):
+        for name in list(runs)[1:]:
+            angle, last, xlabel = abscissa(runs[name], "angle", 1.0)
+            beyond = getattr(runs[name]["slider"], channel) - getattr(runs["ideal"]["slider"], channel)
+            line(row[int(name == "dry")], angle, factor * beyond[last], **style(name))
+        finish(row[0], f"deviation of\n{label} [{units}]", "", legend=False)
+        finish(row[1], "", "", legend=False)
+    for axes in panels[-1]:
+        axes.set_xlabel(xlabel)
+    return finished(figure, panels.ravel(), xlabel, panels[0])
+
+
+def style(name: str) -> dict:
+    return {"lw": 1.2, "label": name} | STYLES[name]
+
+
+def finished(figure, panels, xlabel: str, named=None):
+    """A page of panels over the crank's angle with one legend below."""
+    panels[-1].set_xlabel(xlabel)
+    panels[-1].set_xlim(0.0, 360.0)
+    degrees(panels[-1])
+    figure.align_ylabels()
+    legend_below(figure, *(panels[:1] if named is None else named))
+    return figure
+
+
+def peaks(runs: dict) -> tuple[list[str], list[list]]:
+    """Heads and rows: extremes of the motion, and of its deviation from the ideal one."""
+    heads = [
+        "joint B", "x min [mm]", "x max [mm]", "v min [m/s]", "v max [m/s]", "a min [m/s2]", "a max [m/s2]",
+        "a rms [m/s2]", "largest abs. a of a turn [m/s2]", "deviation of x, max [um]", "of v, max [mm/s]",
+        "of a, rms [m/s2]",
+    ]  # fmt: skip
+    rows = []
+    for name, run in runs.items():
+        now, ideal = ([getattr(r["slider"], c[0])[settled(r)] for c in RATES] for r in (run, runs["ideal"]))
+        x, v, a = now
+        dx, dv, da = (p - q for p, q in zip(now, ideal, strict=True))
+        rows.append(
+            [name, 1e3 * x.min(), 1e3 * x.max(), v.min(), v.max(), a.min(), a.max(), rms(a),
+             by_turns(np.abs(a), turns_seen(runs)), 1e6 * np.abs(dx).max(),
+             1e3 * np.abs(dv).max(), rms(da)]
+        )  # fmt: skip
+    return heads, [[float(c) if isinstance(c, np.floating) else c for c in row] for row in rows]
+
+
+def by_turns(values: np.ndarray, turns: int) -> str:
+    """Mean over turns of the largest value of each, with its standard error where turns differ."""
+    largest = values[: len(values) // turns * turns].reshape(turns, -1).max(axis=1)
+    found = mean(largest)
+    return str(found) if found.error > SAME * abs(found.value) else f"{found.value:.4g}"
+
+
+def rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+if __name__ == "__main__":
+    workshop.main(__file__)

@@ -1,0 +1,45 @@
+"""Pressure in the lubricated joint B of the feeder at six moments of a turn.
+
+Answers: no figure of Jin et al. (2023), whose film model is a closed-form force without a pressure field; it shows what
+the tabulated film of the front picture stands for.
+
+Reproduced: the state of joint B along the sixth turn at 300 rpm, and at six moments of it the Reynolds equation solved
+anew with the run's bearing, oil and cavitation; the table sets its load beside the force that the run had.
+
+Assumed: the feeder's parameter set feeder-A, a bearing of length over diameter 1 without grooves that cavitates at
+ambient pressure, constant viscosity, rigid smooth surfaces at the nominal gap.
+
+Not comparable: pressures and film extents; the source prints none.
+"""
+
+from clearance.paper_figures import workshop
+from clearance.paper_figures.six_bar_feeder import PARAMETERS, TURNS
+
+from clearance.evidence import film_pictures
+from clearance.evidence.films import snapshots
+
+JOINT = "B"
+
+
+def draw(work: workshop.Workshop) -> None:
+    with work.run("six_bar_feeder", PARAMETERS, turns=TURNS) as run:
+        shots = snapshots(run, JOINT)
+    work.drawing(film_pictures.snapshots, shots, JOINT, "six_bar_feeder, lubricated, 300 rpm")
+    heads = (
+        "time [ms]", "eccentricity ratio [-]", "its rate [1/s]", "entrainment speed [rad/s]", "load [N]",
+        "film force in the run [N]", "difference [%]", "peak pressure [MPa]",
+    )  # fmt: skip
+    remarks = "Load and pressure: finite volumes of that state; the run: its table."
+    work.table(heads, [_row(s) for s in shots], remarks=remarks)
+
+
+def _row(shot) -> list[float]:
+    load = shot.solution.load
+    return [
+        1e3 * shot.time, shot.eccentricity_ratio, shot.radial_rate, shot.entrainment, load, shot.recorded,
+        100.0 * (shot.recorded / load - 1.0), shot.solution.peak_pressure / 1e6,
+    ]  # fmt: skip
+
+
+if __name__ == "__main__":
+    workshop.main(__file__)

@@ -1,0 +1,172 @@
+"""What the scripts of figures share: runs and sweeps that are kept, pictures as PNG and PDF, tables, and a note of all.
+
+A script is a module of this folder with a docstring (its title, then a paragraph for each of `PARTS`) and a function
+`draw(work)`, which asks `work` for results and hands it what it draws. Results lie under `DIR/results` and are used
+again as long as the scene, the options and the sources of the physics are the same.
+"""
+
+import ast
+import csv
+import hashlib
+import inspect
+import json
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from pathlib import Path
+
+from clearance.postprocess.figures import save
+
+import clearance as cl
+from clearance.results import Record, Result
+from clearance.sweeping.index import Sweep
+from clearance.sweeping.points import Points
+
+FOLDER = Path(__file__).parent
+#: modules of this folder that draw nothing themselves
+SHARED = ("__init__", "workshop", "gallery")
+KINDS = (".png", ".pdf")
+#: paragraphs of a script's docstring: what of the source it answers, what is reproduced, what had to be assumed, and
+#: what cannot be compared because the source gives no number
+PARTS = ("Answers", "Reproduced", "Assumed", "Not comparable")
+#: packages on whose sources results depend
+PHYSICS = ("laws", "film", "mechanism", "stepping", "inverse", "identify", "simulation.py", "recording.py")
+
+
+def names() -> list[str]:
+    """Names of all figures, which are those of their scripts."""
+    return sorted(p.stem for p in FOLDER.glob("*.py") if p.stem not in SHARED)
+
+
+def about(name: str) -> tuple[str, dict[str, str]]:
+    """Title of a figure and the paragraphs of its docstring. Raises ValueError where one is missing."""
+    text = ast.get_docstring(ast.parse((FOLDER / f"{name}.py").read_text(encoding="utf-8"))) or ""
+    title, *paragraphs = [" ".join(p.split()) for p in text.split("\n\n")]
+    found = dict(p.split(": ", 1) for p in paragraphs if p.partition(": ")[0] in PARTS)
+    if missing := [p for p in PARTS if p not in found]:
+        raise ValueError(f"paper_figures/{name}.py: its docstring has no paragraph '{missing[0]}: ...'")
+    return title.rstrip("."), found
+
+
+def main(file: str) -> None:
+    """Draw the one figure of a script that is called by itself; options as those of `clearance figures`."""
+    from clearance.cli import main
+
+    raise SystemExit(main(["figures", Path(file).stem, *sys.argv[1:]]))
+
+
+class Workshop:
+    """Where the pictures and tables of one figure are made, and what it used is noted.
+
+    folder: of pictures and tables, with the results in `results`; name: of the figure, stem of its files; quick: a
+    coarse preview, in which scripts ask for `less`; fresh: runs of before are not used again; say: called with what
+    is being done.
+    """
+
+    def __init__(self, folder: Path, name: str, quick: bool = False, fresh: bool = False, say=lambda text: None):
+        self.folder, self.name, self.quick, self.fresh, self.say = Path(folder), name, quick, fresh, say
+        self.files: list[str] = []
+        self.results: list[dict] = []
+
+    def less(self, full, quick):
+        """`full`, or `quick` in a preview."""
+        return quick if self.quick else full
+
+    # --- results
+    def run(self, case: str, parameters: Mapping | None = None, **options) -> Result:
+        """The result of `cl.simulate(cl.load_case(case, **parameters), **options)`."""
+        return self._result(cl.simulate, case, parameters, options)
+
+    def inverse(self, case: str, parameters: Mapping | None = None, **options) -> Record:
+        """The record of `cl.inverse_dynamics(cl.load_case(case, **parameters), **options)`."""
+        return self._result(cl.inverse_dynamics, case, parameters, options)
+
+    def _result(self, call: Callable, case: str, parameters: Mapping | None, options: dict) -> Result:
+        parameters = dict(parameters or {})
+        scene = cl.load_case(case, **parameters)
+        note = {"call": call.__name__, "case": case, "parameters": parameters, "options": options}
+        path = self.folder / "results" / f"{case}-{_digest(note, scene.to_json())}.h5"
+        if self.fresh or not _whole(path):
+            self.say(f"{case}: {', '.join(f'{k}={v}' for k, v in (parameters | options).items())}")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            call(scene, path=path, **options).close()
+        found = cl.open_result(path)
+        self.results.append({"file": self._relative(path)} | note)
+        return found
+
+    def sweep(self, case: str, points: Points, *, fixed: Mapping | None = None, **options) -> Sweep:
+        """The sweep of `cl.sweep(case, points, fixed=fixed, **options)`; all its points have to succeed."""
+        fixed = dict(fixed or {})
+        note = {"call": "sweep", "case": case, "parameters": fixed, "options": options}
+        path = self.folder / "results" / f"{case}-sweep-{_digest(note, points.columns, points.axes)}"
+
+        def progress(p):
+            self.say(f"{case}: {p.before + p.done} of {p.total} points")
+
+        found = cl.sweep(case, points, path, fixed=fixed, progress=progress, retry_failed=True, **options)
+        swept = {n: [min(v), max(v), len(set(v))] for n, v in points.columns.items()}
+        self.results.append({"file": self._relative(path)} | note | {"swept": swept, "points": len(points)})
+        if not found.done.all():
+            raise RuntimeError(f"{path}: {int((~found.done).sum())} of {len(points)} points did not run")
+        return found
+
+    def study(self, write: Callable[[Path], Path], **note) -> None:
+        """Keep the data of a study: write(folder) gives the file; note: parameters behind it."""
+        path = write(self.folder / "results" / self.name)
+        self.results.append({"file": self._relative(path)} | note)
+
+    # --- pictures and tables
+    def keep(self, figure, suffix: str = "") -> None:
+        """Save a figure in all kinds."""
+        self.drawing(lambda path: save(figure, path, dpi=150), suffix=suffix)
+
+    def drawing(self, draw: Callable, *arguments, suffix: str = "", **more) -> None:
+        """Save in all kinds what draw(*arguments, path, **more) draws; suffix: tells the pictures of a script apart."""
+        for kind in KINDS:
+            path = self._file(suffix, kind)
+            draw(*arguments, path, **more)
+
+    def table(self, heads: Sequence[str], rows: Sequence[Sequence], suffix: str = "", remarks: str = "") -> None:
+        """Save a table as Markdown, with remarks below, and as CSV; cells are texts or numbers (four digits)."""
+        cells = [[f"{c:.4g}" if isinstance(c, float) else str(c) for c in row] for row in rows]
+        lines = ["| " + " | ".join(row) + " |" for row in (heads, ["---"] * len(heads), *cells)]
+        self._file(suffix, ".md").write_text("\n".join([*lines, "", *([remarks, ""] if remarks else [])]))
+        with self._file(suffix, ".csv").open("w", newline="") as file:
+            csv.writer(file).writerows([heads, *rows])
+
+    def text(self, lines: Sequence[str], suffix: str = "") -> None:
+        """Save a table that is Markdown already."""
+        self._file(suffix, ".md").write_text("\n".join([*lines, ""]))
+
+    def _file(self, suffix: str, kind: str) -> Path:
+        self.folder.mkdir(parents=True, exist_ok=True)
+        path = self.folder / f"{self.name}{'_' * bool(suffix)}{suffix}{kind}"
+        self.files.append(path.name)
+        return path
+
+    def _relative(self, path: Path) -> str:
+        return path.relative_to(self.folder).as_posix()
+
+
+def _whole(path: Path) -> bool:
+    """Whether there is the result of a run that came to its end."""
+    if not path.exists():
+        return False
+    with cl.open_result(path) as found:
+        return found.complete
+
+
+def _digest(*parts) -> str:
+    """Name of all that a result depends on."""
+    text = json.dumps([*parts, _sources()], sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+
+@cache
+def _sources() -> str:
+    """Digest of the physics' own sources."""
+    root, found = Path(inspect.getfile(cl)).parent, hashlib.sha256()
+    for part in PHYSICS:
+        for path in sorted((root / part).rglob("*.py")) if (root / part).is_dir() else [root / part]:
+            found.update(path.read_bytes())
+    return found.hexdigest()

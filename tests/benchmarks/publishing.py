@@ -1,0 +1,39 @@
+"""What the scripts beside it share: tables into a file at their marks, numbers that are asked for and not met."""
+
+import argparse
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+END = "<!-- end -->"
+#: where tables stand
+RESULTS = Path(__file__).parent / "README.md"
+missed: list[str] = []
+
+
+def require(met, what: str) -> None:
+    """Note a number that is not met; the script then ends with exit status 1."""
+    if not met:
+        missed.append(what)
+
+
+def put(path: str | Path, lines: list[str], begin: str, end: str = END) -> None:
+    """Put lines into a text file in place of what stands between two marks; `begin` must be there once."""
+    head, _, rest = (text := Path(path).read_text()).partition(begin)
+    if text.count(begin) != 1 or end not in rest:
+        raise SystemExit(f"{path} must have {begin} once, and after it {end!r}")
+    tail = rest[rest.index(end) :].lstrip("\n")
+    Path(path).write_text(f"{head}{begin}\n\n" + "\n".join(lines) + f"\n\n{tail}")
+
+
+def publish(doc: str, make: Callable[[], list[str]], begin: str, end: str = END) -> None:
+    """A whole script: prints the lines, with --update puts them at their mark, says what was missed, and exits."""
+    options = argparse.ArgumentParser(description=doc)
+    options.add_argument("--update", action="store_true", help=f"put the tables into {RESULTS}, at the mark {begin}")
+    update = options.parse_args().update
+    lines = make()
+    print("\n".join(lines))
+    if update:
+        put(RESULTS, lines, begin, end)
+    print("\n".join(["", *(f"missed: {m}" for m in missed)]))
+    sys.exit(1 if missed else 0)

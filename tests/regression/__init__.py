@@ -1,0 +1,1 @@
+"""Whole runs of every case against stored results."""

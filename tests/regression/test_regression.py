@@ -1,0 +1,76 @@
+"""Whole runs with default settings against the references, see references.py.
+
+What is allowed is a few times (mostly five) the deviation of the run when its reference was made: the error of
+rtol = 1e-6, or of rounding where the motion is prescribed. A change beyond it is a change of model or of accuracy.
+"""
+
+import numpy as np
+import pytest
+
+from clearance.catalogue import case_names
+from tests.regression import references
+from tests.regression.references import RUNS, Estimation, Statistics, described, deviations, read, result
+
+MOVABLE = [n for n, run in RUNS.items() if not isinstance(run, Statistics | Estimation)]
+
+
+def worst(off: dict[str, float]) -> str:
+    return ", ".join(f"{n}: {off[n]:.3g}" for n in sorted(off, key=off.get, reverse=True)[:5])
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_run_is_as_its_reference(name):
+    known, facts = read(name)
+    assert facts["run"] == described(RUNS[name]), "the reference is of another run: make it again"
+    off = deviations(RUNS[name], result(RUNS[name]), known)
+    assert all(value <= 1.0 for value in off.values()), worst(off)
+
+
+@pytest.mark.parametrize("name", MOVABLE)
+def test_a_thousandth_is_noticed(name):
+    """One parameter a thousandth larger: at least three times what is allowed, in some channel."""
+    off = deviations(RUNS[name], result(RUNS[name], factor=1.001), read(name)[0])
+    assert max(off.values()) > 3.0, worst(off)
+
+
+def test_other_parameters_of_friction_are_noticed():
+    """Each value a thousandth off is beyond what is allowed."""
+    known, _ = read("ball_joint_lugre1d")
+    moved = {t: columns | {"value": 1.001 * columns["value"]} for t, columns in known.items()}
+    off = deviations(RUNS["ball_joint_lugre1d"], moved, known)
+    assert min(off.values()) > 3.0
+
+
+@pytest.mark.parametrize("name", [n for n, run in RUNS.items() if isinstance(run, Statistics)])
+def test_statistics_see_a_model(name):
+    """Metrics at half their value, as by a lost factor of two: at least three of the six are beyond what is allowed."""
+    known, _ = read(name)
+    moved = {"metrics": known["metrics"] | {"value": 0.5 * known["metrics"]["value"]}}
+    off = np.array(list(deviations(RUNS[name], moved, known).values()))
+    assert (off > 1.0).sum() >= 3, off
+
+
+def test_a_missing_channel_is_named():
+    known, _ = read("slider_crank_ideal")
+    less = known | {"channels": {c: v[1:] for c, v in known["channels"].items()}}
+    with pytest.raises(ValueError, match="channels: found"):
+        deviations(RUNS["slider_crank_ideal"], less, known)
+
+
+def test_every_case_has_a_reference():
+    assert set(case_names()) == {run.case for run in RUNS.values() if not isinstance(run, Estimation)}
+
+
+def test_files_are_small_and_no_others():
+    """60 kB each: they live in the repository."""
+    files = sorted(references.FOLDER.glob("*"))
+    assert [f.stem for f in files] == sorted(RUNS)
+    assert all(f.stat().st_size < 60e3 for f in files)
+
+
+def test_nothing_is_overwritten_unasked(capsys):
+    before = references.path_of("four_bar_ideal").read_bytes()
+    with pytest.raises(SystemExit):
+        references.main(["four_bar_ideal"])
+    assert "give --overwrite" in capsys.readouterr().err
+    assert references.path_of("four_bar_ideal").read_bytes() == before
