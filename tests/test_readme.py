@@ -43,6 +43,12 @@ def test_joint_friction_example(capsys):
     assert capsys.readouterr().out
 
 
+def test_ball_joint_example(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(next(b for b in GUIDE if "identify.fit" in b), "README", "exec"), {})
+    assert "largest friction torque" in capsys.readouterr().out
+
+
 def test_own_mechanism(tmp_path, capsys):
     path = tmp_path / "my_mechanism.py"
     path.write_text(next(b for b in GUIDE if "def scene(" in b))

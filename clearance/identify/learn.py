@@ -149,10 +149,12 @@ class LSTM(Model):
 
     @cached_property
     def layout(self) -> Layout:
+        """Where the kernels find each number."""
         return Layout(float(self.interval), float(self.softness), self.hidden)
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
+        """What is fitted, in the order of its vector."""
         gates = [f"{g}{n}" for g in ("in", "forget", "cell", "out") for n in range(self.hidden)]
         sources = [*(f"rate_{a}" for a in AXES), *(f"unit{n}" for n in range(self.hidden)), "one"]
         names = [f"{g}_from_{s}" for s in sources for g in gates]

@@ -179,6 +179,7 @@ class LuGre(Model):
 
     @property
     def name(self) -> str:
+        """"lugre3d" or "lugre1d"."""
         return "lugre3d" if self.coupled else "lugre1d"
 
     @property
@@ -212,11 +213,13 @@ class LuGre(Model):
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
+        """What is fitted, in the order of its vector."""
         groups, functions = dict.fromkeys(self.groups), [*self._units, *itertools.chain(*self._functions)]
         return self.bounded([replace(p, name=f"{g}_{p.name}") for g in groups for p in functions], 1e-12)
 
     @cached_property
     def layout(self) -> Layout:
+        """Where the kernels find each number."""
         sizes = [len(f) for f in self._functions]
         inner = len(self._units)
         own, groups = inner + sum(sizes), list(dict.fromkeys(self.groups))
@@ -328,12 +331,14 @@ class Curve(Model):
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
+        """What is fitted, in the order of its vector."""
         names = [f"{g}_torque_at_{k:g}" for g in dict.fromkeys(self.groups) for k in self.knots]
         low = 0.0 if self.nonnegative else -100.0
         return self.bounded([Parameter(n, "N m", low, 100.0, 2.0) for n in names], low)
 
     @cached_property
     def layout(self) -> Layout:
+        """Where the kernels find each number."""
         groups = list(dict.fromkeys(self.groups))
         places = np.array([[groups.index(g) * len(self.knots)] * 4 for g in self.groups])
         return Layout(places, np.array([0.0, *self.knots]), 2.0, False, True)

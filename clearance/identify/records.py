@@ -108,6 +108,7 @@ class Trial:
 
     @property
     def samples(self) -> int:
+        """Number of samples."""
         return len(self.time)
 
     @property
@@ -154,6 +155,7 @@ class Measurement:
 
     @property
     def samples(self) -> int:
+        """Number of samples of all trials."""
         return sum(t.samples for t in self.trials)
 
 
