@@ -111,7 +111,8 @@ def _plane(axes, e: studies.Extrapolation):
     last = slice(2 * e.trial.samples // 3, None)
     axes.plot(e.trial.torque[last, TILT], e.trial.torque[last, SPIN], **STYLE["truth"])
     for name, torque in e.torque.items():
-        axes.plot(torque[last, TILT], torque[last, SPIN], **STYLE[name])
+        thin = {"lw": 0.6, "alpha": 0.6} if name == "curve" else {}  # it jumps at each turn
+        axes.plot(torque[last, TILT], torque[last, SPIN], **STYLE[name] | thin)
     axes.set_title("mixed: spin at 1.5 Hz, tilt at 1 Hz, 8 deg", fontsize=10)
     finish(axes, "torque of spin [N m]", "torque of tilt [N m]", legend=False)
 

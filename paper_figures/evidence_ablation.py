@@ -46,7 +46,10 @@ def costs(rows):
         time = 1e6 * np.array([getattr(r, name) for r in rows])
         panels[2].barh(place, np.maximum(time - bottom, 0.0), left=bottom, color=stroke(i, 3)["color"], label=label)
         bottom = np.maximum(time, bottom)
+    panels[2].margins(x=0.03)
     finish(panels[2], "", "time of a step [us]")
+    for axes in panels:
+        axes.set_axisbelow(True)
     panels[0].set_yticks(place, [r.name for r in rows], fontsize=8)
     return figure
 

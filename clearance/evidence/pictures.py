@@ -76,22 +76,24 @@ def stress(verdicts, path: str | Path) -> Path:
 
 
 def physics(study, path: str | Path) -> Path:
-    """Distance from the finest choice of physics against run time."""
-    figure = sheet(10.0, 6.2)
-    axes = figure.add_subplot()
+    """Distance from the finest choice of physics, and run time, a row for each choice; one colour a model."""
     shown = [c for c in study.choices if math.isfinite(c.distance)]
+    figure = sheet(10.0, 1.4 + 0.23 * len(shown))
+    distance, time = figure.subplots(1, 2, sharey=True)
     nearest = min((c.distance for c in shown if c.distance > 0.0), default=1.0)
-    for i, c in enumerate(shown):
-        x, y = max(c.distance, 0.1 * nearest), 1e3 * c.seconds
-        axes.loglog(x, y, MARKERS[c.model], color=COLOURS[i % 4], ms=6, label=f"{i + 1}  {c.name}")
-        axes.annotate(str(i + 1), (x, y), xytext=(5, 3), textcoords="offset points", fontsize=7)
-    axes.legend(fontsize=7, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
-    axes.set_xlabel(f"distance from '{study.finest}'\n(itself at the right edge): {study.measure}")
-    axes.set_ylabel("run time / ms")
-    axes.invert_xaxis()
-    axes.margins(0.1)
-    axes.grid(True, which="major", color="0.9")
-    axes.set_title(study.title, fontsize=10)
+    for row, c in enumerate(shown):
+        style = {"color": COLOURS[list(MARKERS).index(c.model)], "ms": 6}
+        open_face = {} if c.distance > 0.0 else {"mfc": "none"}
+        distance.semilogx(max(c.distance, 0.4 * nearest), row, MARKERS[c.model], **style, **open_face)
+        time.semilogx(1e3 * c.seconds, row, MARKERS[c.model], **style)
+    distance.set_yticks(range(len(shown)), [c.name for c in shown], fontsize=8)
+    distance.set_ylim(len(shown) - 0.5, -0.5)
+    distance.set_xlabel(f"distance from '{study.finest}'\n(open: itself): {study.measure}")
+    time.set_xlabel("run time / ms")
+    for axes in (distance, time):
+        axes.grid(True, which="major", color="0.9")
+        axes.set_axisbelow(True)
+    figure.suptitle(study.title, fontsize=10)
     return saved(figure, path)
 
 

@@ -37,8 +37,8 @@ BLIND = 1e-12  # share of a parameter in the cost's curvature below which the sa
 class Estimate:
     """What the estimation of a model gives: values (p,), low and high (p,) of 95 % intervals, covariance (p, p).
 
-    history: cost over the iterations; starts: columns of the table of starts; facts, doubts. A model without intervals
-    leaves low, high and covariance empty.
+    history: cost over the iterations (of those on a part of the samples, in proportion); starts: columns of the table
+    of starts; facts, doubts. A model without intervals leaves low, high and covariance empty.
     """
 
     values: np.ndarray
@@ -313,10 +313,12 @@ def _solve(model: LuGre, search: Search, part: Part, begins: list[np.ndarray], t
         tell()
     passes, points = np.array([s.evaluations for s in looked]), [s.point for s in looked]
     costs = np.array([whole.cost(search.natural(y)) for y in points])
-    histories = {0: looked[0].history}
+    scale = (np.linalg.norm(whole.measured) / np.linalg.norm(looks.measured)) ** 2
+    histories = [[scale * cost for cost in s.history] for s in looked]
     for n in np.argsort(costs, kind="stable")[:FOLLOWED] if looks is not whole else ():
         further = whole.solved(points[n], part.free, LOOK, MOST_LOOKS)
-        points[n], costs[n], histories[n] = further.point, further.cost, further.history
+        points[n], costs[n] = further.point, further.cost
+        histories[n] += further.history
         passes[n] += further.evaluations
     best = int(np.argmin(costs))
     end = whole.solved(points[best], part.free, FINISH_NETWORK if model.network else FINISH, MOST)
