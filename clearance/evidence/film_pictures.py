@@ -114,9 +114,10 @@ def ladder(study, path: str | Path) -> Path:
         for kind, (colour, marker) in KINDS.items():
             own = [r for r in rungs if r.kind == kind]
             axes.loglog([r.error for r in own], [unit * r.seconds for r in own], marker, color=colour, ms=6, label=kind)
-        for i, r in enumerate(rungs):
+        tables = [r for r in rungs if r.kind == "table"]
+        for i, r in enumerate(r for r in rungs if r not in tables[1:-1]):  # tables lie close together
             name = r.name.removeprefix("fast solver ").removeprefix("FEM ").removeprefix("table ")
-            below = ((5, 3), (-12, -13))[i % 2]  # neighbours may lie close together
+            below = ((5, 3), (-12, -13))[i % 2]  # neighbours too
             axes.annotate(name, (r.error, unit * r.seconds), xytext=below, textcoords="offset points", fontsize=7)
         axes.invert_xaxis()
         axes.margins(0.12)
