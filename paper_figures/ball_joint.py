@@ -173,7 +173,7 @@ def progress(found: studies.Study):
             )
     if not epochs.lines:
         note(epochs, "LSTM left out")
-    iterations.set_yticks([0.1, 0.2, 0.3], ["0.1", "0.2", "0.3"])
+    iterations.set_yticks([0.1, 0.2, 0.3, 0.5, 1.0], ["0.1", "0.2", "0.3", "0.5", "1"])
     iterations.set_yticks([], minor=True)
     finish(iterations, "rms error / rms torque [-]", "iteration from the best start")
     finish(starts, "rms error / rms torque [-]", "passes over the samples of each start")
