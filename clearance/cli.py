@@ -69,7 +69,7 @@ def main(arguments: list[str] | None = None) -> int:
     except (ValueError, TypeError, OSError, ImportError) as error:
         return complain(options, str(error), WRONG)
     except KeyboardInterrupt:
-        return complain(options, "interrupted; the result file holds what was computed", FAILED)
+        return complain(options, "interrupted; what was computed is kept", FAILED)
 
 
 def _joined(arguments: list[str]) -> list[str]:

@@ -8,6 +8,7 @@ xarray opens each group.
 import datetime
 import importlib.metadata
 import json
+import logging
 import os
 import platform
 import shutil
@@ -20,6 +21,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+LOG = logging.getLogger("clearance.files")
 FORMAT = "clearance-result"
 FORMAT_VERSION = 1
 PACKAGES = ("clearance", "numpy", "numba", "h5py")
@@ -52,6 +54,31 @@ def replacing(path: Path) -> Iterator[Path]:
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def locked(folder: Path, doing: str) -> Iterator[None]:
+    """One process at a time in a folder, where the system has file locks; they end with the process that holds them.
+
+    doing: what the other one is doing, for the message. Raises ValueError where the folder is in use.
+    """
+    try:
+        import fcntl
+    except ImportError:
+        yield
+        return
+    with open(folder / "lock", "a+") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            lock.seek(0)
+            raise ValueError(f"{folder} is in use: {lock.read().strip() or 'another process'} is {doing}") from None
+        except OSError as error:
+            LOG.warning("this file system has no locks (%s): see that nobody else uses %s", error, folder)
+        lock.truncate(0)
+        lock.write(f"process {os.getpid()} on {os.uname().nodename}")
+        lock.flush()
+        yield
 
 
 #: name of a column -> (units, what it is, values)

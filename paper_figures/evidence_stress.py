@@ -3,7 +3,7 @@
 Answers: no figure of a source; it is the check of numerical stability on stiff and extreme cases.
 
 Reproduced: clearances of 1 um to 1 mm, 30 to 12000 rpm, viscosities of 1e-4 to 10 Pa s, contact stiffness, mass ratios,
-restitution 0 and 1, and random scenes, for ideal, dry, lubricated and mixed joints.
+restitution 0 and 1, and random scenes, for dry, lubricated and mixed joints.
 
 Assumed: the ranges; they enclose those of all sources.
 

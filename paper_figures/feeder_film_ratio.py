@@ -4,7 +4,7 @@ Answers: Jin et al. (2023), lubrication states of the joint by fuzzy sets of the
 change over a turn of the crank.
 
 Reproduced: the membership functions over the ratio of gap to roughness; the ratio over a turn at 300 rpm and 0.1 mm
-with two oils thin enough that all states occur (5 mPa s, as in the README, and 1 mPa s); the memberships along it,
+with two oils so thin that the dry state is entered (5 mPa s, as in the guide, and 1 mPa s); the memberships along it,
 which weigh film and contact, and the share of the load that the solids carry.
 
 Assumed: the memberships themselves, half-cosines with thresholds 0.4, 1, 3 (the source names the fuzzy sets, their

@@ -3,8 +3,8 @@
 Answers: Jin et al. (2023), phase diagrams and Poincare maps of the mechanism with dry and lubricated clearance.
 
 Reproduced: velocity over position and acceleration over velocity of the slider, and the journal's radial rate over its
-eccentricity, over the last turns; the sections once a turn at crank angle 0, over which a periodic motion is one
-point; at 150 and 600 rpm, clearance 0.1 mm. Lubricated: one point, a motion with the period of the drive. Dry: clouds.
+eccentricity, over the last turns; the sections once a turn at crank angle 0, where a motion with the period of
+the drive is one point; at 150 and 600 rpm, clearance 0.1 mm. Lubricated: one point. Dry: clouds.
 
 Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 50 mPa s. That dry sections fill
 clouds says that the motion does not repeat in the turns run; whether it is chaotic is a matter of its Lyapunov

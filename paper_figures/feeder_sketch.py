@@ -5,7 +5,8 @@ Answers: Jin et al. (2023), the figure of the mechanism and the motion of its id
 Reproduced: topology (crank, rod 2, rocker, rod 4, slider; joints A to F), the motion of the slider and of the rocker
 over a turn, and the drive torque without clearance, at 300 rpm.
 
-Assumed: all lengths, masses and inertias (parameter set feeder-A); they are not in the part of the source we had.
+Assumed: all lengths, masses and inertias but the distances of the pivots A and D (parameter set feeder-A); they are
+not in the part of the source we had.
 
 Not comparable: amplitudes; the source's numbers belong to its own lengths.
 """

@@ -12,7 +12,8 @@ Assumed: all lengths, masses and inertias, joint dimensions, material, oil, roug
 friction coefficient 0.1 (parameter set feeder-A). The dry motion is irregular: its curves are one sample of many, its
 means carry their standard error.
 
-Not comparable: amplitudes and peaks; the part of the source we had gives none of its lengths, speeds or clearances.
+Not comparable: amplitudes and peaks; of lengths, speeds and clearances the part of the source we had gives
+none but the distances of the pivots A and D.
 """
 
 import numpy as np

@@ -12,7 +12,7 @@ as well); pin radius and friction arm 20 mm and bending arm 50 mm, to which all 
 the Stribeck term; viscous friction by the rate alone.
 
 Not comparable: every number; the part of the source we had prints no torque and no error, only that it agrees with
-ADAMS. Instead the ideal torques agree with Pinocchio and MuJoCo to rounding (see the tests).
+ADAMS. Instead the ideal torques agree with Pinocchio to rounding (see the tests).
 """
 
 import numpy as np

@@ -19,7 +19,7 @@ MANIFEST, PAGE = "manifest.json", "index.html"
 
 @dataclass
 class Entry:
-    """A figure in the manifest: what it is, how it went, its files, and the results behind it."""
+    """A figure in the manifest: what it is, how it went, when and with what it was made, its files and results."""
 
     name: str
     title: str
@@ -27,7 +27,7 @@ class Entry:
     status: str
     seconds: float
     quick: bool
-    created: str
+    made: dict[str, str | int]
     files: list[str] = field(default_factory=list)
     results: list[dict] = field(default_factory=list)
 
@@ -36,22 +36,21 @@ def drawn(folder: Path, name: str, quick: bool, fresh: bool, say) -> Entry:
     """Draw one figure; where that fails, the status says why, and the log beside the figures where."""
     work = workshop.Workshop(folder, name, quick, fresh, say)
     title, about = workshop.about(name)
-    began, status = time.perf_counter(), DONE
+    began, status, log = time.perf_counter(), DONE, folder / f"{name}.log"
+    log.unlink(missing_ok=True)
     try:
         import_module(f"clearance.paper_figures.{name}").draw(work)
     except Exception as error:  # whatever it is, the other figures are drawn
         status = f"failed: {type(error).__name__}: {' '.join(str(error).split())}"
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / f"{name}.log").write_text(traceback.format_exc())
+        log.write_text(traceback.format_exc())
     seconds = time.perf_counter() - began
-    created = provenance()["created"]
-    return Entry(name, title, about, status, seconds, quick, created, work.files, work.results)
+    return Entry(name, title, about, status, seconds, quick, provenance(), work.files, work.results)
 
 
 def note(folder: Path, entry: Entry) -> Path:
     """Put a figure into the manifest of its folder, in place of an earlier one of the same name."""
     figures = read(folder) | {entry.name: asdict(entry)}
-    document = provenance() | {"format": FORMAT, "format_version": FORMAT_VERSION}
+    document = {"format": FORMAT, "format_version": FORMAT_VERSION}
     with replacing(folder / MANIFEST) as temporary:
         temporary.write_text(json.dumps(document | {"figures": figures}, indent=1, default=str))
     return folder / MANIFEST
@@ -80,8 +79,9 @@ def page(folder: Path) -> Path:
         pictures = [_picture(f) for f in entry["files"] if f.endswith(".png")]
         files = join((element("a", f, href=f) for f in entry["files"] if not f.endswith(".png")), ", ")
         results = [element("li", _result(r)) for r in entry["results"]]
+        said = f": {entry['status']}" + (", a coarse preview: the texts are about the whole figure" * entry["quick"])
         shown.section(
-            entry["title"], element("p", element("code", name), f": {entry['status']}"), *pictures, *paragraphs,
+            entry["title"], element("p", element("code", name), said), *pictures, *paragraphs,
             element("p", "Files: ", files), element("details", element("summary", "results"), element("ul", *results)),
         )  # fmt: skip
     return shown.save(folder / PAGE)

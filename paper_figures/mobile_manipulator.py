@@ -12,7 +12,8 @@ the dig pattern of simulations 2 and 3, which the source shows as a figure only.
 
 Not comparable: forces and strokes. The printed +-1 N of actuator force cannot go with loads of 150 N, and the printed
 27.6 N m of pin torque is more than the printed friction law can give. Of the printed peak times 0.1995 s is twice the
-filter's time constant and 0.103 s close to it: they are read as its start-up, which the missing lengths leave unproved.
+filter's time constant, 0.103 s close to it and 0.181 s between: they are read as its start-up, which the missing
+lengths leave unproved.
 """
 
 import numpy as np

@@ -2,7 +2,7 @@
 
 A script is a module of this folder with a docstring (its title, then a paragraph for each of `PARTS`) and a function
 `draw(work)`, which asks `work` for results and hands it what it draws. Results lie under `DIR/results` and are used
-again as long as the scene, the options and the sources of the physics are the same.
+again as long as the scene, the options, the case and the sources of the physics are the same.
 """
 
 import ast
@@ -10,6 +10,7 @@ import csv
 import hashlib
 import inspect
 import json
+import shutil
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
@@ -18,19 +19,22 @@ from pathlib import Path
 from clearance.postprocess.figures import save
 
 import clearance as cl
+from clearance.catalogue import find_case
 from clearance.results import Record, Result
 from clearance.sweeping.index import Sweep
 from clearance.sweeping.points import Points
 
 FOLDER = Path(__file__).parent
 #: modules of this folder that draw nothing themselves
+#: folders that are installed into the package
+BESIDE = ("cases", "postprocess", "paper_figures")
 SHARED = ("__init__", "workshop", "gallery")
 KINDS = (".png", ".pdf")
 #: paragraphs of a script's docstring: what of the source it answers, what is reproduced, what had to be assumed, and
 #: what cannot be compared because the source gives no number
 PARTS = ("Answers", "Reproduced", "Assumed", "Not comparable")
-#: packages on whose sources results depend
-PHYSICS = ("laws", "film", "mechanism", "stepping", "inverse", "identify", "simulation.py", "recording.py")
+#: packages on whose sources no result depends
+WITHOUT_PHYSICS = ("commands", "evidence")
 
 
 def names() -> list[str]:
@@ -85,7 +89,7 @@ class Workshop:
         parameters = dict(parameters or {})
         scene = cl.load_case(case, **parameters)
         note = {"call": call.__name__, "case": case, "parameters": parameters, "options": options}
-        path = self.folder / "results" / f"{case}-{_digest(note, scene.to_json())}.h5"
+        path = self.folder / "results" / f"{Path(case).stem}-{_digest(case, note, scene.to_json())}.h5"
         if self.fresh or not _whole(path):
             self.say(f"{case}: {', '.join(f'{k}={v}' for k, v in (parameters | options).items())}")
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -98,7 +102,9 @@ class Workshop:
         """The sweep of `cl.sweep(case, points, fixed=fixed, **options)`; all its points have to succeed."""
         fixed = dict(fixed or {})
         note = {"call": "sweep", "case": case, "parameters": fixed, "options": options}
-        path = self.folder / "results" / f"{case}-sweep-{_digest(note, points.columns, points.axes)}"
+        path = self.folder / "results" / f"{Path(case).stem}-sweep-{_digest(case, note, points.columns, points.axes)}"
+        if self.fresh:
+            shutil.rmtree(path, ignore_errors=True)
 
         def progress(p):
             self.say(f"{case}: {p.before + p.done} of {p.total} points")
@@ -150,23 +156,25 @@ class Workshop:
 
 def _whole(path: Path) -> bool:
     """Whether there is the result of a run that came to its end."""
-    if not path.exists():
+    try:
+        with cl.open_result(path) as found:
+            return found.complete
+    except (OSError, ValueError, KeyError):  # there is none, or not all of one
         return False
-    with cl.open_result(path) as found:
-        return found.complete
 
 
-def _digest(*parts) -> str:
-    """Name of all that a result depends on."""
-    text = json.dumps([*parts, _sources()], sort_keys=True, default=str)
+def _digest(case: str, *parts) -> str:
+    """Name of all that a result of a case depends on."""
+    source = find_case(case).path.read_text(encoding="utf-8")
+    text = json.dumps([*parts, source, _sources()], sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
 @cache
 def _sources() -> str:
-    """Digest of the physics' own sources."""
+    """Digest of the package's sources, without what only shows or measures."""
     root, found = Path(inspect.getfile(cl)).parent, hashlib.sha256()
-    for part in PHYSICS:
-        for path in sorted((root / part).rglob("*.py")) if (root / part).is_dir() else [root / part]:
+    for path in sorted(root.rglob("*.py")):
+        if path.relative_to(root).parts[0] not in (*WITHOUT_PHYSICS, *BESIDE):
             found.update(path.read_bytes())
     return found.hexdigest()

@@ -5,19 +5,20 @@ import dataclasses
 import json
 import time
 from fnmatch import fnmatch
+from functools import partial
 from pathlib import Path
 
 from clearance.commands.common import DONE, FAILED, Line, add_command
 
 EXAMPLES = """\
   clearance figures --list                       names and titles
-  clearance figures -o figures                   all of them (about half an hour on two cores; again: minutes)
+  clearance figures -o figures                   all of them (about 20 minutes on two cores, again about 12)
   clearance figures 'feeder_*' -o figures        some
   clearance figures --quick -o preview           coarse previews of all
 
-DIR holds each picture as PNG and PDF, each table as Markdown and CSV, the results they were drawn from (DIR/results,
-used again as long as scene, options and sources are the same), manifest.json, which says what lies behind each
-picture, and index.html, which shows all of them.
+DIR holds each picture as PNG and PDF, tables as Markdown (own ones as CSV too), the results they were drawn from
+(DIR/results), manifest.json, which says what lies behind each picture, and index.html, which shows all of them. Runs
+and sweeps are used again as long as scene, options and sources are the same; run times and fits are found anew.
 """
 
 
@@ -38,6 +39,7 @@ def add(commands) -> argparse.ArgumentParser:
 def run(options) -> int:
     """Draw what is asked for; one that fails does not stop the others. Raises ValueError for unknown names."""
     from clearance.paper_figures import gallery, workshop
+    from clearance.results import locked
 
     names = _chosen(options.names, workshop.names())
     titles = {name: workshop.about(name)[0] for name in names}
@@ -45,17 +47,17 @@ def run(options) -> int:
         width = max(map(len, names))
         print(json.dumps(titles) if options.json else "\n".join(f"{n:<{width}}  {t}" for n, t in titles.items()))
         return DONE
-    folder, line, began = Path(options.output), Line(options), time.perf_counter()
-    found = []
-    for k, name in enumerate(names):
-        entry = gallery.drawn(folder, name, options.quick, options.fresh, lambda text: line(f"{name}: {text}"))  # noqa: B023
-        gallery.note(folder, entry)
-        found.append(entry)
-        if not options.json:
-            line.clear()
-            print(f"{k + 1:>3}/{len(names)} {entry.seconds:7.1f} s  {name:<26} {entry.status}", flush=True)
+    folder, began = Path(options.output), time.perf_counter()
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"-o {folder} is a file; give a directory")
+    gallery.read(folder)  # another kind of folder is refused before anything runs
+    folder.mkdir(parents=True, exist_ok=True)
+    with locked(folder, "drawing figures there"):
+        try:
+            found = _draw(options, names, folder)
+        finally:
+            page = gallery.page(folder)
     seconds = time.perf_counter() - began
-    page = gallery.page(folder)
     failed = [e.name for e in found if e.status != gallery.DONE]
     if options.json:
         document = {"status": "failed" if failed else "complete", "folder": str(folder), "seconds": seconds}
@@ -63,6 +65,26 @@ def run(options) -> int:
     else:
         print(f"{len(found) - len(failed)} of {len(found)} figures in {seconds:.0f} s; see {page}")
     return FAILED if failed else DONE
+
+
+def _draw(options, names: list[str], folder: Path) -> list:
+    """Draw one figure after the other, and note each in the manifest when it is done."""
+    from clearance.paper_figures import gallery
+
+    line, found = Line(options), []
+    for k, name in enumerate(names):
+        say = partial(_say, line, name)
+        entry = gallery.drawn(folder, name, options.quick, options.fresh, say)
+        gallery.note(folder, entry)
+        found.append(entry)
+        if not options.json:
+            line.clear()
+            print(f"{k + 1:>3}/{len(names)} {entry.seconds:7.1f} s  {name:<26} {entry.status}", flush=True)
+    return found
+
+
+def _say(line: Line, name: str, text: str) -> None:
+    line(f"{name}: {text}")
 
 
 def _chosen(patterns: list[str], known: list[str]) -> list[str]:

@@ -12,6 +12,7 @@ from pathlib import Path
 from clearance import checks
 from clearance.catalogue import find_case, library
 from clearance.recording import chosen, filters
+from clearance.results import locked
 from clearance.simulation import prepare
 from clearance.sweeping import definition as definitions
 from clearance.sweeping.definition import Definition
@@ -99,7 +100,7 @@ def sweep(
         prepare_start()
     _try_first(definition)
     folder.mkdir(parents=True, exist_ok=True)
-    with _locked(folder), _logged(folder):
+    with locked(folder, "sweeping it"), _logged(folder):
         if existing != definition:  # there is none, or its files have moved
             definitions.write(definition, folder)
         (folder / "runs").mkdir(exist_ok=True)
@@ -201,28 +202,6 @@ def _check_settle(definition: Definition, run) -> None:
     if definition.settle is not None and definition.settle * (turn or 1.0) >= run.span.until:
         unit = "turns" if turn else "s"
         raise ValueError(f"settle = {definition.settle:g} {unit} leaves nothing of a run of {run.span.until:.6g} s")
-
-
-@contextmanager
-def _locked(folder: Path):
-    """One driver a directory, where the system has file locks; they end with the process that holds them."""
-    try:
-        import fcntl
-    except ImportError:
-        yield
-        return
-    with open(folder / "lock", "a+") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            lock.seek(0)
-            raise ValueError(f"{folder} is in use: {lock.read().strip() or 'another process'} is sweeping it") from None
-        except OSError as error:
-            LOG.warning("this file system has no locks (%s): see that nobody else sweeps %s", error, folder)
-        lock.truncate(0)
-        lock.write(f"process {os.getpid()} on {os.uname().nodename}")
-        lock.flush()
-        yield
 
 
 @contextmanager
