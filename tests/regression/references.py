@@ -171,8 +171,9 @@ RUNS = {
         "multipliers", 1e-12, "load_x", 2e-7,
     ),
     "ball_joint_curve": Estimation("curve", 1e-9, {"knots": KNOTS}),
-    "ball_joint_lugre1d": Estimation("lugre1d", 1e-5),
-    "ball_joint_lugre3d": Estimation("lugre3d", 1e-5),
+    # the fit stops where a pass changes the cost by 1e-9, in a valley along which a Stribeck speed moves by 5e-4
+    "ball_joint_lugre1d": Estimation("lugre1d", 2e-3),
+    "ball_joint_lugre3d": Estimation("lugre3d", 2e-3),
 }  # fmt: skip
 
 Run = Trajectory | Impacts | Statistics | Estimation
@@ -262,7 +263,7 @@ def reference(run: Run) -> tuple[Tables, dict]:
             table = {"name": list(run.names), "value": draws.mean(axis=0), "deviation": draws.std(axis=0, ddof=1)}
             return {"metrics": table}, {"made_by": f"{DRAWS} runs", "rtol": 1e-7}
         case Estimation():
-            return estimated(run, starts=4), {"made_by": "best of 4 starts", "rtol": 0.0}
+            return estimated(run, starts=20), {"made_by": "best of 20 starts", "rtol": 0.0}
 
 
 # --- comparison
