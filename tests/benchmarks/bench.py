@@ -325,4 +325,4 @@ def table():
 
 
 if __name__ == "__main__":
-    publish(__doc__, table, MARK, "\n## ")
+    publish(__doc__, table, MARK)
