@@ -12,7 +12,7 @@ from clearance.commands.common import DONE, FAILED, Line, add_command
 
 EXAMPLES = """\
   clearance figures --list                       names and titles
-  clearance figures -o figures                   all of them (about 20 minutes on two cores, again about 12)
+  clearance figures -o figures                   all of them (about 20 minutes on two cores; again less)
   clearance figures 'feeder_*' -o figures        some
   clearance figures --quick -o preview           coarse previews of all
 
