@@ -5,7 +5,6 @@ import dataclasses
 import json
 import time
 from fnmatch import fnmatch
-from functools import partial
 from pathlib import Path
 
 from clearance.commands.common import DONE, FAILED, Line, add_command
@@ -73,18 +72,15 @@ def _draw(options, names: list[str], folder: Path) -> list:
 
     line, found = Line(options), []
     for k, name in enumerate(names):
-        say = partial(_say, line, name)
-        entry = gallery.drawn(folder, name, options.quick, options.fresh, say)
+        entry = gallery.drawn(
+            folder, name, options.quick, options.fresh, lambda text, name=name: line(f"{name}: {text}")
+        )  # fmt: skip
         gallery.note(folder, entry)
         found.append(entry)
         if not options.json:
             line.clear()
             print(f"{k + 1:>3}/{len(names)} {entry.seconds:7.1f} s  {name:<26} {entry.status}", flush=True)
     return found
-
-
-def _say(line: Line, name: str, text: str) -> None:
-    line(f"{name}: {text}")
 
 
 def _chosen(patterns: list[str], known: list[str]) -> list[str]:
