@@ -106,7 +106,8 @@ def _ratio(law, speed: np.ndarray) -> np.ndarray:
     """Friction over the normal force; of bristles in steady sliding."""
     if law is not None:
         return -law(speed, 1.0)
-    level = BRISTLES["kinetic"] + (BRISTLES["static"] - BRISTLES["kinetic"]) * np.exp(-((speed / 1e-2) ** 2))
+    stuck, sliding, decay = (BRISTLES[n] for n in ("static", "kinetic", "stribeck_speed"))
+    level = sliding + (stuck - sliding) * np.exp(-((speed / decay) ** 2))
     return np.where(speed > 0.0, level, 0.0)
 
 

@@ -25,9 +25,9 @@ from clearance.sweeping.index import Sweep
 from clearance.sweeping.points import Points
 
 FOLDER = Path(__file__).parent
-#: modules of this folder that draw nothing themselves
 #: folders that are installed into the package
 BESIDE = ("cases", "postprocess", "paper_figures")
+#: modules of this folder that draw nothing themselves
 SHARED = ("__init__", "workshop", "gallery")
 KINDS = (".png", ".pdf")
 #: paragraphs of a script's docstring: what of the source it answers, what is reproduced, what had to be assumed, and
