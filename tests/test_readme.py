@@ -1,5 +1,6 @@
 """The examples of README and guide run as printed; their links and pictures exist."""
 
+import importlib.metadata
 import itertools
 import re
 import shlex
@@ -73,6 +74,10 @@ def test_own_law(tmp_path):
 def test_first_command_is_the_main_job():
     job = "clearance run six_bar_feeder -p model=lubricated -p joints=B --turns 6 -o run.h5 --plot"
     assert job in TEXT["README.md"]
+
+
+def test_one_cites_this_version():
+    assert f"version = {{{importlib.metadata.version('clearance')}}}" in TEXT["README.md"]
 
 
 @pytest.mark.parametrize("page", PAGES)
