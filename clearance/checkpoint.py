@@ -17,7 +17,7 @@ import numpy as np
 from clearance.recording import FileSink, Recorder
 from clearance.results import Result, replacing
 
-VERSION = 1
+VERSION = 2
 #: what of a run changes as it goes, beside its arrays
 NAMES = ("method", "reason", "spoilt")
 ARRAYS = (
@@ -25,7 +25,8 @@ ARRAYS = (
     "rows", "dense", "vector", "matrix", "complexes", "scratch",
 )  # fmt: skip
 RECORD = ("zero", "low", "high", "totals", "rows", "turned_over")
-LEDGER = ("worst", "low", "high")
+LEDGER = ("worst", "largest", "low", "high")
+EXTREMES = ("extremes", "forces")
 
 
 class PartsSink:
@@ -156,7 +157,10 @@ def state_of(run, recorder: Recorder) -> dict:
     """All that the run goes on with."""
     found = {f"run.{n}": getattr(run, n) for n in ARRAYS} | {f"run.{n}": getattr(run, n) for n in NAMES}
     found |= {f"record.{n}": getattr(recorder, n) for n in RECORD}
-    found["record.known"] = json.dumps({"peaks": recorder.peaks, "depths": recorder.depths})
+    found["record.known"] = json.dumps({"loads": recorder.loads, "depths": recorder.depths})
+    for name in EXTREMES:
+        kept = getattr(recorder, name)
+        found |= {f"{name}.lowest": kept.lowest, f"{name}.highest": kept.highest}
     if recorder.last is not None:
         found["record.last"] = np.concatenate([[recorder.last[0]], recorder.last[1]])
     if recorder.ledger is not None:
@@ -181,6 +185,9 @@ def restore(run, recorder: Recorder, state: dict) -> None:
         setattr(recorder, name, value if value.ndim else value.item())
     for name, value in json.loads(str(state["record.known"])).items():
         setattr(recorder, name, value)
+    for name in EXTREMES:
+        kept = getattr(recorder, name)
+        kept.lowest, kept.highest = state[f"{name}.lowest"], state[f"{name}.highest"]
     if "record.last" in state:
         recorder.last = state["record.last"][0], state["record.last"][1:]
     if recorder.ledger is not None:

@@ -1,19 +1,22 @@
 """What a run puts out, piece by piece: made continuous, watched, and kept in a file or in memory.
 
 A `Recorder` takes the pieces and hands them to one sink: a `FileSink` writes the HDF5 result file (layout in
-results.py), a `MemorySink` keeps arrays that read as a `MemoryRecord`. The ranges, peaks and the energy ledger are
+results.py), a `MemorySink` keeps arrays that read as a `MemoryRecord`. The ranges, extremes and the energy ledger are
 those of all channels, whichever a sink keeps.
 """
 
 import fnmatch
+import math
 import os
 import zlib
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import h5py
 import numpy as np
 
+from clearance.extremes import Extremes
 from clearance.regimes import Regime, regime
 from clearance.results import Record, provenance, replacing
 
@@ -62,13 +65,31 @@ def fits_path(path: str, pattern: str) -> bool:
     return fnmatch.fnmatchcase(path, pattern) or path.startswith(pattern.rstrip("/") + "/")
 
 
+@dataclass(frozen=True)
+class Ranges:
+    """Smallest and largest values of all channels: low, high of the samples (channels,), extremes of all steps too.
+
+    extremes: None where only samples were seen.
+    """
+
+    low: np.ndarray
+    high: np.ndarray
+    extremes: Extremes | None
+
+
 class Recorder:
     """Takes a run's output as it comes and hands it to a sink.
 
-    Angles are made continuous, the ledger starts at zero and is watched; ranges, peaks and totals are kept.
+    Angles are made continuous, the ledger starts at zero and is watched; ranges, extremes and totals are kept.
+    until, turn: length of the run and of a turn [s]; watched: whether rows of all steps come too. Then the ledger is
+    judged by these, for samples between them carry the error of the interpolation. floor: energy [J] below which the
+    ledger cannot tell anything.
     """
 
-    def __init__(self, channels: list, sink):
+    def __init__(
+        self, channels: list, sink, until: float = math.inf, turn: float | None = None, watched: bool = False,
+        floor: float = 0.0,
+    ):  # fmt: skip
         self.channels, self.sink = channels, sink
         self.place = {c.path: i for i, c in enumerate(channels)}
         self.angles = [(i, self.place[c.path.replace("theta", "omega")]) for i, c in enumerate(channels) if c.wrapped]
@@ -79,14 +100,17 @@ class Recorder:
         self.zero = 0.0
         self.low, self.high = np.full(len(channels), np.inf), np.full(len(channels), -np.inf)
         self.totals, self.rows = np.zeros(len(channels)), 0
-        self.peaks: dict[str, float] = {}  # largest force by joint, of samples and contacts
+        self.watched = watched
+        self.extremes = Extremes(len(channels), until, turn)
+        self.forces = Extremes(len(forces), until, turn)
+        self.loads: dict[str, float] = {}  # largest normal force by joint, of its contacts
         self.depths: dict[str, float] = {}  # largest penetration by joint, of its contacts
         self.facts: dict[str, dict] = {}  # attributes of groups
         self.turned_over = 0.0
         self.ledger: LedgerWatch | None = None
         self.work = [self.place[p] for p in ("energy/input", "energy/dissipated") if p in self.place]
         if self.balance is not None:
-            self.ledger = LedgerWatch([self.kinetic, *self.work], self.balance)
+            self.ledger = LedgerWatch([self.kinetic, *self.work], self.balance, floor)
 
     def samples(self, times: np.ndarray, rows: np.ndarray) -> None:
         """Append output rows; angles are made continuous with the help of the angular velocities."""
@@ -99,18 +123,39 @@ class Recorder:
                 self.zero = rows[0, self.balance]
             rows[:, self.balance] -= self.zero
         self._summarise(rows)
-        if self.ledger:
+        self._extend(times, rows)
+        if self.ledger and not self.watched:
             self.ledger.add(times, rows)
+        elif self.ledger and self.last is None:
+            self.ledger.add(times[:1], rows[:1])
         self.last = (times[-1], rows[-1].copy())
         self.sink.rows(times, rows)
 
+    def passed(self, times: np.ndarray, rows: np.ndarray) -> None:
+        """Take in the ends of steps, in the order of time: for extremes and the ledger only."""
+        known = np.isfinite(rows).all(axis=1)
+        if not known.any():
+            return
+        times, rows = times[known], rows[known]
+        if self.angles:  # they are those within a turn
+            angles = [angle for angle, _ in self.angles]
+            rows[:, angles] = self.last[1][angles]
+        if self.balance is not None:
+            rows[:, self.balance] -= self.zero
+        self._extend(times, rows)
+        if self.ledger:
+            self.ledger.add(times, rows)
+
+    def _extend(self, times: np.ndarray, rows: np.ndarray) -> None:
+        """Extremes of the channels and of the size of joint forces."""
+        self.extremes.add(times, rows)
+        x, y = rows[:, self.force_x], rows[:, self.force_x + 1]
+        self.forces.add(times, np.sqrt(x * x + y * y))
+
     def _summarise(self, rows: np.ndarray) -> None:
-        """Ranges of all channels, peak joint forces, energy turned over: for summaries without reading the record."""
+        """Ranges and sums of all channels, energy turned over: for summaries without reading the record."""
         self.low, self.high = np.minimum(self.low, rows.min(axis=0)), np.maximum(self.high, rows.max(axis=0))
         self.totals, self.rows = self.totals + rows.sum(axis=0), self.rows + len(rows)
-        x, y = rows[:, self.force_x], rows[:, self.force_x + 1]
-        for group, peak in zip(self.jointed, np.sqrt((x * x + y * y).max(axis=0)).tolist(), strict=True):
-            self.peaks[group] = max(self.peaks.get(group, 0.0), peak)
         if self.kinetic is not None:
             before = [] if self.last is None else [self.last[1][self.kinetic]]
             self.turned_over += float(np.abs(np.diff(np.concatenate([before, rows[:, self.kinetic]]))).sum())
@@ -134,7 +179,7 @@ class Recorder:
             return
         for j, force, depth in rows[:, (0, 3, 4)]:
             group = f"joints/{names[int(j)]}"
-            self.peaks[group] = max(self.peaks.get(group, 0.0), force)
+            self.loads[group] = max(self.loads.get(group, 0.0), force)
             self.depths[group] = max(self.depths.get(group, 0.0), depth)
         self.sink.impacts([names[int(j)] for j in rows[:, 0]], rows, kind)
 
@@ -146,11 +191,15 @@ class Recorder:
 
     def lowest(self, path: str) -> float:
         """Smallest value of a channel so far."""
-        return float(self.low[self.place[path]])
+        return float(self.extremes.lowest[:, self.place[path]].min())
 
     def highest(self, path: str) -> float:
         """Largest value of a channel so far."""
-        return float(self.high[self.place[path]])
+        return float(self.extremes.highest[:, self.place[path]].max())
+
+    def peak(self, group: str) -> float:
+        """Largest force of a joint so far, of its contacts the normal one."""
+        return max(float(self.forces.highest[:, self.jointed.index(group)].max()), self.loads.get(group, 0.0))
 
     def know(self, group: str, **facts) -> None:
         """Attributes of a group, such as what a joint's film table errs by."""
@@ -178,15 +227,17 @@ class Recorder:
         """Finish: what is known of each group, then the status; the sink then gives the record its place."""
         ranges = None
         if self.last is not None:
-            ranges = self.low, self.high
-            for group, peak in self.peaks.items():
-                self.know(group, peak_force=peak)
+            ranges = Ranges(self.low, self.high, self.extremes if self.watched else None)
+            for i, group in enumerate(self.jointed):
+                self.know(group, peak_force=self.peak(group))
+                if self.watched:
+                    self.know(group, force_highest=self.forces.highest[:, i])
                 if f"{group}/gap" in self.place:
                     depth = self.depths.get(group, -np.inf)
                     self.know(group, smallest_gap=min(self.lowest(f"{group}/gap"), -depth))
             self.know("energy", turned_over=self.energy_scale())
             if self.balance is not None:
-                self.know("energy", largest_residual=float(max(-self.low[self.balance], self.high[self.balance])))
+                self.know("energy", largest_residual=self.ledger.largest)
         self.sink.close(status, solver, warnings, self.facts, ranges)
 
 
@@ -278,7 +329,12 @@ class FileSink:
         for group, known in facts.items():
             self.file.require_group(group).attrs.update(known)
         for i, column in zip(self.kept, self.columns, strict=True) if ranges is not None else ():
-            column.attrs["actual_range"] = (ranges[0][i], ranges[1][i])
+            column.attrs["actual_range"] = (ranges.low[i], ranges.high[i])
+            if ranges.extremes is not None:
+                column.attrs["lowest"] = ranges.extremes.lowest[:, i]
+                column.attrs["highest"] = ranges.extremes.highest[:, i]
+        if ranges is not None and ranges.extremes is not None:
+            self.file.attrs["stretch_s"] = ranges.extremes.length
         self.file.attrs["status"] = status
         self._place()
 
@@ -333,8 +389,9 @@ class MemorySink:
         table["joint"] = np.array([j for joints, *_ in self.contacts for j in joints], dtype=str)
         table["kind"] = np.array([k for joints, _, k in self.contacts for _ in joints], dtype=str)
         self.record = MemoryRecord(
-            self.channels, times, rows, table, self.attributes | {"status": status}, solver, warnings, facts
-        )
+            self.channels, times, rows, table, self.attributes | {"status": status}, solver, warnings, facts,
+            ranges and ranges.extremes,
+        )  # fmt: skip
 
 
 class MemoryRecord(Record):
@@ -342,10 +399,10 @@ class MemoryRecord(Record):
 
     def __init__(
         self, channels: list, times: np.ndarray, rows: np.ndarray, events: dict, attributes: dict,
-        solver: dict, warnings: list[str], facts: dict,
+        solver: dict, warnings: list[str], facts: dict, extremes: Extremes | None,
     ):  # fmt: skip
         self.events, self.attributes, self.solver, self.warnings = events, attributes, solver, warnings
-        self._times, self._rows, self._facts = times, rows, facts
+        self._times, self._rows, self._facts, self._extremes = times, rows, facts, extremes
         self._channels_by_path = {c.path: (i, c) for i, c in enumerate(channels)}
         self._groups: dict[str, dict[str, None]] = {"": {"time": None}}
         for path in self._channels_by_path:
@@ -372,6 +429,12 @@ class MemoryRecord(Record):
     def units(self, path: str) -> str:
         return "s" if path == "time" else self._channels_by_path[path][1].units
 
+    def stretches(self, path: str) -> tuple[float, np.ndarray, np.ndarray]:
+        if self._extremes is None:
+            return super().stretches(path)
+        i = self._channels_by_path[path][0]
+        return self._extremes.length, self._extremes.lowest[:, i], self._extremes.highest[:, i]
+
 
 def filters(compression: int) -> dict:
     """Settings of a column. Raises ValueError for what is no gzip level."""
@@ -390,16 +453,16 @@ class LedgerWatch:
     """Watches the energy residual stretch by stretch, so that a jump shows however long the run is.
 
     A stretch is long enough to turn over the range of the kinetic energy, or in motions that hardly have any (a journal
-    sinking in oil) a hundredth of what has been put in and taken out; `worst` is the largest share of it that the
-    residual moved by, `since` the first sample where a share above `limit` was passed.
+    sinking in oil) a hundredth of what has been put in and taken out, at least `floor` [J], the tolerance of the run; `worst` is the largest share of it that the
+    residual moved by, `largest` the largest residual [J], `since` the first time a share above `limit` was passed.
     """
 
     limit = 0.05
     portion = 0.01  # of all energy put in or taken out so far that a stretch turns over at least
 
-    def __init__(self, work: list[int], balance: int):
-        self.work, self.balance = work, balance
-        self.worst, self.since = 0.0, None
+    def __init__(self, work: list[int], balance: int, floor: float = 0.0):
+        self.work, self.balance, self.floor = work, balance, floor
+        self.worst, self.largest, self.since = 0.0, 0.0, None
         self.low, self.high = np.full(len(work), np.inf), np.full(len(work), -np.inf)  # kinetic first
         self.rows: np.ndarray | None = None  # time, residual, then the energies, of the stretch under way
 
@@ -407,6 +470,7 @@ class LedgerWatch:
         """Append samples; every stretch in which enough energy has been turned over is judged."""
         self.low = np.minimum(self.low, rows[:, self.work].min(axis=0))
         self.high = np.maximum(self.high, rows[:, self.work].max(axis=0))
+        self.largest = max(self.largest, float(np.abs(rows[:, self.balance]).max()))
         most = self._most()
         new = np.column_stack([times, rows[:, self.balance], rows[:, self.work]])
         self.rows = new if self.rows is None else np.concatenate([self.rows, new])
@@ -422,7 +486,7 @@ class LedgerWatch:
     def _most(self) -> float:
         """Energy that a stretch turns over."""
         span = self.high - self.low
-        return max(float(span[0]), self.portion * float(span[1:].max(initial=0.0)))
+        return max(float(span[0]), self.portion * float(span[1:].max(initial=0.0)), self.floor)
 
     def _turned_over(self) -> np.ndarray:
         steps = np.abs(np.diff(self.rows[:, 2:], axis=0, prepend=self.rows[:1, 2:])).sum(axis=1)

@@ -9,6 +9,7 @@ import datetime
 import importlib.metadata
 import json
 import logging
+import math
 import os
 import platform
 import shutil
@@ -20,6 +21,8 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+
+from clearance.extremes import ROUNDING, whole
 
 LOG = logging.getLogger("clearance.files")
 FORMAT = "clearance-result"
@@ -194,9 +197,39 @@ class Record(ABC):
         return {n: joints[n] for n in self.names("joints") if joints[n] is not None}
 
     def range(self, path: str) -> tuple[float, float]:
-        """Smallest and largest value of a channel, such as "joints/B/gap"."""
+        """Smallest and largest sample of a channel, such as "joints/B/gap"."""
         values = self.values(path)
         return float(values.min()), float(values.max())
+
+    def stretches(self, path: str) -> tuple[float, np.ndarray, np.ndarray]:
+        """Length of the stretches of a run [s], and a channel's smallest and largest value in each, all steps seen.
+
+        Nothing where only samples were seen.
+        """
+        return math.inf, np.zeros(0), np.zeros(0)
+
+    def extremes(self, path: str, begin: float = 0.0, end: float = math.inf) -> tuple[float, float]:
+        """Smallest and largest value of a channel between two times [s]: of the samples, and of the ends of all steps.
+
+        Steps count in the stretches of the run (turns, mostly) that lie whole between the times.
+        """
+        length, lowest, highest = self.stretches(path)
+        steps = whole(length, len(lowest), begin, end)
+        if begin <= 0.0 and math.isinf(end):
+            low, high = self.range(path)
+        else:
+            samples = (self.time >= begin * (1.0 - ROUNDING)) & (self.time <= end * (1.0 + ROUNDING))
+            low, high = (float(f(self.values(path)[samples])) for f in (np.min, np.max))
+        return min([low, *lowest[steps].tolist()]), max([high, *highest[steps].tolist()])
+
+    def largest_force(self, joint: str, begin: float = 0.0, end: float = math.inf) -> float:
+        """Largest force in a joint [N] between two times [s], of samples and steps as `extremes`."""
+        samples = (self.time >= begin * (1.0 - ROUNDING)) & (self.time <= end * (1.0 + ROUNDING))
+        x, y = (self.values(f"joints/{joint}/force_{axis}")[samples] for axis in "xy")
+        highest = self.facts(f"joints/{joint}").get("force_highest", np.zeros(0))
+        length, *_ = self.stretches(f"joints/{joint}/force_x")
+        steps = highest[whole(length, len(highest), begin, end)]
+        return max([math.sqrt(float((x * x + y * y).max())), *steps.tolist()])
 
     def _channels(self, kind: str, name: str) -> Channels:
         if name not in self.names(kind):
@@ -258,9 +291,15 @@ class Result(Record):
         return [str(w) for w in self.file.attrs["warnings"]]
 
     def range(self, path: str) -> tuple[float, float]:
-        """Smallest and largest value of a channel, without reading it."""
+        """Smallest and largest sample of a channel, without reading it."""
         low, high = self.file[path].attrs["actual_range"]
         return float(low), float(high)
+
+    def stretches(self, path: str) -> tuple[float, np.ndarray, np.ndarray]:
+        known = self.file[path].attrs
+        if "lowest" not in known:
+            return super().stretches(path)
+        return float(self.file.attrs["stretch_s"]), known["lowest"], known["highest"]
 
     @property
     def events(self) -> dict[str, np.ndarray]:

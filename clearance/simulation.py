@@ -35,7 +35,7 @@ NEWTON_TOLERANCE = 0.05  # error left by Newton's method, of the error tolerance
 LOOSE, TIGHT = 1e-3, 3e-7  # tolerances between which radau5 is the fastest implicit method (clearance work-precision)
 NOT_STIFF = "no film: explicit as long as the scene is not stiff between contacts"
 SAMPLES_PER_TURN = 400
-ROWS = 1024  # output rows, steps and contacts held in memory between two writes
+ROWS = 2048  # samples and ends of steps held in memory between two writes
 LOG_ROWS = 4096
 IMPACT_ROWS = 512
 BUDGET, SLOW_BUDGET = 2000, 20  # steps between two looks at the progress, of usual films and of those solved online
@@ -406,7 +406,10 @@ class Run:
 
         every: seconds of wall time between two checkpoints, for a sink that keeps them.
         """
-        writer = Recorder(self.mechanism.structure.channels, sink)
+        writer = Recorder(
+            self.mechanism.structure.channels, sink, self.span.until, self.mechanism.scene.turn, self._watch(),
+            self.rtol * self._energy_scale(),
+        )  # fmt: skip
         if every is not None and (kept := sink.begin()) is not None:
             restore(self, writer, kept)
             LOG.info("going on from t = %.6g s", self.clock[self.loop.TIME])
@@ -453,10 +456,17 @@ class Run:
             before = self.times[good - 1] if good else writer.last[0] if writer.last else self.times[good]
             self.spoilt = self._lost(before, self.times[good]) or self.spoilt
         writer.samples(self.times[:good], rows[:good])
+        writer.passed(*(values[::-1][: place[loop.PASSED]] for values in (self.times, self.rows)))
         writer.impacts(self._names(), self.impacts[: place[loop.EVENTS]])
         writer.steps(self.log[: place[loop.LOGGED]])
-        place[loop.ROWS] = place[loop.EVENTS] = place[loop.LOGGED] = 0
+        place[loop.ROWS] = place[loop.PASSED] = place[loop.EVENTS] = place[loop.LOGGED] = 0
         writer.flush()
+
+    def _watch(self) -> bool:
+        """Have the outputs seen at the end of every step too, unless each look solves a film."""
+        watched = not any(isinstance(s, Answerer) for s in self.mechanism.sources.values())
+        self.place[self.loop.WATCHED] = watched
+        return watched
 
     def _notice_interrupt(self) -> None:
         """An interrupt that came while a film was being solved cannot pass through compiled code by itself."""
@@ -555,7 +565,7 @@ class Run:
                 doubt = source.doubt(1.0 - writer.lowest(f"{group}/gap") / joint.clearance)
                 found += [f"{joint.label()}: mesh of the film: {doubt}"] if doubt else []
             if joint.transition is not None and writer.lowest(f"{group}/gap") < FULL_FILM * (joint.roughness or 0.0):
-                found += filter(None, [hole_warning(joint, self.mechanism.frequency, writer.peaks.get(group, 0.0))])
+                found += filter(None, [hole_warning(joint, self.mechanism.frequency, writer.peak(group))])
             found += filter(None, [_beyond(joint, max(writer.depths.get(group, 0.0), -writer.lowest(f"{group}/gap")))])
         return found
 

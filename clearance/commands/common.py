@@ -118,8 +118,8 @@ def channel_patterns(text: str | None) -> list[str] | None:
 
 
 def peak(result, path: str) -> float:
-    """Largest absolute value of a channel."""
-    return float(max(map(abs, result.range(path))))
+    """Largest absolute value of a channel, of samples and steps."""
+    return float(max(map(abs, result.extremes(path))))
 
 
 def make_folder(options) -> None:

@@ -164,13 +164,13 @@ JOINT_FACTS = (
 
 
 def _joint_extremes(result) -> dict:
-    """Peak forces and smallest gaps, of samples and contacts; nothing for a run that ended before its first sample."""
+    """Peak forces and smallest gaps, of samples, steps and contacts; nothing for a run that ended before its first sample."""
     found = {}
     for name in result.names("joints"):
         joint, facts = result.joint(name), result.facts(f"joints/{name}")
         found[name] = {n: float(facts[n]) for n in JOINT_FACTS if n in facts}
         if result.time.size and "film_thickness_ratio" in joint and "film_radial" in joint:
-            found[name]["smallest_film_thickness_ratio"] = result.range(f"joints/{name}/film_thickness_ratio")[0]
+            found[name]["smallest_film_thickness_ratio"] = result.extremes(f"joints/{name}/film_thickness_ratio")[0]
         if result.time.size and f"joints/{name}/friction" in result and "gap" not in joint:
             found[name]["peak_friction"] = peak(result, f"joints/{name}/friction")
             found[name]["friction_units"] = result.units(f"joints/{name}/friction")

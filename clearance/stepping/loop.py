@@ -42,8 +42,8 @@ TIME, STEP_SIZE, END, LARGEST, SAMPLE_EVERY, BEGIN, CONTACT_STEP, FREE_STEP, LAS
 CLOCK_SIZE = 10
 # entries of `place`
 SAMPLE, SAMPLES, ROWS, LOGGED, EVENTS, STEP_LIMIT, STARTED, COMMITS, LAST_REFUSAL, FAILED_JOINT, FLIPS = range(11)
-REFUSALS, INTERPOLATED, STIFF_STEPS, MILD_STEPS, MAY_SWITCH, REMEMBERING = range(11, 17)
-PLACE_SIZE = 17
+REFUSALS, INTERPOLATED, STIFF_STEPS, MILD_STEPS, MAY_SWITCH, REMEMBERING, WATCHED, PASSED = range(11, 19)
+PLACE_SIZE = 19
 # columns of `contacts`, the running record of each joint, and of `impacts`, the finished ones
 TOUCHING, SINCE, IMPACT_SPEED, PENETRATION, PEAK_FORCE, KIND, COORDINATE, CLEARANCE = range(8)
 RATE_X, RATE_Y, PULL, DAMPING = range(8, 12)  # natural rates, natural acceleration, largest damping of late [1/s]
@@ -323,7 +323,7 @@ def sample(call, s, t, h):
         at = next_sample(s)
         if at > t + h:
             return True
-        if s.place[ROWS] == s.times.size:
+        if rows_full(s):
             return False
         if h == 0.0:
             copy(s.y, s.trial)
@@ -336,6 +336,21 @@ def sample(call, s, t, h):
         s.place[ROWS] += 1
         s.place[SAMPLE] += 1
     return True
+
+
+@inline
+def rows_full(s):
+    """Whether the rows of samples, from the front, and those of steps, from behind, leave room for one of these only."""
+    return s.place[ROWS] + s.place[PASSED] + 1 >= s.times.size
+
+
+@inline
+def watch(call, s, t):
+    """Observe at the end of a step, whether or not it is a sample: for extremes and for the energy ledger."""
+    row = s.times.size - 1 - s.place[PASSED]
+    call.observe(t, s.y_new, s.par, s.work, s.rows[row])
+    s.times[row] = t
+    s.place[PASSED] += 1
 
 
 # --- step sizes
@@ -517,7 +532,7 @@ def buffers_full(s):
     return (
         s.place[LOGGED] == s.log.shape[0]
         or s.place[EVENTS] + s.contacts.shape[0] > s.impacts.shape[0]
-        or s.place[ROWS] == s.times.size
+        or rows_full(s)
     )
 
 
@@ -532,6 +547,8 @@ def accept(call, s, t, h):
     if not sample(call, s, t, h):
         return False
     s.clock[TIME] = s.clock[END] if t + h >= s.clock[END] else t + h
+    if s.place[WATCHED] == 1:
+        watch(call, s, s.clock[TIME])
     if s.clock[LAST_STEP] == 0.0:  # the first step of a phase: where the next such phase starts
         s.clock[CONTACT_STEP if in_contact(s) else FREE_STEP] = h
     copy(s.y_new, s.y)

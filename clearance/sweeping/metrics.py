@@ -1,14 +1,16 @@
 """Summary metrics of a run: what a map over speed and clearance shows.
 
 Each is computed over the window of a run: whole turns after the first `settle` ones; what there is, where that is less
-than a turn or no drive turns (`settle` is in seconds then). Extremes are those of the samples, means are over time,
-contacts count where they begin; names are made of body, drive and joint names:
+than a turn or no drive turns (`settle` is in seconds then). Extremes are those of samples and of the ends of all steps,
+these in the turns (hundredths of a run without, or several turns in runs of more than a hundred) that lie whole in the
+window; films solved as a run goes have samples only. Means are over time of samples, contacts count where they begin;
+names are made of body, drive and joint names:
 
   <body>_acceleration_min, _max   of bodies that slide on the ground, along their guide [m/s2]
   drive_<drive>_torque_min, _max, _rms (or force)                                       [N m] ([N])
-  joint_<joint>_force_max         largest of the samples' forces and the contacts' normal forces [N]
+  joint_<joint>_force_max         largest force, of contacts their normal force          [N]
   joint_<joint>_force_rms         root mean square                                       [N]
-  joint_<joint>_gap_min           smallest gap of samples and contacts, negative where surfaces overlap [m]
+  joint_<joint>_gap_min           smallest gap, negative where surfaces overlap          [m]
   joint_<joint>_eccentricity_ratio_max       largest eccentricity over clearance: 1 - gap_min / clearance [-]
   joint_<joint>_film_thickness_ratio_min     gap_min over composite roughness            [-]
   joint_<joint>_contact_fraction  share of the time in contact, that of asperities alone left out [-]
@@ -99,6 +101,10 @@ class Window:
     def rms(self, values: np.ndarray) -> float:
         return math.sqrt(self.mean(values * values))
 
+    def bounds(self, record: Record) -> tuple[float, float]:
+        """Begin and end [s], the end beyond that of the run where the window reaches it."""
+        return self.begin, math.inf if self.end >= record.time[-1] * (1.0 - ROUNDING) else self.end
+
     def per(self) -> tuple[float, str, str]:
         """What rates are taken per: its count in the window, and how names and texts say it."""
         if self.turns is None:
@@ -150,8 +156,11 @@ def sliders(record: Record, window: Window, ideal: dict) -> Found:
     for body, (dx, dy) in guides(record.scene).items():
         x, y, ax, ay = (record.values(f"bodies/{body}/{n}")[window.samples] for n in ("x", "y", "ax", "ay"))
         a = ax * dx + ay * dy
-        yield f"{body}_acceleration_min", a.min(), "m/s2", f"smallest acceleration of {body} along its guide"
-        yield f"{body}_acceleration_max", a.max(), "m/s2", f"largest acceleration of {body} along its guide"
+        axis, along = ("x", dx) if abs(dx) >= abs(dy) else ("y", dy)  # all it has of its acceleration is along the guide
+        ends = record.extremes(f"bodies/{body}/a{axis}", *window.bounds(record))
+        low, high = sorted(end / along for end in ends)
+        yield f"{body}_acceleration_min", low, "m/s2", f"smallest acceleration of {body} along its guide"
+        yield f"{body}_acceleration_max", high, "m/s2", f"largest acceleration of {body} along its guide"
         if body in ideal:
             place, rate = (values[window.samples] for values in ideal[body])
             far, beyond = np.abs(x * dx + y * dy - place).max(), window.rms(a - rate)
@@ -166,10 +175,11 @@ def drives(record: Record, window: Window) -> Found:
         for quantity, units in (("torque", "N m"), ("force", "N")):
             if f"drives/{drive}/{quantity}" not in record:
                 continue
-            v = record.values(f"drives/{drive}/{quantity}")[window.samples]
+            path = f"drives/{drive}/{quantity}"
+            v, (low, high) = record.values(path)[window.samples], record.extremes(path, *window.bounds(record))
             name, what = f"drive_{drive}_{quantity}", f"{quantity} of drive {drive}"
-            yield f"{name}_min", v.min(), units, f"smallest {what}"
-            yield f"{name}_max", v.max(), units, f"largest {what}"
+            yield f"{name}_min", low, units, f"smallest {what}"
+            yield f"{name}_max", high, units, f"largest {what}"
             yield f"{name}_rms", window.rms(v), units, f"root mean square {what}"
 
 
@@ -180,7 +190,7 @@ def joints(record: Record, window: Window) -> Found:
     for name in record.names("joints"):
         x, y = (record.values(f"joints/{name}/force_{axis}")[window.samples] for axis in "xy")
         squared = x * x + y * y
-        peak, contacts = math.sqrt(squared.max()), None
+        peak, contacts = record.largest_force(name, *window.bounds(record)), None
         if name in clearances:
             mine = events["joint"] == name
             contacts = {column: values[mine] for column, values in events.items()}
@@ -196,7 +206,7 @@ def joints(record: Record, window: Window) -> Found:
 
 def _gap(record: Record, window: Window, joint: dict, contacts: dict) -> Found:
     name, clearance, roughness = joint["name"], joint["clearance"], joint["roughness"]
-    gap = float(record.values(f"joints/{name}/gap")[window.samples].min())
+    gap, _ = record.extremes(f"joints/{name}/gap", *window.bounds(record))
     gap = min(gap, -contacts["peak_penetration"][contacts["begun"]].max(initial=-math.inf))
     yield f"joint_{name}_gap_min", gap, "m", f"smallest gap of joint {name}, negative in contact"
     ratio, text = 1.0 - gap / clearance, f"largest eccentricity over clearance of joint {name}"
