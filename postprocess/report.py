@@ -234,10 +234,10 @@ def kept_channels(run: Result) -> list[str]:
 
 
 def _ranges(run: Result) -> Markup:
-    """Smallest and largest values of the channels that were kept."""
+    """Smallest and largest values of the channels that were kept, of samples and steps."""
     rows = []
     for path in kept_channels(run):
-        low, high = run.range(path)
+        low, high = run.extremes(path)
         unit, factor = scaled(run.units(path), low, high)
         rows.append([breakable(path), unit, *(valued(v, number(v * factor)) for v in (low, high))])
     return table(["channel", "units", "smallest", "largest"], rows)

@@ -283,7 +283,7 @@ def test_a_run_that_has_not_ended(feeder, tmp_path):
 def test_what_was_not_kept_is_said(tmp_path):
     run = cl.simulate(cl.load_case("six_bar_feeder"), turns=2.0, channels=["bodies/slider/ax", "joints/B/gap"])
     found = read(run, tmp_path)
-    low, high = (pages.number(v) for v in run.range("bodies/slider/ax"))
+    low, high = (pages.number(v) for v in run.extremes("bodies/slider/ax"))
     assert found.row("bodies/slider/ax")[1:] == ("m/s²", low, high)
     said = " ".join(found.missing)
     assert "no channel 'bodies/slider/x'" in said
