@@ -453,8 +453,9 @@ class LedgerWatch:
     """Watches the energy residual stretch by stretch, so that a jump shows however long the run is.
 
     A stretch is long enough to turn over the range of the kinetic energy, or in motions that hardly have any (a journal
-    sinking in oil) a hundredth of what has been put in and taken out, at least `floor` [J], the tolerance of the run; `worst` is the largest share of it that the
-    residual moved by, `largest` the largest residual [J], `since` the first time a share above `limit` was passed.
+    sinking in oil) a hundredth of what has been put in and taken out, at least `floor` [J], the tolerance of the run.
+    `worst` is the largest share of it that the residual moved by, `largest` the largest residual [J], `since` the first
+    time a share above `limit` was passed.
     """
 
     limit = 0.05

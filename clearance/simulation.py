@@ -266,7 +266,6 @@ class Run:
         self.contacts[:, loop.KIND] = [_kind(loop, j) for j in scene.clearance_joints]
         self.contacts[:, loop.CLEARANCE] = [j.clearance for j in scene.clearance_joints]
         self.contacts[:, loop.COORDINATE] = [mechanism.places.get(j, -1) for j in scene.clearance_joints]
-        self._scale_film_rates()
         self.impacts = np.zeros((IMPACT_ROWS, loop.IMPACT_COLUMNS))
         self.log = np.zeros((LOG_ROWS, loop.LOG_COLUMNS))
         self.times, self.rows = np.zeros(ROWS), np.zeros((ROWS, len(mechanism.structure.channels) if outputs else size))
@@ -276,6 +275,7 @@ class Run:
         self.scratch = np.zeros((7, max(size, 3 * joints, 1)))
         self.place[loop.MAY_SWITCH] = self.reason == NOT_STIFF
         self.take(self.method)
+        self._scale_film_rates()
         self.wall, self.contact_count = 0.0, 0
         self.spoilt = ""  # why the outputs cannot be trusted any more
 
@@ -298,6 +298,7 @@ class Run:
         self.roles = kernel_roles(mechanism, method)
         if not self.outputs:
             self.roles.remove("observe")
+        mechanism.compile(self.roles)
         # the loop takes a kernel for every role; one that is not needed is never called, so any will do
         order = ("rhs", "jacobian", "events", "commit", "observe")
         kernels = [mechanism.kernel(role if role in self.roles else "rhs") for role in order]

@@ -45,7 +45,7 @@ SCENES = {
 
 @pytest.mark.parametrize("model", SCENES)
 def test_peaks_hardly_depend_on_the_samples(model):
-    """Twenty samples a turn see at least 0.9 of what 40000 see: steps are a tenth of a contact, whose force is smooth."""
+    """Twenty samples a turn see at least 0.9 of what 40000 see: a contact, whose force is smooth, takes ten steps."""
     parameters, turns = SCENES[model]
     scene = cl.load_case("slider_crank", **parameters)
     coarse, fine = (cl.simulate(scene, turns=turns, samples_per_turn=n) for n in (20, 40000))

@@ -164,7 +164,7 @@ JOINT_FACTS = (
 
 
 def _joint_extremes(result) -> dict:
-    """Peak forces and smallest gaps, of samples, steps and contacts; nothing for a run that ended before its first sample."""
+    """Peak forces and smallest gaps, of steps and contacts; nothing for a run that ended before its first sample."""
     found = {}
     for name in result.names("joints"):
         joint, facts = result.joint(name), result.facts(f"joints/{name}")

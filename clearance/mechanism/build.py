@@ -53,6 +53,10 @@ class Mechanism:
             self.loaded[role] = store.load(role, self.structure.texts[role])
         return self.loaded[role]
 
+    def compile(self, roles: list[str]) -> None:
+        """Have the kernels of several roles compiled side by side, where the store has not got them."""
+        store.compile_apart({role: self.structure.texts[role] for role in roles if role not in self.loaded})
+
     @property
     def eccentric(self) -> list:
         """Clearance joints whose eccentricities are coordinates."""

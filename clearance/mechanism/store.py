@@ -8,6 +8,7 @@ import hashlib
 import importlib.util
 import math
 import os
+import subprocess
 import sys
 from collections.abc import Callable
 from functools import lru_cache
@@ -22,6 +23,7 @@ KERNEL_SIGNATURE = void(float64, VECTOR, VECTOR, VECTOR, VECTOR)
 KERNEL = types.FunctionType(KERNEL_SIGNATURE)
 OPTIONS = {"error_model": "numpy", "_nrt": False}  # nothing in a kernel allocates: arrays need no counting
 COMPILED = not numba.config.DISABLE_JIT
+LARGE = 30_000  # characters of a kernel, some five seconds of compiling, from which a process of its own is worth it
 
 _loaded: dict[str, Callable] = {}
 _addresses: dict[Callable, int] = {}
@@ -113,16 +115,14 @@ def key(text: str) -> str:
 
 def load(role: str, text: str) -> Callable:
     """The compiled kernel of a text: from this process, from the store, or compiled now."""
-    name = f"clearance_kernel_{role}_{key(text)}"
+    name = _name(role, text)
     if name not in _loaded:
-        path = folder() / f"{name}.py"
+        compile_apart({role: text})
+        path = _path(name)
         if not path.exists():
             _write(path, text)
-        spec = importlib.util.spec_from_file_location(name, path)
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[name] = module  # numba looks the module up when it loads the cached code
         try:
-            spec.loader.exec_module(module)
+            module = _imported(name, path)
         except numba.core.errors.NumbaError as error:
             reason = " ".join(str(error).split())[:300]
             raise ValueError(f"the {role} kernel cannot be compiled, most likely because of a law: {reason}") from error
@@ -130,9 +130,78 @@ def load(role: str, text: str) -> Callable:
     return _loaded[name]
 
 
+def compile_apart(texts: dict[str, str]) -> None:
+    """Compile large kernels (role -> text) that the store has not got, side by side, each in a process of its own.
+
+    What compiling takes in memory goes with these processes, and an interrupt ends them. Where one fails, its kernel
+    is compiled where it is loaded, which says why.
+    """
+    names = {_name(role, text): (role, text) for role, text in texts.items() if COMPILED and len(text) >= LARGE}
+    children = []
+    try:
+        for name, (role, text) in names.items():
+            if name in _loaded or _is_compiled(name, role) or not sys.executable:
+                continue
+            _write(_path(name), text)
+            children.append(_compiling(name))
+        for child in children:
+            child.wait()
+    finally:
+        for child in children:
+            child.kill()
+
+
+def _compiling(name: str) -> subprocess.Popen:
+    """A process that compiles a kernel of the store; it sees the same packages as this one."""
+    code = f"from clearance.mechanism import store; store.compile_here({name!r})"
+    paths = os.pathsep.join(p for p in sys.path if p)
+    return subprocess.Popen(
+        [sys.executable, "-P", "-c", code], env=os.environ | {"PYTHONPATH": paths, "CLEARANCE_STORE": str(folder())},
+        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+
+
+def compile_here(name: str) -> None:
+    """Compile a kernel of the store, unless another process has by the time it is done with it."""
+    path = _path(name)
+    lock = path.with_suffix(".lock")
+    with open(lock, "w") as held:
+        try:
+            import fcntl
+
+            fcntl.flock(held, fcntl.LOCK_EX)
+        except (ImportError, OSError):
+            pass  # no file locks here: both compile, and either result will do
+        _imported(name, path)
+        lock.unlink(missing_ok=True)
+
+
+def _imported(name: str, path: Path):
+    """The module of a kernel: numba loads what it has cached beside the file, or compiles it and does."""
+    spec = importlib.util.spec_from_file_location(name, path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # numba looks the module up when it loads the cached code
+    spec.loader.exec_module(module)
+    return module
+
+
+def _name(role: str, text: str) -> str:
+    return f"clearance_kernel_{role}_{key(text)}"
+
+
+def _path(name: str) -> Path:
+    return folder() / f"{name}.py"
+
+
+def _is_compiled(name: str, role: str) -> bool:
+    """Whether numba has cached a kernel for this version of Python."""
+    version = "py{}{}".format(*sys.version_info)
+    return any((folder() / "__pycache__").glob(f"{name}.{role}-*.{version}*.nbi"))
+
+
 def is_known(role: str, text: str) -> bool:
     """Whether a kernel of this text has been written before."""
-    return (folder() / f"clearance_kernel_{role}_{key(text)}.py").exists()
+    return _path(_name(role, text)).exists()
 
 
 def _write(path: Path, text: str) -> None:

@@ -340,7 +340,7 @@ def sample(call, s, t, h):
 
 @inline
 def rows_full(s):
-    """Whether the rows of samples, from the front, and those of steps, from behind, leave room for one of these only."""
+    """Whether the rows of samples, from the front, and of steps, from behind, leave room for one of a step only."""
     return s.place[ROWS] + s.place[PASSED] + 1 >= s.times.size
 
 
@@ -530,9 +530,7 @@ def compression(s):
 @inline
 def buffers_full(s):
     return (
-        s.place[LOGGED] == s.log.shape[0]
-        or s.place[EVENTS] + s.contacts.shape[0] > s.impacts.shape[0]
-        or rows_full(s)
+        s.place[LOGGED] == s.log.shape[0] or s.place[EVENTS] + s.contacts.shape[0] > s.impacts.shape[0] or rows_full(s)
     )
 
 

@@ -156,7 +156,7 @@ def sliders(record: Record, window: Window, ideal: dict) -> Found:
     for body, (dx, dy) in guides(record.scene).items():
         x, y, ax, ay = (record.values(f"bodies/{body}/{n}")[window.samples] for n in ("x", "y", "ax", "ay"))
         a = ax * dx + ay * dy
-        axis, along = ("x", dx) if abs(dx) >= abs(dy) else ("y", dy)  # all it has of its acceleration is along the guide
+        axis, along = ("x", dx) if abs(dx) >= abs(dy) else ("y", dy)  # it has no acceleration across the guide
         ends = record.extremes(f"bodies/{body}/a{axis}", *window.bounds(record))
         low, high = sorted(end / along for end in ends)
         yield f"{body}_acceleration_min", low, "m/s2", f"smallest acceleration of {body} along its guide"
