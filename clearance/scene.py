@@ -32,7 +32,8 @@ class Body:
     need not be: points and com may have a third coordinate z, and products are the products of inertia
     (integral of x z dm, of y z dm) about the centre of mass [kg m2]; they make axial forces and bending moments.
     A rough start helps the assembly to find the intended configuration: angle [rad] of the body's frame, position
-    (x, y) of its origin [m] (default: found by following the joints). angular_velocity [rad/s] and velocity (of the
+    (x, y) of its origin [m] (default: found by following the joints). What no drive prescribes and no loop decides
+    starts as given here, wherever the loops close so. angular_velocity [rad/s] and velocity (of the
     centre of mass, m/s) start the motions that no drive prescribes.
     """
 

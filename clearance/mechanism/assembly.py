@@ -1,5 +1,8 @@
 """The start of a run: bodies put together from a rough position, every loop closed, velocities from the drives.
 
+The coordinates that the mechanism's plan leaves free (the angle of an undriven crank or of a pendulum) start where the
+scene says and the other bodies move to close the loops; only where no loop closes so do they give way as well.
+
 Works on absolute coordinates of all bodies (numpy, once per run), independent of the compiled kinematics.
 """
 
@@ -11,6 +14,7 @@ import numpy as np
 from clearance.joints import ClearanceRevolute, Joint, Prismatic
 from clearance.loads import Drive
 from clearance.mechanism.library import Library
+from clearance.mechanism.topology import closed_plan
 from clearance.scene import Body, Scene, ground
 
 CLOSURE = 1e-12  # largest closing error accepted, relative to the mechanism's size
@@ -50,7 +54,9 @@ def assemble(scene: Scene) -> Start:
     system = _System(scene)
     q = system.rough()
     system.take_start_values(q)
-    system.choose_measured(system.beside(q))
+    guilty, freedom = system.choose_measured(system.beside(q))
+    if freedom and not guilty:
+        system.hold(q)
     q = system.closed(q)
     system.report_dependent(*system.choose_measured(q))
     system.check_measured(q)
@@ -72,8 +78,17 @@ class _Row:
     rate: float = 0.0
 
 
+@dataclass(frozen=True)
+class _Held:
+    """A free coordinate and the value it starts with: "x" or "y" of a body, its angle, or a joint's slide."""
+
+    target: Body | Prismatic
+    what: str
+    value: float
+
+
 class _System:
-    """Constraint equations of a scene: joints first, then drives."""
+    """Constraint equations of a scene: joints first, then drives, then free coordinates that keep their start."""
 
     def __init__(self, scene: Scene):
         self.scene = scene
@@ -82,6 +97,7 @@ class _System:
         self.place = {b: 3 * i for i, b in enumerate(scene.bodies)}
         self.drives = [d for d in scene.loads if isinstance(d, Drive)]
         self.start: dict[Drive, float] = {}
+        self.held: list[_Held] = []
         self.size = _size(scene)
 
     # --- rough start
@@ -130,6 +146,20 @@ class _System:
             elif drive.prescribes:
                 self.start[drive] = _coordinate(drive.target, {b: self._pose(q, b) for b in self._all()})
 
+    def hold(self, q) -> None:
+        """Free coordinates keep the values of the rough start, unless the start of a drive that pushes decides them."""
+        place, pushed = self.beside(q), any(not d.prescribes for d in self.start)
+        pose = {b: self._pose(q, b) for b in self._all()}
+        plan = closed_plan(self.scene, tuple(self.measured))
+        for joint, c in ((a.joint, c) for g in plan.groups for a in g.attachments for c in a.coordinates):
+            if c.source != "free":
+                continue
+            target = joint if c.what == "slide" else c.body
+            value = pose[c.body]["xy".index(c.what)] if c.what in ("x", "y") else _coordinate(target, pose)
+            self.held.append(_Held(target, c.what, value))
+            if pushed and np.linalg.matrix_rank(matrix := self.equations(place)[2]) < len(matrix):
+                self.held.pop()
+
     def _all(self):
         return (*self.scene.bodies, ground)
 
@@ -145,9 +175,12 @@ class _System:
 
     # --- equations
     def equations(self, q, starting: bool = True):
-        """Labels, residuals and Jacobian of all constraints; `starting` includes start values of effort drives."""
+        """Labels, residuals and Jacobian of all constraints.
+
+        `starting` includes what only the start must meet: start values of effort drives and of held coordinates.
+        """
         drives = [d for d in self.drives if d in self.start and (starting or d.prescribes)]
-        rows = self._rows(q, drives)
+        rows = self._rows(q, drives) + [self._held_row(q, h) for h in self.held if starting]
         return [r.label for r in rows], np.array([r.residual for r in rows]), self._matrix(q, rows)
 
     def _rows(self, q, drives) -> "list[_Row]":
@@ -201,9 +234,19 @@ class _System:
             slopes[i] = slopes.get(i, 0.0) + value
 
     def _drive_row(self, q, drive: Drive):
-        target, slopes = drive.target, {}
+        return self._coordinate_row(q, drive.label(), drive.target, self.start.get(drive, 0.0))
+
+    def _held_row(self, q, held: _Held):
+        if held.what not in ("x", "y"):
+            return self._coordinate_row(q, f"start of {held.target.name}", held.target, held.value)
+        i = self.place[held.target] + "xy".index(held.what)
+        return _Row(f"start of {held.target.name}", float(q[i]) - held.value, {i: 1.0})
+
+    def _coordinate_row(self, q, label: str, target: Body | Joint, value: float):
+        """A coordinate as `_coordinate` has it shall have a value."""
+        slopes: dict[int, float] = {}
         pose = {b: self._pose(q, b) for b in self._all()}
-        error = _coordinate(target, pose) - self.start.get(drive, 0.0)
+        error = _coordinate(target, pose) - value
         if isinstance(target, Prismatic):
             dx, dy = _turned(pose[target.a.body][2], *target.axis)
             slopes = self._gradient(target, self._arms(q, target), (dx, dy))
@@ -214,11 +257,24 @@ class _System:
         else:
             self._put(slopes, target.a.body, 2, -1.0)
             self._put(slopes, target.b.body, 2, 1.0)
-        return _Row(drive.label(), error, slopes)
+        return _Row(label, error, slopes)
 
     # --- closing
     def closed(self, q: np.ndarray) -> np.ndarray:
-        """Damped Gauss-Newton, nearest to the rough start."""
+        """The closed position nearest to the rough start; held coordinates are let go where it closes only so."""
+        best, worst = self._nearest(q)
+        if worst > CLOSURE * self.size and self.held:
+            self.held.clear()
+            best, worst = self._nearest(q)
+        if worst > CLOSURE * self.size:
+            # too many equations for any position? (a stretched loop is singular too, so look beside it)
+            self.report_dependent(*self._dependent(self.beside(best)))
+            labels, residual, _ = self.equations(best)
+            self._report_open(labels, residual)
+        return best
+
+    def _nearest(self, q: np.ndarray) -> tuple[np.ndarray, float]:
+        """Damped Gauss-Newton: the best position on the way, and its largest residual."""
         best, worst = q, math.inf
         for _ in range(ITERATIONS):
             _, residual, matrix = self.equations(q)
@@ -232,12 +288,7 @@ class _System:
             q = q + step * min(1.0, LARGEST_TURN / turn if turn else 1.0)
             if worst <= CLOSURE * self.size and np.abs(step).max() < 1e-15 * self.size:
                 break
-        if worst > CLOSURE * self.size:
-            # too many equations for any position? (a stretched loop is singular too, so look beside it)
-            self.report_dependent(*self._dependent(self.beside(best)))
-            labels, residual, _ = self.equations(best)
-            self._report_open(labels, residual)
-        return best
+        return best, worst
 
     def beside(self, q: np.ndarray) -> np.ndarray:
         """Some position with nothing special about it."""
