@@ -1,4 +1,4 @@
-"""What regime a lubricated joint is in, and where its model is only formal."""
+"""What regime a joint is in, and where its model is only formal."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -11,6 +11,7 @@ from clearance.laws.law import FilmJoint, memory_film
 FULL_FILM = 3.0  # film thickness ratio above which surfaces count as separated
 PIEZOVISCOUS = 0.5  # alpha p above which the viscosity no longer counts as constant
 FLATTENING = 0.2  # flattening over film thickness above which the surfaces no longer count as rigid
+DEEPEST = 0.05  # penetration over journal radius up to which solids count as linearly elastic
 LOSS = 0.02  # share of the load that a hole check lets go unnoticed
 
 
@@ -93,6 +94,21 @@ def hole_warning(joint: ClearanceRevolute, frequency: float, wanted: float) -> s
         f"{joint.label()}: force hole: from full film to contact the joint comes to carry only {found.left:.3g} N, at "
         f"film thickness ratio {found.where:.2g}, after {found.left + found.lost:.3g} N, and up to {wanted:.3g} N are "
         "asked of it: the contact law is too soft for this transition"
+    )
+
+
+def depth_warning(joint: ClearanceRevolute, depth: float) -> str | None:
+    """A penetration [m] that no elastic solid bears: a contact too soft for its load, or too heavy a load.
+
+    Every contact law is linear elasticity of small strains; half a journal radius of solid, the layer that gives way
+    unless a joint says otherwise, is strained by 2 DEEPEST there.
+    """
+    share = depth / joint.radius
+    if joint.contact is None or share <= DEEPEST:
+        return None
+    return (
+        f"{joint.label()}: penetrations reach {depth:.2g} m, {share:.2g} of the journal radius; contact laws are "
+        f"linear elasticity, meant up to {DEEPEST:g} of it: the contact is too soft for its load"
     )
 
 

@@ -24,7 +24,7 @@ from clearance.mechanism import store
 from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.closing import last_position, lost_at
 from clearance.recording import FileSink, LedgerWatch, Recorder, chosen, filters
-from clearance.regimes import FULL_FILM, hole_warning
+from clearance.regimes import FULL_FILM, depth_warning, hole_warning
 from clearance.results import Result
 from clearance.scene import Scene
 from clearance.stepping import status as codes
@@ -432,7 +432,7 @@ class Run:
                     sink.cut(state_of(self, writer))
                     cut = clock_of_the_wall.perf_counter()
             if code != codes.DONE:
-                failure = self._failure(code, writer.ledger)
+                failure = self._failure(code, writer)
         except KeyboardInterrupt:
             failure = f"interrupted at t = {self.clock[self.loop.TIME]:.9g} s"
             raise
@@ -488,10 +488,11 @@ class Run:
         ]
         writer.impacts(self._names(), np.array(rows), "open_contact")
 
-    def _failure(self, code: int, ledger: LedgerWatch | None) -> str:
+    def _failure(self, code: int, writer: Recorder) -> str:
         """Where and why a run failed: time, joint and state."""
         if code == codes.LEDGER_BROKEN:
-            return f"from t = {ledger.since or 0.0:.9g} s on: {codes.MESSAGES[code]}: {self._suspects()}"
+            since = writer.ledger.since or 0.0
+            return f"from t = {since:.9g} s on: {codes.MESSAGES[code]}: {self._suspects(writer)}"
         if self.spoilt:
             return self.spoilt
         for joint, source in self.mechanism.sources.items():
@@ -533,8 +534,15 @@ class Run:
         at = self.mechanism.places[joint]
         return 1.0 - math.hypot(*self.y[at : at + 2]) / joint.clearance
 
-    def _suspects(self) -> str:
-        """Why an energy ledger may not close, of what this scene can do."""
+    def _depths(self, writer: Recorder) -> dict:
+        """Largest penetration [m] of each clearance joint so far, of samples and contacts; negative: never touched."""
+        joints = {f"joints/{j.name}": j for j in self.mechanism.scene.clearance_joints if writer.last is not None}
+        return {j: max(writer.depths.get(g, -math.inf), -writer.lowest(f"{g}/gap")) for g, j in joints.items()}
+
+    def _suspects(self, writer: Recorder) -> str:
+        """Why an energy ledger may not close: impossible penetrations, else what this scene can do."""
+        if deep := [*filter(None, (depth_warning(j, depth) for j, depth in self._depths(writer).items()))]:
+            return "; ".join(deep)
         found = []
         if any(g.closures for g in self.mechanism.structure.plan.groups):
             found.append("a loop passed a dead centre and changed its branch")
@@ -555,7 +563,7 @@ class Run:
         if residual > max(LOST_ENERGY, 100.0 * self.rtol):
             found.append(
                 f"the energy ledger does not close: {residual:.2g} of the energy turned over is missing: "
-                f"{self._suspects()}"
+                f"{self._suspects(writer)}"
             )
         for joint in joints if writer.last is not None else ():
             group = f"joints/{joint.name}"
@@ -567,7 +575,8 @@ class Run:
                 found += [f"{joint.label()}: mesh of the film: {doubt}"] if doubt else []
             if joint.transition is not None and writer.lowest(f"{group}/gap") < FULL_FILM * (joint.roughness or 0.0):
                 found += filter(None, [hole_warning(joint, self.mechanism.frequency, writer.peak(group))])
-            found += filter(None, [_beyond(joint, max(writer.depths.get(group, 0.0), -writer.lowest(f"{group}/gap")))])
+        for joint, depth in self._depths(writer).items():
+            found += filter(None, [depth_warning(joint, depth) or _beyond(joint, depth)])
         return found
 
     def _too_sharp(self, joint) -> str | None:

@@ -19,6 +19,9 @@ from clearance.laws.film import arc_integrals, harmonic_share
 from clearance.laws.law import BoundLaw
 from clearance.materials import Material, steel
 from clearance.mechanism.library import Library
+from clearance.recording import MemorySink, Recorder
+from clearance.simulation import prepare
+from clearance.stepping import status as codes
 from tests.test_laws import delivered_restitution
 
 FILMS = {n: f for n, f in ALL_FILMS.items() if n != "table"}  # the table has tests of its own
@@ -754,6 +757,29 @@ class TestMixedJoints:
         )
         result = cl.simulate(cl.Scene(joint), until=1e-4)
         assert any("joint J: penetrations reach" in w and "johnson is meant up to" in w for w in result.warnings)
+
+    @pytest.mark.parametrize(("share", "warned"), [(0.04, False), (0.06, True), (0.7, True)])
+    def test_penetrations_no_solid_bears(self, share, warned):
+        """Stiffness for an impact as deep as a share of the radius, 1.25 m v^2 = K delta^2.5: warned of beyond 0.05."""
+        law = laws.hertz(stiffness=1.25 * 2.0**2 / (share * 0.01) ** 2.5)
+        body = cl.Body("rod", 1.0, 1e-3)
+        joint = cl.ClearanceRevolute(
+            cl.ground, body, name="J", radius=0.01, clearance=1e-4, contact=law, eccentricity_rate=(2.0, 0.0)
+        )
+        result = cl.simulate(cl.Scene(joint, gravity=(0.0, 0.0)), until=0.04)
+        said = f"joint J: penetrations reach {share * 0.01:.2g} m, {share:.2g} of the journal radius"
+        assert [w.startswith(said) for w in result.warnings] == [True] * warned
+
+    def test_impossible_penetrations_explain_a_broken_ledger(self):
+        """A journal 34 radii outside its bearing is named; of shallow contacts the loop is suspected."""
+        run = prepare(cl.load_case("slider_crank"), turns=1)
+        channels = run.mechanism.structure.channels
+        for gap, said in ((-0.34, "joint C: penetrations reach 0.34 m"), (-1e-5, "a loop passed a dead centre")):
+            writer = Recorder(channels, MemorySink(channels, {}))
+            writer.samples(np.zeros(1), np.array([[gap if c.path == "joints/C/gap" else 0.0 for c in channels]]))
+            writer.ledger.since = 0.1
+            failure = run._failure(codes.LEDGER_BROKEN, writer)
+            assert failure.startswith(f"from t = 0.1 s on: {codes.MESSAGES[codes.LEDGER_BROKEN]}: {said}")
 
     def test_hole_check_needs_a_transition(self):
         with pytest.raises(ValueError, match="joint J: a hole check needs a transition model"):

@@ -10,6 +10,9 @@ grazing speed v_g count as v_g, so that the damping stays finite; the factor is 
 pulled back. In joints with a transition model contact has no first touch and delta'_0 is a typical speed throughout,
 see transition.py.
 
+All of them are linear elasticity of small strains: whatever depth a formula allows, a run warns of penetrations beyond
+a twentieth of the journal radius (`regimes.depth_warning`).
+
 Which restitution a factor really delivers does not depend on the elastic force: see `delivered_restitution`.
 """
 
