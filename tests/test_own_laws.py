@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
+from clearance.mechanism.build import build
 from tests import mechanisms as m
 
 STIFFENING = 2.0
@@ -328,6 +329,15 @@ def test_a_quick_return_driven_by_torque(point):
     result = cl.simulate(scene, until=0.5, rtol=1e-9)
     assert result["crank"].theta[-1] > 6.0
     assert np.abs(result.energy.residual).max() < 1e-6 * result.file["energy"].attrs["turned_over"]
+
+
+def test_what_the_force_of_a_slide_is():
+    """Of a driven slide the drive's force is in it, and the file says so; of others it is the reaction."""
+    said = {c.path: c.long_name for c in build(m.actuator()).structure.channels}
+    assert said["joints/cylinder/force_x"] == "force x on piston, with that of drive oil along the slide"
+    assert said["joints/O/force_x"] == "force x on boom"
+    plain = {c.path: c.long_name for c in build(engine("ABCg")).structure.channels}
+    assert plain["joints/g/force_y"] == "force y on piston"
 
 
 PUSH = 5.0

@@ -246,7 +246,7 @@ class Structure:
             pushed = self.trace.sum(e for d, e in self.applied.efforts.items() if d.target is joint)
             dx, dy = self.kinematics.axis(joint, joint.a.body)
             fx, fy = fx + (effort + pushed) * dx, fy + (effort + pushed) * dy
-        yield from self._forces(joint, (fx, fy))
+        yield from self._forces(joint, (fx, fy), self._along(joint) if slides else "")
         if slides:
             yield f"{here}/moment", "N m", f"moment on {body} about its joint point", moment
         if self.reactions.across:
@@ -275,9 +275,15 @@ class Structure:
             if load in self.dissipated:
                 yield f"{here}/dissipated", "J", "work the damper has taken out since the start", self.dissipated[load]
 
-    def _forces(self, joint, force):
+    def _along(self, joint) -> str:
+        """What a slide's force has along its axis beside the reaction across it."""
+        parts = [f"drive {d.name}" for d in self.efforts if d.target is joint]
+        parts += ["friction"] if joint in self.rubbing.efforts else []
+        return f", with that of {' and '.join(parts)} along the slide" if parts else ""
+
+    def _forces(self, joint, force, more=""):
         for axis, value in zip("xy", force, strict=True):
-            yield f"joints/{joint.name}/force_{axis}", "N", f"force {axis} on {joint.b.body.name}", value
+            yield f"joints/{joint.name}/force_{axis}", "N", f"force {axis} on {joint.b.body.name}{more}", value
 
     def _drive_channels(self):
         for drive, effort in self.efforts.items():
