@@ -8,7 +8,7 @@ names are made of body, drive and joint names:
 
   <body>_acceleration_min, _max   of bodies that slide on the ground, along their guide [m/s2]
   drive_<drive>_torque_min, _max, _rms (or force)                                       [N m] ([N])
-  joint_<joint>_force_max         largest force, of contacts their normal force          [N]
+  joint_<joint>_force_max         largest force; between steps, at the peak of a contact, its normal force alone [N]
   joint_<joint>_force_rms         root mean square                                       [N]
   joint_<joint>_gap_min           smallest gap, negative where surfaces overlap          [m]
   joint_<joint>_eccentricity_ratio_max       largest eccentricity over clearance: 1 - gap_min / clearance [-]
@@ -196,7 +196,7 @@ def joints(record: Record, window: Window) -> Found:
             contacts = {column: values[mine] for column, values in events.items()}
             contacts["begun"] = (contacts["time"] >= window.begin) & (contacts["time"] < window.end)
             peak = max(peak, contacts["peak_force"][contacts["begun"]].max(initial=0.0))
-        yield f"joint_{name}_force_max", peak, "N", f"largest force in joint {name}"
+        yield f"joint_{name}_force_max", peak, "N", f"largest force in joint {name}, contacts without friction"
         yield f"joint_{name}_force_rms", math.sqrt(window.mean(squared)), "N", f"root mean square force in joint {name}"
         if contacts is not None:
             yield from _gap(record, window, described[name], contacts)
