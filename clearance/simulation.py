@@ -22,7 +22,7 @@ from clearance.film.asking import Answerer
 from clearance.joints import Prismatic
 from clearance.mechanism import store
 from clearance.mechanism.build import Mechanism, build
-from clearance.mechanism.closing import last_position, lost_at
+from clearance.mechanism.closing import last_position, lost_at, no_number
 from clearance.recording import FileSink, LedgerWatch, Recorder, chosen, filters
 from clearance.regimes import FULL_FILM, depth_warning, hole_warning
 from clearance.results import Result
@@ -513,12 +513,21 @@ class Run:
         if code == codes.STEP_TOO_SMALL and thin:
             code, ended = codes.FILM_LEFT, thin[0]
         where = f"joint {joints[ended].name}: " if code == codes.FILM_LEFT else ""
-        time = self.clock[self.loop.TIME]
-        if code in (codes.STEP_TOO_SMALL, codes.NOT_FINITE) and (
-            lost := self._lost(time, time + self.clock[self.loop.LARGEST])
-        ):
-            return lost
-        return f"at t = {time:.9g} s: {where}{codes.MESSAGES[code]} ({'; '.join(states) or 'no free state'})"
+        time, what = self.clock[self.loop.TIME], f"{where}{codes.MESSAGES[code]}"
+        if code in (codes.STEP_TOO_SMALL, codes.NOT_FINITE):
+            if lost := self._lost(time, time + self.clock[self.loop.LARGEST]):
+                return lost
+            what = self._no_number() or what
+        return f"at t = {time:.9g} s: {what} ({'; '.join(states) or 'no free state'})"
+
+    def _no_number(self) -> str | None:
+        """What has no value where the run cannot go on: at its last state, or a step or a million of them further."""
+        time, step = self.clock[self.loop.TIME], self.clock[self.loop.STEP_SIZE]
+        found = no_number(self.mechanism, self.work, time, self.y)
+        for further in (1.0, 1e2, 1e4, 1e6) if np.isfinite(self.f).all() else ():
+            h = further * step
+            found = found or no_number(self.mechanism, self.work, time + h, self.y + h * self.f)
+        return found
 
     def _lost(self, before: float, after: float) -> str | None:
         """Where a mechanism whose motion is prescribed comes to an end between two times, if it does."""

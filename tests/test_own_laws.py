@@ -1,6 +1,7 @@
 """Laws and motions a user writes in a file of their own reach the kernel without registration."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -329,6 +330,26 @@ def test_a_quick_return_driven_by_torque(point):
     result = cl.simulate(scene, until=0.5, rtol=1e-9)
     assert result["crank"].theta[-1] > 6.0
     assert np.abs(result.energy.residual).max() < 1e-6 * result.file["energy"].attrs["turned_over"]
+
+
+@cl.contact
+def rooted(penetration, penetration_rate, impact_speed, stiffness, low, high):
+    """Without a value below one depth and beyond another."""
+    if penetration <= 0.0:
+        return 0.0
+    return stiffness * penetration * math.sqrt((penetration - low) * (high - penetration)) / high
+
+
+@pytest.mark.parametrize(("low", "high", "gap"), [(1e-6, 1e-2, -1e-6), (0.0, 2e-5, -2e-5)])
+def test_a_law_without_a_value_is_named(low, high, gap):
+    """On the way out or on the way in: the joint, what is no number, and where (1e-9 m)."""
+    ball = cl.Body("ball", 0.5, 1e-4)
+    law = rooted(stiffness=1e6, low=low, high=high)
+    joint = cl.ClearanceRevolute(cl.ground, ball, name="J", radius=0.01, clearance=1e-4, contact=law)
+    said = r"joint J: contact_force is not a number at a gap of (\S+) m: a law has no value there \(J: ecc"
+    with pytest.raises(cl.SimulationError, match=said) as caught:
+        cl.simulate(cl.Scene(joint), until=0.1)
+    assert float(re.search(said, str(caught.value))[1]) == pytest.approx(gap, abs=1e-9)
 
 
 def test_what_the_force_of_a_slide_is():

@@ -1,10 +1,12 @@
-"""Where a mechanism with prescribed motion comes to an end: the time, the loop and its position."""
+"""Where a mechanism comes to an end: the time, the loop and its position, or the law that has no value there."""
 
 import numpy as np
 
 from clearance.mechanism.build import Mechanism
 
 BISECTIONS = 60
+#: outputs that a joint's own laws make, in the order in which one makes another
+OF_LAWS = ("film_radial", "film_tangential", "contact_force", "asperity_force", "friction")
 
 
 def last_position(mechanism: Mechanism, work: np.ndarray, before: float, after: float) -> tuple[float, str] | None:
@@ -33,14 +35,26 @@ def lost_at(mechanism: Mechanism, work: np.ndarray, time: float) -> str | None:
     return None if _finite(found) else what_is_lost(mechanism, found)
 
 
+def no_number(mechanism: Mechanism, work: np.ndarray, time: float, y: np.ndarray) -> str | None:
+    """The clearance joint whose laws give no number at a state, though the journal's place is known; None for none."""
+    found = _outputs(mechanism, work, time, y)
+    for joint in mechanism.scene.clearance_joints:
+        here = f"joints/{joint.name}"
+        gap = found[f"{here}/gap"]
+        for name in OF_LAWS:
+            if np.isfinite(gap) and not np.isfinite(found.get(f"{here}/{name}", 0.0)):
+                return f"{joint.label()}: {name} is not a number at a gap of {gap:.6g} m: a law has no value there"
+    return None
+
+
 def _finite(outputs: dict[str, float]) -> bool:
     return all(map(np.isfinite, outputs.values()))
 
 
-def _outputs(mechanism: Mechanism, work: np.ndarray, time: float) -> dict[str, float]:
+def _outputs(mechanism: Mechanism, work: np.ndarray, time: float, y: np.ndarray | None = None) -> dict[str, float]:
     channels = mechanism.structure.channels
     out = np.empty(len(channels))
-    mechanism.kernel("observe")(time, mechanism.y0, mechanism.par, work.copy(), out)
+    mechanism.kernel("observe")(time, mechanism.y0 if y is None else y, mechanism.par, work.copy(), out)
     return {c.path: float(v) for c, v in zip(channels, out, strict=True)}
 
 
