@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.recording import FileSink, Recorder
-from clearance.results import Result, replacing
+from clearance.results import Result, check_replaceable, replacing
 
 VERSION = 2
 #: what of a run changes as it goes, beside its arrays
@@ -34,6 +34,7 @@ class PartsSink:
 
     def __init__(self, path: Path, channels: list, attributes: dict, keep, compression: int, identity: dict):
         self.path, self.folder = Path(path), parts_folder(path)
+        check_replaceable(self.path)
         self.options = channels, attributes, keep, compression
         self.identity = identity | {"scene": attributes["scene"], "kernel": _digest(attributes["kernel"])}
         self.count = 0

@@ -18,7 +18,7 @@ import numpy as np
 
 from clearance.extremes import Extremes
 from clearance.regimes import Regime, regime
-from clearance.results import Record, provenance, replacing
+from clearance.results import Record, check_replaceable, provenance, replacing
 
 CHUNK = 2048  # rows
 
@@ -254,6 +254,7 @@ class FileSink:
         self.path = Path(path)
         if self.path.is_dir():
             raise ValueError(f"result file {self.path} is a directory; give the name of a file")
+        check_replaceable(self.path)
         self.kept = chosen(channels, keep)
         self.logs = keep is None or any(fits_path(STEP_LOG, p) for p in keep)
         self.layout = filters(compression) | {"chunks": (min(max(expected, 1), CHUNK),)}

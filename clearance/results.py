@@ -47,9 +47,19 @@ def provenance() -> dict:
     }
 
 
+def check_replaceable(path: Path) -> None:
+    """A file may take this name. Raises ValueError for a device, a pipe or a socket, which would be lost."""
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise ValueError(f"{path} is a device, a pipe or a socket; give the name of a file")
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A temporary name to write to; what is there at the end becomes `path`, whole or not at all."""
+    """A temporary name to write to; what is there at the end becomes `path`, whole or not at all.
+
+    Raises ValueError as `check_replaceable` does.
+    """
+    check_replaceable(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f"{path.name}.{os.getpid()}.partial")
     try:

@@ -1,6 +1,7 @@
 """The command line: exit status, one clear line for wrong input, JSON purity, a mechanism of one's own."""
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -207,6 +208,19 @@ def test_outputs_that_cannot_be_written(tmp_path, capsys):
         assert status == 2
         assert line in err
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+@pytest.mark.parametrize("options", [[], ["--checkpoint", "60"]])
+def test_a_pipe_is_not_replaced(options, tmp_path, capsys):
+    """Nor is a device: a result file would take its name."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    status, _, err = run("run", "four_bar", "-o", pipe, *options, capsys=capsys)
+    assert (status, err.count("\n")) == (2, 1)
+    assert f"{pipe} is a device, a pipe or a socket" in err
+    assert pipe.is_fifo()
+    assert [p.name for p in tmp_path.iterdir()] == ["pipe"]
 
 
 def test_peaks_are_those_of_the_contacts(tmp_path, capsys):
