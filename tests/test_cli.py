@@ -60,6 +60,7 @@ def test_units_and_readable_summary(tmp_path, capsys):
         (["-p", "speed=10furlong"], "speed: unknown unit 'furlong'"),
         (["-p", "speed=fast"], "speed: 'fast' is not a number"),
         (["-p", "speed"], "expected NAME=VALUE"),
+        (["-p", "speed=1", "-p", "speed=2"], "-p speed=2: speed is given twice, 1 before"),
         (["-p", "joints=Z"], "joints must be one of A, B, C, D, E, F; got 'Z'"),
         (["-p", "joints="], "joints: name at least one"),
         (["-p", "model=wet"], "model must be one of ideal, dry, lubricated, mixed; got 'wet'"),

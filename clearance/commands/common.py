@@ -48,7 +48,7 @@ def add_case(command: argparse.ArgumentParser) -> None:
     command.add_argument("case", metavar="CASE", help="name of a case, or path to your own case file")
     command.add_argument(
         "-p", dest="parameters", metavar="NAME=VALUE", action="append", default=[],
-        help="a case parameter, such as speed=300rpm or clearance=0.1mm; may be repeated",
+        help="a case parameter, such as speed=300rpm or clearance=0.1mm; one -p for each",
     )  # fmt: skip
 
 
@@ -75,16 +75,18 @@ def complain(options, message: str, status: int, **more) -> int:
     return status
 
 
-def given(options, known: dict) -> list[tuple[str, str]]:
-    """Names and texts of all -p NAME=VALUE. Raises ValueError for a name the case has not got."""
-    found = []
+def given(options, known: dict) -> dict[str, str]:
+    """Names and texts of all -p NAME=VALUE. Raises ValueError for a name the case has not got or that stands twice."""
+    found: dict[str, str] = {}
     for item in options.parameters:
         name, equals, text = item.partition("=")
         if not equals:
             raise ValueError(f"-p {item}: expected NAME=VALUE")
         if name not in known:
             raise ValueError(f"the case has no parameter {name!r}; it has {', '.join(known)}")
-        found.append((name, text))
+        if name in found:
+            raise ValueError(f"-p {item}: {name} is given twice, {found[name]} before")
+        found[name] = text
     return found
 
 
@@ -100,7 +102,7 @@ def scene_of(options):
     with quiet(options):
         case = find_case(options.case)
     known = case.parameters
-    values = {name: known[name].value(text) for name, text in given(options, known)}
+    values = {name: known[name].value(text) for name, text in given(options, known).items()}
     with quiet(options):
         return case, values, case.scene(**values)
 

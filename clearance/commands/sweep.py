@@ -118,9 +118,7 @@ def _points(options, case):
     """Points and fixed parameters of the command line."""
     from clearance.sweeping.points import ONE, from_words, grid, range_from_words, sampled, zipped
 
-    texts = dict(given(options, case.parameters))
-    if len(texts) < len(options.parameters):
-        raise ValueError("-p: a parameter is given twice")
+    texts = given(options, case.parameters)
     together = [tuple(n.strip() for n in group.split(",")) for group in options.zip]
     if options.sample is not None:
         if together:
