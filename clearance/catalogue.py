@@ -82,6 +82,7 @@ class Case:
             raise _explained(f"case {self.name}", error) from error
         if not isinstance(scene, Scene):
             raise TypeError(f"case {self.name}: scene() must return a Scene, got {type(scene).__name__}")
+        scene.parameters.update(values)
         return scene
 
 

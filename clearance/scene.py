@@ -129,7 +129,7 @@ class Scene:
 
     parts: Revolute, Prismatic, ClearanceRevolute, Drive, SpringDamper, TorsionSpring, Force, Torque, in any order (the
     order fixes the order of outputs); gravity: acceleration (x, y) [m/s2], or (x, y, z) for
-    a mechanism whose plane is not vertical; name: stored with results.
+    a mechanism whose plane is not vertical; name: stored with results. `parameters`: those that its case was given.
     Raises ValueError naming the part for duplicate names, parts on bodies that no joint knows, floating parts.
     """
 
@@ -146,6 +146,7 @@ class Scene:
             joints=tuple(p for p in parts if isinstance(p, Joint)),
             loads=tuple(p for p in parts if isinstance(p, Load)),
             bodies=_distinct(b for p in parts for b in p.bodies() if b is not ground),
+            parameters={},
         )
         _check_names("body", self.bodies)
         _check_names("joint", self.joints)
@@ -193,6 +194,11 @@ class Scene:
         """Duration of one turn of the first constant-speed rotating drive [s], if there is one."""
         turns = (getattr(load, "turn", None) for load in self.loads)
         return next((t for t in turns if t is not None), None)
+
+    @property
+    def provenance(self) -> dict[str, str]:
+        """What result files keep of it: its case, the parameters that were given (JSON), the whole scene (JSON)."""
+        return {"case": self.name, "parameters": json.dumps(self.parameters, default=str), "scene": self.to_json()}
 
     def to_json(self) -> str:
         """The scene as a JSON document (bodies, joints, loads with every number), for provenance."""

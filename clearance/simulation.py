@@ -610,8 +610,8 @@ class Run:
         return found | more | {"channels": channels and list(channels), "compression": compression}
 
     def attributes(self) -> dict:
-        scene, texts = self.mechanism.scene, self.mechanism.structure.texts
-        return {"case": scene.name, "scene": scene.to_json(), "kernel": "\n\n".join(texts[r] for r in self.roles)}
+        texts = self.mechanism.structure.texts
+        return self.mechanism.scene.provenance | {"kernel": "\n\n".join(texts[r] for r in self.roles)}
 
     def _summary(self, wall: float) -> dict:
         t = self.types

@@ -198,6 +198,7 @@ def test_what_a_case_prints_stays_out_of_the_json(tmp_path, capsys):
     found = json.loads(text)
     assert found["simulated_s"] == 2.0
     assert found["parameters"] == {"mass": 2.0, "teeth": 3.5}
+    assert json.loads(cl.open_result(out).attributes["parameters"]) == found["parameters"]
 
 
 def test_outputs_that_cannot_be_written(tmp_path, capsys):

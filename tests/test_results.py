@@ -31,6 +31,7 @@ def test_layout(run):
         assert file.attrs["format_version"] == 1
         assert file.attrs["status"] == "complete"
         assert file.attrs["case"] == "six_bar_feeder"
+        assert json.loads(file.attrs["parameters"]) == {}
         assert json.loads(file.attrs["scene"])["joints"][1]["type"] == "ClearanceRevolute"
         assert "def rhs(t, y, par, work, out)" in file.attrs["kernel"]
         assert set(file["bodies"]) == {"crank", "rod2", "rocker", "rod4", "slider"}

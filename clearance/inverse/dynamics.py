@@ -81,7 +81,7 @@ def _filled(solver: Explicit, rows: np.ndarray, found: dict[str, np.ndarray]) ->
 
 def _recorded(solver: Explicit, times, rows, failure, route: str, wall: float, path) -> Record:
     texts = solver.structure.texts
-    attributes = {"case": solver.scene.name, "scene": solver.scene.to_json(), "kernel": texts["observe"]}
+    attributes = solver.scene.provenance | {"kernel": texts["observe"]}
     channels = solver.channels
     if path is None:
         sink = MemorySink(channels, attributes)

@@ -196,7 +196,7 @@ def joints(record: Record, window: Window) -> Found:
             contacts = {column: values[mine] for column, values in events.items()}
             contacts["begun"] = (contacts["time"] >= window.begin) & (contacts["time"] < window.end)
             peak = max(peak, contacts["peak_force"][contacts["begun"]].max(initial=0.0))
-        yield f"joint_{name}_force_max", peak, "N", f"largest force in joint {name}, contacts without friction"
+        yield f"joint_{name}_force_max", peak, "N", f"largest force in joint {name}"
         yield f"joint_{name}_force_rms", math.sqrt(window.mean(squared)), "N", f"root mean square force in joint {name}"
         if contacts is not None:
             yield from _gap(record, window, described[name], contacts)
