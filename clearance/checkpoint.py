@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.recording import FileSink, Recorder
+from clearance.recording import FileSink, Recorder, Unwritable
 from clearance.results import Result, check_replaceable, replacing
 
 VERSION = 2
@@ -24,13 +24,20 @@ ARRAYS = (
     "y", "f", "work", "scale", "band", "control", "counts", "clock", "place", "contacts", "impacts", "log", "times",
     "rows", "dense", "vector", "matrix", "complexes", "scratch",
 )  # fmt: skip
+GOES_ON = ("partial: interrupted", "partial: terminated")  # how runs end that shall be able to go on
 RECORD = ("zero", "low", "high", "totals", "rows", "turned_over")
 LEDGER = ("worst", "largest", "low", "high")
 EXTREMES = ("extremes", "forces")
 
 
 class PartsSink:
-    """A sink that can stop a stretch of the record and begin the next; in the end they become one file."""
+    """A sink that can stop a stretch of the record and begin the next; in the end they become one file.
+
+    placed: whether that file has its name. full: whether the disk refused something; then the stretches are not
+    joined, which takes the room of the whole file once more, and stay as they are.
+    """
+
+    placed = full = False
 
     def __init__(self, path: Path, channels: list, attributes: dict, keep, compression: int, identity: dict):
         self.path, self.folder = Path(path), parts_folder(path)
@@ -107,24 +114,54 @@ class PartsSink:
 
     def cut(self, state: dict) -> None:
         """End the stretch and keep the state to go on from."""
+        self._end_stretch()
+        about = {"identity": json.dumps(self.identity), "stretches": self.count + 1, "version": VERSION}
+        try:
+            save(self.folder / "state.npz", state | about)
+            self.count += 1
+            self._next()
+        except OSError as error:
+            self.full = True
+            raise Unwritable(self.folder, error.errno) from None
+
+    def _end_stretch(self) -> None:
         self.stretch.close("partial: a stretch of a longer run", {}, [], {}, None)
-        self.count += 1
-        about = {"identity": json.dumps(self.identity), "stretches": self.count, "version": VERSION}
-        save(self.folder / "state.npz", state | about)
-        self._next()
 
     def close(self, status: str, solver: dict, warnings: list[str], facts: dict, ranges) -> None:
         """Join the stretches; the folder stays where the run was interrupted, to go on from."""
-        self.stretch.close("partial: a stretch of a longer run", {}, [], {}, None)
+        try:
+            self._end_stretch()
+            if self.full or self.stretch.full:
+                return
+            whole = self._joined()
+            whole.close(status, solver, warnings, facts, ranges)
+            self.placed = True
+        finally:
+            self._release()
+        if not status.startswith(GOES_ON):
+            shutil.rmtree(self.folder)
+
+    def _joined(self) -> FileSink:
+        """All stretches in one file, not closed yet. Raises Unwritable where there is no room for it."""
         channels, attributes, keep, compression = self.options
         whole = FileSink(self.path, channels, attributes, keep, compression)
-        for i in range(self.count + 1):
-            with self._stretch(i) as part:
-                whole.join(part.file)
-        whole.close(status, solver, warnings, facts, ranges)
-        self._release()
-        if not status.startswith("partial: interrupted"):
-            shutil.rmtree(self.folder)
+        try:
+            for i in range(self.count + 1):
+                with self._stretch(i) as part:
+                    whole.join(part.file)
+        except Unwritable:
+            whole.abandon()
+            raise
+        return whole
+
+    @property
+    def left(self) -> str:
+        """What there is of a run that ended early, in words."""
+        if self.placed:
+            return f"what was computed is kept in {self.path}, and the same call goes on from there"
+        if (self.folder / "state.npz").exists():
+            return f"its checkpoints are kept in {self.folder}, and the same call goes on from the last one"
+        return f"{self.path} was not written" if self.stretch is None else self.stretch.left
 
 
 def parts_folder(path: str | Path) -> Path:

@@ -26,6 +26,7 @@ from clearance.commands import (
     work_precision,
 )
 from clearance.commands.common import DONE, FAILED, WRONG, complain
+from clearance.interrupts import Terminated
 
 #: in the order in which help lists them
 COMMANDS = (
@@ -68,8 +69,9 @@ def main(arguments: list[str] | None = None) -> int:
         return DONE
     except (ValueError, TypeError, OSError, ImportError) as error:
         return complain(options, str(error), WRONG)
-    except KeyboardInterrupt:
-        return complain(options, "interrupted; what was computed is kept", FAILED)
+    except KeyboardInterrupt as request:
+        word = "terminated" if isinstance(request, Terminated) else "interrupted"
+        return complain(options, "; ".join([word, *getattr(request, "__notes__", [])]), FAILED)
 
 
 def _joined(arguments: list[str]) -> list[str]:

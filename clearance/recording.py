@@ -5,11 +5,14 @@ results.py), a `MemorySink` keeps arrays that read as a `MemoryRecord`. The rang
 those of all channels, whichever a sink keeps.
 """
 
+import errno
 import fnmatch
 import math
 import os
+import re
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,6 +24,10 @@ from clearance.regimes import Regime, regime
 from clearance.results import Record, check_replaceable, provenance, replacing
 
 CHUNK = 2048  # rows
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # how a system says that there is no room
+NODES = 4096  # bytes of the index of a column that a piece may add, beside 64 for each chunk
+CLOSING, CLOSING_COLUMN = 2**18, 2**12  # bytes that closing a file needs at most: contacts cut off, facts; extremes
+OPENING_COLUMN = 2**12  # bytes of the header of an empty column, with its share of the groups
 
 EVENT_COLUMNS = {
     "time": ("s", "start of the contact"),
@@ -122,6 +129,7 @@ class Recorder:
             if self.last is None:
                 self.zero = rows[0, self.balance]
             rows[:, self.balance] -= self.zero
+        self.sink.rows(times, rows)  # first: what it refuses is not part of the summary
         self._summarise(rows)
         self._extend(times, rows)
         if self.ledger and not self.watched:
@@ -129,7 +137,6 @@ class Recorder:
         elif self.ledger and self.last is None:
             self.ledger.add(times[:1], rows[:1])
         self.last = (times[-1], rows[-1].copy())
-        self.sink.rows(times, rows)
 
     def passed(self, times: np.ndarray, rows: np.ndarray) -> None:
         """Take in the ends of steps, in the order of time: for extremes and the ledger only."""
@@ -177,11 +184,11 @@ class Recorder:
         """Append finished contacts: rows of (joint, time, impact speed, force, penetration, duration, separation)."""
         if not len(rows):
             return
+        self.sink.impacts([names[int(j)] for j in rows[:, 0]], rows, kind)
         for j, force, depth in rows[:, (0, 3, 4)]:
             group = f"joints/{names[int(j)]}"
             self.loads[group] = max(self.loads.get(group, 0.0), force)
             self.depths[group] = max(self.depths.get(group, 0.0), depth)
-        self.sink.impacts([names[int(j)] for j in rows[:, 0]], rows, kind)
 
     def steps(self, log: np.ndarray) -> None:
         self.sink.steps(log)
@@ -241,12 +248,32 @@ class Recorder:
         self.sink.close(status, solver, warnings, self.facts, ranges)
 
 
+class Unwritable(OSError):
+    """A run's file cannot take any more, for the reason that the system gives (errno)."""
+
+    def __init__(self, path: Path, number: int):
+        super().__init__(number, f"{path} cannot be written: {os.strerror(number)}")
+
+    def __str__(self) -> str:
+        return self.strerror
+
+
 class FileSink:
     """Writes a run into `<path>.partial` and gives it its final name when the run has ended.
 
     keep: patterns of the channels to keep (default all). compression: gzip level 0 to 9 of all columns, 0: none.
     expected: rows to expect, where they are few.
+    placed: whether the file has its final name. full: whether the disk refused a piece of the record. gone: whether
+    the file could not be kept.
+
+    A write that fails leaves a file that HDF5 can neither mend nor close. The room for each piece, and for closing the
+    file after it, is therefore claimed from the system before it is written: what does not fit is refused and the file
+    stays whole. Where a system cannot promise room, a write that fails costs the file.
+    All that writes raises Unwritable; after a refusal the file can still be closed.
     """
+
+    placed = full = gone = False
+    flushed = due = 0  # bytes of the file after the last flush; bytes that its record may have grown by since
 
     def __init__(
         self, path: Path, channels: list, attributes: dict, keep=None, compression: int = 0, expected: int = CHUNK
@@ -260,23 +287,80 @@ class FileSink:
         self.layout = filters(compression) | {"chunks": (min(max(expected, 1), CHUNK),)}
         self.partial = self.path.with_name(self.path.name + ".partial")
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        self.file = self._open()
-        self.file.attrs.update(provenance() | attributes | {"status": "partial: still running"})
-        self._create([channels[i] for i in self.kept])
+        self.closing = CLOSING + CLOSING_COLUMN * len(self.kept)
+        about = provenance() | attributes | {"status": "partial: still running"}
+        room = self.closing + OPENING_COLUMN * len(self.kept) + 2 * sum(len(str(v)) for v in about.values())
+        self.file = self._open(room)
+        with self._writing():
+            self._claim(room)
+            self.due = room - self.closing
+            self.file.attrs.update(about)
+            self._create([channels[i] for i in self.kept])
 
-    def _open(self) -> h5py.File:
+    def _open(self, room: int) -> h5py.File:
         """Columns stay open, each with a chunk cache: a small one, for rows are only appended."""
+        with open(self.partial, "wb") as file:
+            try:
+                _set_aside(file.fileno(), 0, room)
+            except OSError as error:
+                self.partial.unlink()
+                raise Unwritable(self.path, error.errno) from None
         return h5py.File(self.partial, "w", rdcc_nbytes=2 * CHUNK * 8)
+
+    def _claim(self, room: int) -> None:
+        """Have so many bytes set aside behind what has been flushed. Raises OSError where they are not there."""
+        _set_aside(self.file.id.get_vfd_handle(), self.flushed, room)
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        """Let go of the file where HDF5 could not write, for it will not be able to close it."""
+        try:
+            yield
+        except (OSError, RuntimeError) as error:
+            words = re.search(r"errno = (\d+)", str(error))  # HDF5 gives the system's reason in words only
+            number = getattr(error, "errno", None) or (words and int(words[1]))
+            if not number:
+                raise
+            self.abandon()
+            raise Unwritable(self.path, number) from None
+
+    def abandon(self) -> None:
+        """Close the file and remove it; what comes after is not kept."""
+        self.full = self.gone = True
+        if self.file:
+            self._detach()
+        for _ in range(2):  # after a flush that failed the first call may fail too
+            with suppress(OSError, RuntimeError):
+                self.file.close()
+        self.partial.unlink(missing_ok=True)
+
+    def _detach(self) -> None:
+        """Send to the null device what HDF5 has still to write: it would try, fail, and crash at the process's end."""
+        null = os.open(os.devnull, os.O_RDWR)
+        os.dup2(null, self.file.id.get_vfd_handle(), inheritable=False)
+        os.close(null)
 
     def _place(self) -> None:
         """Give the whole file its name."""
-        self.file.close()
+        with self._writing():
+            self.file.flush()
+            if hasattr(os, "posix_fallocate"):  # what was claimed for nothing
+                os.ftruncate(self.file.id.get_vfd_handle(), self.file.id.get_filesize())
+            self.file.close()
         os.replace(self.partial, self.path)
+        self.placed = True
+
+    @property
+    def left(self) -> str:
+        """What there is of a run that ended early, in words."""
+        if not self.placed:
+            return f"{self.path} was not written"
+        return f"what {'fitted' if self.full else 'was computed'} is kept in {self.path}"
 
     def _create(self, channels: list) -> None:
-        scale = self._dataset("time", "s", "time")
+        self.time = scale = self._dataset("time", "s", "time")  # kept open, as all columns are
         scale.make_scale("time")
-        self.columns = [self._dataset(c.path, c.units, c.long_name) for c in channels]  # kept open
+        self.columns = [self._dataset(c.path, c.units, c.long_name) for c in channels]
         for column in self.columns:
             column.dims[0].attach_scale(scale)
             group = column.parent
@@ -299,45 +383,69 @@ class FileSink:
         return data
 
     def rows(self, times: np.ndarray, rows: np.ndarray) -> None:
-        _append(self.file["time"], times)
-        for i, column in zip(self.kept, self.columns, strict=True):
-            _append(column, rows[:, i])
+        self._append([self.time, *self.columns], [times, *(rows[:, i] for i in self.kept)])
 
     def impacts(self, joints: list[str], rows: np.ndarray, kind: str) -> None:
         table = self.tables["events"]
-        for column, name in enumerate(EVENT_COLUMNS, 1):
-            _append(table[name], rows[:, column])
-        _append(table["joint"], joints)
-        _append(table["kind"], [kind] * len(rows))
+        columns = [table[n] for n in (*EVENT_COLUMNS, "joint", "kind")]
+        self._append(columns, [*rows.T[1:], joints, [kind] * len(rows)])
 
     def steps(self, log: np.ndarray) -> None:
-        for column, name in enumerate(SOLVER_COLUMNS if self.logs else ()):
-            _append(self.tables["solver"][name], log[:, column])
+        if self.logs:
+            self._append(list(self.tables["solver"].values()), log.T)
+
+    def _append(self, columns: list, values: Sequence) -> None:
+        """Append to columns, to all or to none."""
+        if self.gone or not self.file:
+            return
+        if not self.full:  # then what was claimed for closing is used up: contacts that the end cuts off
+            due = self.due + sum(_room(c, v) for c, v in zip(columns, values, strict=True))
+            try:
+                self._claim(due + self.closing)
+            except OSError as error:
+                self.full = True
+                raise Unwritable(self.path, error.errno) from None
+            self.due = due
+        with self._writing():
+            for column, own in zip(columns, values, strict=True):
+                _append(column, own)
 
     def flush(self) -> None:
-        self.file.flush()
+        with self._writing():
+            self.file.flush()
+            self.flushed, self.due = self.file.id.get_filesize(), 0
+            with suppress(OSError):  # flushing gave back what was claimed for closing
+                self._claim(self.closing)
 
     def join(self, other: h5py.File) -> None:
         """Append the columns of another file of the same run."""
-        columns = [self.file["time"], *self.columns, *(d for t in self.tables.values() for d in t.values())]
+        columns = [self.time, *self.columns, *(d for t in self.tables.values() for d in t.values())]
         for column in columns:
-            _append(column, other[column.name][()])
+            self._append([column], [other[column.name][()]])
 
     def close(self, status: str, solver: dict, warnings: list[str], facts: dict, ranges) -> None:
-        """State the status and what is known, give the file its name."""
-        self.file.attrs.create("warnings", warnings, dtype=h5py.string_dtype(), shape=(len(warnings),))
-        self.file["solver"].attrs.update(solver)
-        for group, known in facts.items():
-            self.file.require_group(group).attrs.update(known)
-        for i, column in zip(self.kept, self.columns, strict=True) if ranges is not None else ():
+        """State the status and what is known, give the file its name; nothing where it has been closed before."""
+        if self.gone or not self.file:
+            return
+        with self._writing():
+            self.file.attrs.create("warnings", warnings, dtype=h5py.string_dtype(), shape=(len(warnings),))
+            self.file["solver"].attrs.update(solver)
+            for group, known in facts.items():
+                self.file.require_group(group).attrs.update(known)
+            if ranges is not None:
+                self._state(ranges)
+            self.file.attrs["status"] = status
+        self._place()
+
+    def _state(self, ranges: Ranges) -> None:
+        """The ranges of all columns, and their extremes where all steps were seen."""
+        for i, column in zip(self.kept, self.columns, strict=True):
             column.attrs["actual_range"] = (ranges.low[i], ranges.high[i])
             if ranges.extremes is not None:
                 column.attrs["lowest"] = ranges.extremes.lowest[:, i]
                 column.attrs["highest"] = ranges.extremes.highest[:, i]
-        if ranges is not None and ranges.extremes is not None:
+        if ranges.extremes is not None:
             self.file.attrs["stretch_s"] = ranges.extremes.length
-        self.file.attrs["status"] = status
-        self._place()
 
 
 class ImageSink(FileSink):
@@ -348,8 +456,14 @@ class ImageSink(FileSink):
 
     size = check = 0
 
-    def _open(self) -> h5py.File:
+    def _open(self, room: int) -> h5py.File:
         return h5py.File(self.partial, "w", driver="core", backing_store=False)
+
+    def _claim(self, room: int) -> None:
+        """Memory is not a disk."""
+
+    def _detach(self) -> None:
+        """There is nothing that writes to a disk."""
 
     def _place(self) -> None:
         self.file.flush()
@@ -358,6 +472,7 @@ class ImageSink(FileSink):
         self.size, self.check = len(image), zlib.crc32(image)
         with replacing(self.path) as temporary:
             temporary.write_bytes(image)
+        self.placed = True
 
 
 class MemorySink:
@@ -442,6 +557,26 @@ def filters(compression: int) -> dict:
     if isinstance(compression, bool) or not isinstance(compression, int) or not 0 <= compression <= 9:
         raise ValueError(f"compression must be a whole number from 0 (none) to 9, got {compression!r}")
     return {"compression": "gzip", "compression_opts": compression, "shuffle": True} if compression else {}
+
+
+def _set_aside(descriptor: int, begin: int, room: int) -> None:
+    """Claim room for a file. Raises OSError where there is none; a system that cannot promise any is not asked."""
+    if not hasattr(os, "posix_fallocate"):
+        return
+    try:
+        os.posix_fallocate(descriptor, begin, room)
+    except OSError as error:
+        if error.errno in FULL:
+            raise
+
+
+def _room(data, values) -> int:
+    """Bytes by which appending to a column makes its file grow, at most."""
+    old, (chunk,) = data.shape[0], data.chunks
+    added = -(-(old + len(values)) // chunk) - -(-old // chunk)
+    moved = data.compression is not None  # a chunk that is compressed anew no longer fits its place
+    texts = sum(64 + len(str(v).encode()) for v in values) + NODES if data.dtype.kind == "O" else 0
+    return (added + moved) * (chunk * data.dtype.itemsize + 64) + NODES + texts
 
 
 def _append(data, values) -> None:

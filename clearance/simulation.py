@@ -19,11 +19,12 @@ import numpy as np
 from clearance import checks
 from clearance.checkpoint import PartsSink, restore, state_of
 from clearance.film.asking import Answerer
+from clearance.interrupts import Held, Terminated
 from clearance.joints import Prismatic
 from clearance.mechanism import store
 from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.closing import last_position, lost_at, no_number
-from clearance.recording import FileSink, LedgerWatch, Recorder, chosen, filters
+from clearance.recording import FileSink, LedgerWatch, Recorder, Unwritable, chosen, filters
 from clearance.regimes import FULL_FILM, depth_warning, hole_warning
 from clearance.results import Result
 from clearance.scene import Scene
@@ -48,7 +49,7 @@ REMEMBERED_SHARE = 1.0 / 400.0  # the same where a film has a memory
 
 
 class SimulationError(RuntimeError):
-    """A run failed part-way. `result` holds what had been computed."""
+    """A run failed part-way. `result` holds what had been computed; None where no file of it could be kept."""
 
     def __init__(self, message: str, result: Result | None):
         super().__init__(message)
@@ -96,7 +97,8 @@ def simulate(
     compression: gzip level of the file's columns (0: none). checkpoint: seconds of wall time between checkpoints beside
     the file: the same call goes on from the last one after a crash, and gives the same file.
     Raises ValueError for bad arguments and impossible scenes before anything runs, SimulationError for a run that fails
-    part-way, with time, joint and state in the message and the partial result attached.
+    part-way, with time, joint and state in the message and the partial result attached, also where the disk is full;
+    KeyboardInterrupt once what was computed is kept, with a note that says where.
     """
     if checkpoint is not None and path is None:
         raise ValueError("checkpoint needs a path: the name of the result file that the run shall go on with")
@@ -223,6 +225,16 @@ def _kind(loop, joint) -> int:
     if joint.contact is None:
         return loop.FILM
     return loop.CONTACT if joint.impacts else loop.BLENDED
+
+
+def _ended(request: KeyboardInterrupt) -> str:
+    """What an interrupt was, in a word."""
+    return "terminated" if isinstance(request, Terminated) else "interrupted"
+
+
+def _left(sink, path) -> str:
+    """What there is of a run that ended early, also before it had a sink."""
+    return f"{path} was not written" if sink is None else sink.left
 
 
 class Run:
@@ -371,30 +383,39 @@ class Run:
         loop, place, code = self.loop, self.place, codes.RUNNING
         times, rows = [], []
         self.wall = 0.0
-        while code == codes.RUNNING:
-            code = self.advance()
-            times.append(self.times[: place[loop.ROWS]].copy())
-            rows.append(self.rows[: place[loop.ROWS]].copy())
-            self.contact_count += place[loop.EVENTS]
-            place[loop.ROWS] = place[loop.EVENTS] = place[loop.LOGGED] = 0
+        with Held() as held:
+            while code == codes.RUNNING:
+                code = self.advance()
+                times.append(self.times[: place[loop.ROWS]].copy())
+                rows.append(self.rows[: place[loop.ROWS]].copy())
+                self.contact_count += place[loop.EVENTS]
+                place[loop.ROWS] = place[loop.EVENTS] = place[loop.LOGGED] = 0
+                held.check()
         return np.concatenate(times), np.concatenate(rows), code
 
     def to_file(
         self, path: str | Path | None, progress: Callable[[float], None] | None = None,
         channels: Sequence[str] | None = None, compression: int = 0, checkpoint: float | None = None,
     ) -> Result:  # fmt: skip
-        """Run to the end, streaming into the file."""
-        folder = None
+        """Run to the end, streaming into the file; a signal and a full disk end it early, the file kept.
+
+        Raises SimulationError, and KeyboardInterrupt with a note that says what is kept.
+        """
+        folder = sink = None
         if path is None:
             folder = tempfile.mkdtemp(prefix="clearance-")
             path = Path(folder) / "run.h5"
-        output = path, self.mechanism.structure.channels, self.attributes(), channels, compression
-        sink = (
-            FileSink(*output, self.span.samples)
-            if checkpoint is None
-            else PartsSink(*output, self._identity(channels, compression))
-        )
-        failure = self.record(sink, progress, checkpoint)
+        try:
+            with Held() as held:
+                sink = self._sink(path, channels, compression, checkpoint)
+                failure = self.record(sink, progress, checkpoint, held.check)
+        except Unwritable as error:
+            failure = f"at t = {self.clock[self.loop.TIME]:.9g} s: {error}; {_left(sink, path)}"
+            if sink is None or not sink.placed:
+                raise SimulationError(failure, None) from None
+        except KeyboardInterrupt as error:
+            error.add_note(_left(sink, path))
+            raise
         result = Result(path)
         if folder is not None:
             weakref.finalize(result, shutil.rmtree, folder, ignore_errors=True)
@@ -402,10 +423,22 @@ class Run:
             raise SimulationError(failure, result)
         return result
 
-    def record(self, sink, progress: Callable[[float], None] | None = None, every: float | None = None) -> str | None:
+    def _sink(self, path, channels, compression: int, checkpoint: float | None) -> FileSink | PartsSink:
+        """What keeps the run's output in a file, with checkpoints where they are asked for."""
+        output = path, self.mechanism.structure.channels, self.attributes(), channels, compression
+        if checkpoint is None:
+            return FileSink(*output, self.span.samples)
+        return PartsSink(*output, self._identity(channels, compression))
+
+    def record(
+        self, sink, progress: Callable[[float], None] | None = None, every: float | None = None,
+        check: Callable[[], None] | None = None,
+    ) -> str | None:  # fmt: skip
         """Run to the end, handing the output to a sink; why it ended early, if it did.
 
-        every: seconds of wall time between two checkpoints, for a sink that keeps them.
+        every: seconds of wall time between two checkpoints, for a sink that keeps them. check: called after each piece
+        of output, raises KeyboardInterrupt where the run shall end. Raises Unwritable where a file takes no more; like
+        an interrupt it comes when what was computed before is kept, if it can be.
         """
         writer = Recorder(
             self.mechanism.structure.channels, sink, self.span.until, self.mechanism.scene.turn, self._watch(),
@@ -422,6 +455,8 @@ class Run:
                 code = self.advance()
                 self._drain(writer)
                 self._notice_interrupt()
+                if check is not None:
+                    check()
                 if writer.residual_share() > max(LedgerWatch.limit, min(1e4 * self.rtol, WORST_LEDGER)):
                     code = codes.LEDGER_BROKEN
                 elif self.spoilt:
@@ -433,8 +468,11 @@ class Run:
                     cut = clock_of_the_wall.perf_counter()
             if code != codes.DONE:
                 failure = self._failure(code, writer)
-        except KeyboardInterrupt:
-            failure = f"interrupted at t = {self.clock[self.loop.TIME]:.9g} s"
+        except KeyboardInterrupt as request:
+            failure = f"{_ended(request)} at t = {self.clock[self.loop.TIME]:.9g} s"
+            raise
+        except Unwritable as error:
+            failure = f"at t = {self.clock[self.loop.TIME]:.9g} s: {error}"
             raise
         finally:
             self._open_contacts(writer)

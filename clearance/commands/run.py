@@ -5,6 +5,8 @@ import json
 import logging
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from clearance.commands.common import (
@@ -21,6 +23,7 @@ from clearance.commands.common import (
     quantity_of,
     scene_of,
 )
+from clearance.interrupts import terminable
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -46,20 +49,58 @@ def add(commands) -> argparse.ArgumentParser:
 
 
 def run(options) -> int:
-    """Run the case, say what it cost and gave; exit status 1 where it ended early."""
-    from clearance.evidence.statistics import over_turns
-    from clearance.simulation import SimulationError, simulate
+    """Run the case, say what it cost and gave; exit status 1 where it ended early.
 
-    case, values, scene = scene_of(options)
+    Raises KeyboardInterrupt, with a note that says what is kept, where the user or the system asks it to end.
+    """
+    with terminable():
+        case, values, scene = scene_of(options)
+        output = _output(options, case)
+        began = time.perf_counter(), time.process_time()
+        with _noted(f"{output} was not written"):
+            result, failure = _simulated(options, scene, output)
+        if result is None:
+            return complain(options, failure, FAILED)
+        with _noted(f"the run is kept in {output}"):
+            summary = _summary(case, values, result, began)
+            if failure is None:
+                summary |= _comparable(scene, result, options.rtol)
+            if options.plot:
+                summary["plot"] = str(_plot(result, output))
+    if failure is not None:
+        summary.pop("status")
+        return complain(options, failure, FAILED, **summary)
+    print(json.dumps(summary) if options.json else _readable(summary))
+    return DONE
+
+
+def _output(options, case) -> Path:
+    """The result file. Raises ValueError where its picture would have the same name."""
     output = Path(options.output or f"{case.name}.h5")
     if options.plot and output.suffix == ".png":
         raise ValueError(f"-o {output}: the result would be overwritten by the picture; name the result file .h5")
+    return output
+
+
+@contextmanager
+def _noted(note: str) -> Iterator[None]:
+    """An interrupt that says nothing of what is kept says it with this note."""
+    try:
+        yield
+    except KeyboardInterrupt as request:
+        if not hasattr(request, "__notes__"):
+            request.add_note(note)
+        raise
+
+
+def _simulated(options, scene, output: Path):
+    """The result, None where no file could be kept, and why the run ended early, None where it did not."""
+    from clearance.simulation import SimulationError, simulate
+
     watched = not options.json and sys.stderr.isatty()
     bar = ProgressBar() if watched else None
     if watched:
         logging.basicConfig(level=logging.INFO, format="%(message)s")
-    began = time.perf_counter(), time.process_time()
-    failure = None
     try:
         result = simulate(
             scene, **length_of(options, scene), rtol=options.rtol, method=options.method,
@@ -68,24 +109,28 @@ def run(options) -> int:
             checkpoint=options.checkpoint,
         )  # fmt: skip
     except SimulationError as error:
-        failure, result = str(error), error.result
+        return error.result, str(error)
     finally:
         if bar is not None:
             bar.close()
-    summary = _summary(case, values, result, began)
-    horizon = _horizon(scene, result, options.rtol) if failure is None else None
-    if horizon is not None:
-        summary["horizon"], chaotic = horizon
-        if chaotic and (means := over_turns(result, scene.turn)):
-            summary["statistics"] = {n: {"mean": m.value, "standard_error": m.error} for n, m in means.items()}
-            summary["statistics_turns"] = next(iter(means.values())).turns
-    if options.plot:
-        summary["plot"] = str(_plot(result, output))
-    if failure is not None:
-        summary.pop("status")
-        return complain(options, failure, FAILED, **summary)
-    print(json.dumps(summary) if options.json else _readable(summary))
-    return DONE
+    return result, None
+
+
+def _comparable(scene, result, rtol: float) -> dict:
+    """How far the run can be compared with another, and statistics where that ends before the run does."""
+    from clearance.evidence.statistics import over_turns
+
+    horizon = _horizon(scene, result, rtol)
+    if horizon is None:
+        return {}
+    said, chaotic = horizon
+    means = over_turns(result, scene.turn) if chaotic else {}
+    if not means:
+        return {"horizon": said}
+    return {
+        "horizon": said, "statistics": {n: {"mean": m.value, "standard_error": m.error} for n, m in means.items()},
+        "statistics_turns": next(iter(means.values())).turns,
+    }  # fmt: skip
 
 
 def _horizon(scene, result, rtol: float) -> tuple[str, bool] | None:

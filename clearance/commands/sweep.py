@@ -3,11 +3,8 @@
 import argparse
 import json
 import logging
-import signal
 import sys
-import threading
 import time
-from contextlib import contextmanager
 from pathlib import Path
 
 from clearance.commands.common import (
@@ -21,6 +18,7 @@ from clearance.commands.common import (
     quantity_of,
     quiet,
 )  # fmt: skip
+from clearance.interrupts import terminable
 
 SHOWN = 12  # metrics in the summary
 EXAMPLES = """\
@@ -89,7 +87,7 @@ def run(options) -> int:
     if options.turns is None and options.until is None:
         options.turns = 2.0
     try:
-        with quiet(options), _terminable():
+        with quiet(options), terminable():
             found = sweep(
                 options.case, points, options.output or f"{case.name}_sweep", fixed=fixed,
                 channels=channel_patterns(options.channels), compression=options.compression, settle=options.settle,
@@ -145,23 +143,6 @@ def _listed(case, texts: dict[str, str], name: str) -> str:
     text, parameter = texts[name], case.parameters[name]
     whole = parameter.kind is str and ("comma list" in parameter.text or "," in str(parameter.default))
     return f"{text};" if whole and ";" not in text else text
-
-
-@contextmanager
-def _terminable():
-    """A request to end (a cluster's, at the end of a job's time) is taken as an interrupt is: in order."""
-
-    def interrupt(*_):
-        raise KeyboardInterrupt
-
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGTERM, interrupt)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 class _Progress:

@@ -134,6 +134,8 @@ def _statistics(scene: Scene, progress: Callable[[str], None]) -> dict[float, di
         try:
             result = simulate(scene, turns=STATISTICS_TURNS, rtol=rtol)
         except SimulationError as reason:
+            if reason.result is None:
+                raise
             result = reason.result
         found[rtol] = over_turns(result, scene.turn)
         result.close()

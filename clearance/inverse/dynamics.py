@@ -9,7 +9,7 @@ import numpy as np
 from clearance.inverse import multipliers
 from clearance.inverse.explicit import Explicit
 from clearance.loads import TorsionSpring
-from clearance.recording import FileSink, MemorySink, Recorder
+from clearance.recording import FileSink, MemorySink, Recorder, Unwritable
 from clearance.results import Record, Result
 from clearance.scene import Scene
 from clearance.simulation import SimulationError, span_of
@@ -88,7 +88,11 @@ def _recorded(solver: Explicit, times, rows, failure, route: str, wall: float, p
     else:
         sink = FileSink(Path(path), channels, attributes, expected=times.size)
     writer = Recorder(channels, sink)
-    writer.samples(times, rows)
+    try:
+        writer.samples(times, rows)
+    except Unwritable:
+        sink.abandon()
+        raise
     summary = {"method": f"inverse dynamics, {route}", "samples": times.size, "wall_s": wall, "loop_s": solver.loop_s}
     writer.close(f"partial: {failure}" if failure else "complete", summary, [])
     return sink.record if path is None else Result(path)

@@ -1,6 +1,5 @@
 """Running one point of a sweep, in any process that sees the sweep's directory."""
 
-import errno
 import importlib.util
 import json
 import logging
@@ -13,7 +12,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from clearance.catalogue import Case, find_case
-from clearance.recording import FileSink, ImageSink, MemorySink
+from clearance.recording import FULL, FileSink, ImageSink, MemorySink
 from clearance.scene import Scene
 from clearance.simulation import Run, prepare
 from clearance.sweeping import definition as definitions
@@ -23,7 +22,6 @@ from clearance.sweeping.index import checked
 from clearance.sweeping.journal import DONE, FAILED, LOST, Outcome
 from clearance.sweeping.metrics import Metric, metrics, own
 
-FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 NO_SPACE = "no space left for its file"
 RESERVED = ("status", "reason")
 LARGE = 8_000_000  # numbers in a run's file above which it is written as the run goes
@@ -140,6 +138,8 @@ def run_point(folder: str, stamp: str, index: int) -> Outcome:
     except Changed:
         raise
     except (OSError, MemoryError) as error:
+        if path is not None:  # the point will be run again: what was kept of it is of no use
+            path.unlink(missing_ok=True)
         reason = NO_SPACE if _is_full(error) else _explained(error)
         return Outcome(index, key, LOST, reason, wall=time.perf_counter() - began)
     except BaseException as error:  # noqa: BLE001 - a sweep goes on, whatever a user's scene, law or metric does

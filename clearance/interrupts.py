@@ -1,0 +1,73 @@
+"""Signals that ask a run to end: taken in order, between two pieces of its output."""
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+class Terminated(KeyboardInterrupt):
+    """A request to end, such as a cluster's at the end of a job's time; taken as an interrupt is."""
+
+
+def _in_main_thread() -> bool:
+    """Whether handlers can be set here: Python calls them in the main thread and lets only that one set them."""
+    return threading.current_thread() is threading.main_thread()
+
+
+@contextmanager
+def terminable() -> Iterator[None]:
+    """SIGTERM raises Terminated instead of ending the process on the spot."""
+
+    def terminate(*_):
+        raise Terminated
+
+    if not _in_main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, terminate)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+class Held:
+    """While it is entered, what the handlers of SIGINT and SIGTERM raise waits for `check`, at the latest for the end.
+
+    Python calls a handler wherever it is, and drops what it raises in a callback of a weak reference, such as h5py has
+    many: the signal would be lost. A second one, before the first has been raised, raises at once. Handlers that raise
+    nothing, ignored signals and those that end the process do what they did; outside the main thread nothing is held.
+    """
+
+    def __init__(self):
+        self.raised: BaseException | None = None
+        self.before: dict = {}
+
+    def __enter__(self) -> "Held":
+        for number in (signal.SIGINT, signal.SIGTERM) if _in_main_thread() else ():
+            if callable(handler := signal.getsignal(number)):
+                self.before[number] = handler
+                signal.signal(number, self._handle)
+        return self
+
+    def _handle(self, number: int, frame) -> None:
+        if self.raised is not None:
+            self.before[number](number, frame)
+            return
+        try:
+            self.before[number](number, frame)
+        except BaseException as error:  # noqa: BLE001 - whatever it is, `check` raises it
+            self.raised = error
+
+    def check(self) -> None:
+        """Raise what a handler raised since the last check."""
+        if self.raised is not None:
+            error, self.raised = self.raised, None
+            raise error
+
+    def __exit__(self, kind, *_) -> None:
+        for number, handler in self.before.items():
+            signal.signal(number, handler)
+        if kind is None:
+            self.check()

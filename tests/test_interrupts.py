@@ -1,0 +1,202 @@
+"""Signals: none is lost, what was computed is kept, and handlers are put back."""
+
+import signal
+import subprocess
+import sys
+import threading
+import time
+import weakref
+
+import pytest
+
+import clearance as cl
+from clearance import cli, simulation
+from clearance.interrupts import Held, Terminated, terminable
+
+
+@pytest.fixture(autouse=True)
+def handlers():
+    """Those of a plain process, whatever runs the tests; the same again after each test."""
+    before = [(n, signal.getsignal(n)) for n in (signal.SIGINT, signal.SIGTERM)]
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    yield
+    found = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
+    for number, handler in before:
+        signal.signal(number, handler)
+    assert found == (signal.default_int_handler, signal.SIG_DFL)
+
+
+class Thing:
+    """Something to refer to."""
+
+
+def signal_in_a_callback(number):
+    """A signal that Python handles in a weak reference's callback, where it drops what the handler raises."""
+    thing = Thing()
+    kept = weakref.ref(thing, lambda _: signal.raise_signal(number))
+    del thing
+    assert kept() is None
+
+
+def once(number, share=0.2):
+    """A progress that gets the signal once, so far into the run."""
+    sent = []
+
+    def progress(done):
+        if done > share and not sent:
+            sent.append(done)
+            signal_in_a_callback(number)
+
+    return progress
+
+
+def test_an_interrupt_in_a_callback_ends_the_run(tmp_path):
+    scene, path = cl.load_case("slider_crank", model="dry"), tmp_path / "run.h5"
+    with pytest.raises(KeyboardInterrupt) as caught:
+        cl.simulate(scene, turns=60, path=path, progress=once(signal.SIGINT))
+    assert caught.value.__notes__ == [f"what was computed is kept in {path}"]
+    with cl.open_result(path) as result:
+        assert result.status.startswith("partial: interrupted at t = ")
+        assert 0.2 * 60 * scene.turn < result.time[-1] < 0.5 * 60 * scene.turn
+    assert [p.name for p in tmp_path.iterdir()] == ["run.h5"]
+
+
+def test_an_interrupt_while_the_file_is_closed_keeps_it_whole(tmp_path, monkeypatch):
+    """It comes too late to end the run, and is raised once the file has its name."""
+    place = simulation.FileSink._place
+
+    def placed(sink):
+        signal.raise_signal(signal.SIGINT)
+        place(sink)
+
+    monkeypatch.setattr(simulation.FileSink, "_place", placed)
+    with pytest.raises(KeyboardInterrupt):
+        cl.simulate(cl.load_case("slider_crank"), turns=1, path=tmp_path / "run.h5")
+    assert cl.open_result(tmp_path / "run.h5").complete
+
+
+@pytest.mark.parametrize(("number", "word"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")])
+def test_a_signal_in_a_run_keeps_its_file(tmp_path, number, word):
+    path, partial = tmp_path / "run.h5", tmp_path / "run.h5.partial"
+    call = [sys.executable, "-c", "from clearance.cli import entry; entry()", "run", "slider_crank", "-p", "model=dry"]
+    process = subprocess.Popen(
+        [*call, "--turns", "20000", "-o", str(path)], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    deadline = time.monotonic() + 120.0
+    while process.poll() is None and time.monotonic() < deadline:
+        if partial.exists() and partial.stat().st_size > 4_000_000:  # under way, not only begun
+            break
+        time.sleep(0.005)
+    process.send_signal(number)
+    _, said = process.communicate(timeout=60.0)
+    assert (process.returncode, said) == (1, f"clearance: {word}; what was computed is kept in {path}\n")
+    with cl.open_result(path) as result:
+        assert result.status.startswith(f"partial: {word} at t = ")
+        assert result.time.size > 1000
+    assert not partial.exists()
+
+
+@pytest.mark.parametrize(("request_", "word"), [(KeyboardInterrupt, "interrupted"), (Terminated, "terminated")])
+def test_before_the_first_step_nothing_is_said_to_be_kept(tmp_path, monkeypatch, capsys, request_, word):
+    def prepare(*_, **__):
+        raise request_
+
+    monkeypatch.setattr(simulation, "prepare", prepare)
+    path = tmp_path / "run.h5"
+    assert cli.main(["run", "slider_crank", "-o", str(path)]) == 1
+    assert capsys.readouterr().err == f"clearance: {word}; {path} was not written\n"
+    assert not list(tmp_path.iterdir())
+
+
+def test_after_the_run_its_file_is_said_to_be_kept(tmp_path, monkeypatch, capsys):
+    from clearance.commands import run
+
+    def comparable(*_):
+        signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.setattr(run, "_comparable", comparable)
+    path = tmp_path / "run.h5"
+    assert cli.main(["run", "slider_crank", "-o", str(path)]) == 1
+    assert capsys.readouterr().err == f"clearance: terminated; the run is kept in {path}\n"
+    assert cl.open_result(path).complete
+
+
+def test_a_terminated_run_goes_on_from_its_checkpoints(tmp_path):
+    scene, path = cl.load_case("slider_crank", model="dry"), tmp_path / "run.h5"
+    options = {"turns": 20, "path": path, "checkpoint": 1e-9}
+    with terminable(), pytest.raises(Terminated) as caught:
+        cl.simulate(scene, **options, progress=once(signal.SIGTERM, 0.5))
+    assert caught.value.__notes__ == [f"what was computed is kept in {path}, and the same call goes on from there"]
+    shares = []
+    assert cl.simulate(scene, **options, progress=shares.append).complete
+    assert min(shares) > 0.5
+
+
+def test_a_trajectory_in_memory_ends_too(monkeypatch):
+    run = simulation.prepare(cl.load_case("slider_crank", model="dry"), turns=60)
+    advance = run.advance
+
+    def interrupted():
+        code = advance()
+        signal_in_a_callback(signal.SIGINT)
+        return code
+
+    monkeypatch.setattr(run, "advance", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        run.trajectory()
+
+
+def test_a_second_signal_raises_at_once():
+    """The first still comes at the end."""
+    after = []
+
+    def twice():
+        with Held():
+            signal.raise_signal(signal.SIGINT)
+            with pytest.raises(KeyboardInterrupt):
+                signal.raise_signal(signal.SIGINT)
+            after.append("second")
+
+    with pytest.raises(KeyboardInterrupt):
+        twice()
+    assert after == ["second"]
+
+
+def test_handlers_that_raise_nothing_are_called_at_once():
+    called = []
+    signal.signal(signal.SIGTERM, lambda number, _: called.append(number))
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with Held() as held:
+        signal.raise_signal(signal.SIGTERM)
+        signal.raise_signal(signal.SIGINT)
+        assert called == [signal.SIGTERM]
+        held.check()
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+def test_handlers_are_put_back_after_an_error():
+    """The error goes on its way, whatever waits behind it; the handlers are looked at after every test."""
+
+    def fails():
+        with Held():
+            signal.raise_signal(signal.SIGINT)
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fails()
+
+
+def test_a_run_in_a_thread_leaves_handlers_alone():
+    found, seen = [], set()
+
+    def run():
+        scene = cl.load_case("slider_crank")
+        found.append(cl.simulate(scene, turns=1, progress=lambda _: seen.add(signal.getsignal(signal.SIGINT))))
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    thread.join()
+    assert found[0].complete
+    assert seen == {signal.default_int_handler}
