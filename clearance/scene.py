@@ -198,7 +198,8 @@ class Scene:
     @property
     def provenance(self) -> dict[str, str]:
         """What result files keep of it: its case, the parameters that were given (JSON), the whole scene (JSON)."""
-        return {"case": self.name, "parameters": json.dumps(self.parameters, default=str), "scene": self.to_json()}
+        given = json.dumps(self.parameters, default=str, sort_keys=True)
+        return {"case": self.name, "parameters": given, "scene": self.to_json()}
 
     def to_json(self) -> str:
         """The scene as a JSON document (bodies, joints, loads with every number), for provenance."""
