@@ -118,11 +118,9 @@ def load(role: str, text: str) -> Callable:
     name = _name(role, text)
     if name not in _loaded:
         compile_apart({role: text})
-        path = _path(name)
-        if not path.exists():
-            _write(path, text)
+        _write(_path(name), text)
         try:
-            module = _imported(name, path)
+            module = _imported(name, _path(name))
         except numba.core.errors.NumbaError as error:
             reason = " ".join(str(error).split())[:300]
             raise ValueError(f"the {role} kernel cannot be compiled, most likely because of a law: {reason}") from error
@@ -149,6 +147,7 @@ def compile_apart(texts: dict[str, str]) -> None:
     finally:
         for child in children:
             child.kill()
+            child.wait()
 
 
 def _compiling(name: str) -> subprocess.Popen:
@@ -205,7 +204,12 @@ def is_known(role: str, text: str) -> bool:
 
 
 def _write(path: Path, text: str) -> None:
-    """Write under a temporary name and rename, so that no process ever sees half a kernel."""
+    """Write what is not there yet, under a temporary name, and rename: no process ever sees half a kernel.
+
+    A file once written stays as it is, for numba goes by its time.
+    """
+    if path.exists():
+        return
     temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
