@@ -139,11 +139,14 @@ class Recorder:
         self.last = (times[-1], rows[-1].copy())
 
     def passed(self, times: np.ndarray, rows: np.ndarray) -> None:
-        """Take in the ends of steps, in the order of time: for extremes and the ledger only."""
-        known = np.isfinite(rows).all(axis=1)
-        if not known.any():
+        """Take in the ends of steps, in the order of time: for extremes and the ledger only. The rows are changed."""
+        with np.errstate(all="ignore"):
+            whole = np.isfinite(rows.sum())
+        if not whole:
+            known = np.isfinite(rows).all(axis=1)
+            times, rows = times[known], rows[known]
+        if not len(rows):
             return
-        times, rows = times[known], rows[known]
         if self.angles:  # they are those within a turn
             angles = [angle for angle, _ in self.angles]
             rows[:, angles] = self.last[1][angles]
