@@ -26,7 +26,7 @@ from clearance.commands import (
     work_precision,
 )
 from clearance.commands.common import DONE, FAILED, WRONG, complain
-from clearance.interrupts import Terminated
+from clearance.interrupts import ended
 
 #: in the order in which help lists them
 COMMANDS = (
@@ -70,8 +70,7 @@ def main(arguments: list[str] | None = None) -> int:
     except (ValueError, TypeError, OSError, ImportError) as error:
         return complain(options, str(error), WRONG)
     except KeyboardInterrupt as request:
-        word = "terminated" if isinstance(request, Terminated) else "interrupted"
-        return complain(options, "; ".join([word, *getattr(request, "__notes__", [])]), FAILED)
+        return complain(options, "; ".join([ended(request), *getattr(request, "__notes__", [])]), FAILED)
 
 
 def _joined(arguments: list[str]) -> list[str]:

@@ -10,6 +10,11 @@ class Terminated(KeyboardInterrupt):
     """A request to end, such as a cluster's at the end of a job's time; taken as an interrupt is."""
 
 
+def ended(request: KeyboardInterrupt) -> str:
+    """What a request to end was, in a word."""
+    return "terminated" if isinstance(request, Terminated) else "interrupted"
+
+
 def _in_main_thread() -> bool:
     """Whether handlers can be set here: Python calls them in the main thread and lets only that one set them."""
     return threading.current_thread() is threading.main_thread()

@@ -19,7 +19,7 @@ import numpy as np
 from clearance import checks
 from clearance.checkpoint import PartsSink, restore, state_of
 from clearance.film.asking import Answerer
-from clearance.interrupts import Held, Terminated
+from clearance.interrupts import Held, ended
 from clearance.joints import Prismatic
 from clearance.mechanism import store
 from clearance.mechanism.build import Mechanism, build
@@ -225,11 +225,6 @@ def _kind(loop, joint) -> int:
     if joint.contact is None:
         return loop.FILM
     return loop.CONTACT if joint.impacts else loop.BLENDED
-
-
-def _ended(request: KeyboardInterrupt) -> str:
-    """What an interrupt was, in a word."""
-    return "terminated" if isinstance(request, Terminated) else "interrupted"
 
 
 def _left(sink, path) -> str:
@@ -469,7 +464,7 @@ class Run:
             if code != codes.DONE:
                 failure = self._failure(code, writer)
         except KeyboardInterrupt as request:
-            failure = f"{_ended(request)} at t = {self.clock[self.loop.TIME]:.9g} s"
+            failure = f"{ended(request)} at t = {self.clock[self.loop.TIME]:.9g} s"
             raise
         except Unwritable as error:
             failure = f"at t = {self.clock[self.loop.TIME]:.9g} s: {error}"
