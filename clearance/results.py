@@ -228,18 +228,23 @@ class Record(ABC):
         if begin <= 0.0 and math.isinf(end):
             low, high = self.range(path)
         else:
-            samples = (self.time >= begin * (1.0 - ROUNDING)) & (self.time <= end * (1.0 + ROUNDING))
-            low, high = (float(f(self.values(path)[samples])) for f in (np.min, np.max))
+            values = self.values(path)[self._between(begin, end)]
+            low, high = float(values.min()), float(values.max())
         return min([low, *lowest[steps].tolist()]), max([high, *highest[steps].tolist()])
 
     def largest_force(self, joint: str, begin: float = 0.0, end: float = math.inf) -> float:
         """Largest force in a joint [N] between two times [s], of samples and steps as `extremes`."""
-        samples = (self.time >= begin * (1.0 - ROUNDING)) & (self.time <= end * (1.0 + ROUNDING))
+        samples = self._between(begin, end)
         x, y = (self.values(f"joints/{joint}/force_{axis}")[samples] for axis in "xy")
         highest = self.facts(f"joints/{joint}").get("force_highest", np.zeros(0))
         length, *_ = self.stretches(f"joints/{joint}/force_x")
         steps = highest[whole(length, len(highest), begin, end)]
         return max([math.sqrt(float((x * x + y * y).max())), *steps.tolist()])
+
+    def _between(self, begin: float, end: float) -> np.ndarray:
+        """Which samples lie between two times [s]."""
+        time = self.time
+        return (time >= begin * (1.0 - ROUNDING)) & (time <= end * (1.0 + ROUNDING))
 
     def _channels(self, kind: str, name: str) -> Channels:
         if name not in self.names(kind):
