@@ -21,7 +21,7 @@ import json
 import logging
 import math
 import os
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -254,7 +254,7 @@ def table(key: Key) -> Table:
     path = path_of(key)
     if (found := _read(path, key)) is not None:
         return found
-    with _alone(path):
+    with store.alone(path):
         found = _read(path, key, told=True)
         if found is None:
             found = build(key)
@@ -325,22 +325,3 @@ def _write(path: Path, found: Table) -> None:
         with suppress(OSError):
             temporary.unlink()
         LOG.warning(f"film table {path} cannot be kept ({reason})")
-
-
-@contextmanager
-def _alone(path: Path):
-    """One process at a time, where the system has file locks; they end with the process that holds them."""
-    try:
-        import fcntl
-    except ImportError:
-        yield
-        return
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        lock = open(path.with_suffix(".lock"), "w")  # noqa: SIM115 - closed below
-    except OSError:
-        yield
-        return
-    with lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        yield

@@ -10,7 +10,8 @@ import math
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
 
@@ -163,16 +164,33 @@ def _compiling(name: str) -> subprocess.Popen:
 def compile_here(name: str) -> None:
     """Compile a kernel of the store, unless another process has by the time it is done with it."""
     path = _path(name)
-    lock = path.with_suffix(".lock")
-    with open(lock, "w") as held:
-        try:
-            import fcntl
-
-            fcntl.flock(held, fcntl.LOCK_EX)
-        except (ImportError, OSError):
-            pass  # no file locks here: both compile, and either result will do
+    with alone(path):
         _imported(name, path)
-        lock.unlink(missing_ok=True)
+        _lock(path).unlink(missing_ok=True)
+
+
+@contextmanager
+def alone(path: Path) -> Iterator[None]:
+    """One process at a time, where the system has file locks; they end with the process that holds them.
+
+    Elsewhere two may make the same file of the store, and either will do.
+    """
+    try:
+        import fcntl
+
+        path.parent.mkdir(parents=True, exist_ok=True)
+        held = open(_lock(path), "w")  # noqa: SIM115 - closed below
+    except (ImportError, OSError):
+        yield
+        return
+    with held:
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(held, fcntl.LOCK_EX)
+        yield
+
+
+def _lock(path: Path) -> Path:
+    return path.with_suffix(".lock")
 
 
 def _imported(name: str, path: Path):
