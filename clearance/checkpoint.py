@@ -17,17 +17,16 @@ import numpy as np
 from clearance.recording import FileSink, Recorder, Unwritable
 from clearance.results import Result, check_replaceable, replacing
 
-VERSION = 2
+VERSION = 3
 #: what of a run changes as it goes, beside its arrays
 NAMES = ("method", "reason", "spoilt")
 ARRAYS = (
     "y", "f", "work", "scale", "band", "control", "counts", "clock", "place", "contacts", "impacts", "log", "times",
-    "rows", "dense", "vector", "matrix", "complexes", "scratch",
+    "rows", "dense", "vector", "matrix", "complexes", "scratch", "peaks", "best", "when", "turned",
 )  # fmt: skip
 GOES_ON = ("partial: interrupted", "partial: terminated")  # how runs end that shall be able to go on
 RECORD = ("zero", "low", "high", "totals", "rows", "turned_over")
 LEDGER = ("worst", "largest", "low", "high")
-EXTREMES = ("extremes", "forces")
 
 
 class PartsSink:
@@ -195,10 +194,6 @@ def state_of(run, recorder: Recorder) -> dict:
     """All that the run goes on with."""
     found = {f"run.{n}": getattr(run, n) for n in ARRAYS} | {f"run.{n}": getattr(run, n) for n in NAMES}
     found |= {f"record.{n}": getattr(recorder, n) for n in RECORD}
-    found["record.known"] = json.dumps({"loads": recorder.loads, "depths": recorder.depths})
-    for name in EXTREMES:
-        kept = getattr(recorder, name)
-        found |= {f"{name}.lowest": kept.lowest, f"{name}.highest": kept.highest}
     if recorder.last is not None:
         found["record.last"] = np.concatenate([[recorder.last[0]], recorder.last[1]])
     if recorder.ledger is not None:
@@ -221,11 +216,6 @@ def restore(run, recorder: Recorder, state: dict) -> None:
     for name in RECORD:
         value = state[f"record.{name}"]
         setattr(recorder, name, value if value.ndim else value.item())
-    for name, value in json.loads(str(state["record.known"])).items():
-        setattr(recorder, name, value)
-    for name in EXTREMES:
-        kept = getattr(recorder, name)
-        kept.lowest, kept.highest = state[f"{name}.lowest"], state[f"{name}.highest"]
     if "record.last" in state:
         recorder.last = state["record.last"][0], state["record.last"][1:]
     if recorder.ledger is not None:

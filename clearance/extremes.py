@@ -1,39 +1,151 @@
-"""Smallest and largest values of a run: of its samples, and of the ends of all steps between them."""
+"""Extremes of a run: which quantities have theirs located, and what came of it, stretch by stretch.
+
+The time loop locates them on the dense output of its steps (stepping/locating.py), with their times. A stretch is a
+turn, several in runs of more than a hundred, a hundredth of a run without turns, so that start-ups can be left out.
+"""
 
 import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 STRETCHES = 100  # of a run that have extremes of their own, at most
 ROUNDING = 1e-9  # share of a stretch that rounding may move its ends by
+LOW, HIGH = ("min",), ("max",)
+BOTH = ("min", "max")
+#: channels of joints and drives with located extremes; of joints also the size of the force
+FOLLOWED = {
+    "gap": LOW,
+    "film_pressure": HIGH,
+    "friction": BOTH,
+    "torque": BOTH,
+    "torque_ideal": BOTH,
+    "force": BOTH,
+    "force_ideal": BOTH,
+}
 
 
-class Extremes:
-    """Extremes of columns, stretch by stretch of a run, so that those of its first turns can be left out later.
+@dataclass(frozen=True)
+class Extreme:
+    """Largest or smallest value of a quantity, and its time [s]."""
 
-    columns: how many; until: length of the run [s]; turn: of a turn [s], None where nothing turns. A stretch is a turn,
-    several in runs of more than a hundred, a hundredth of a run without turns. lowest, highest: (stretches, columns).
+    value: float
+    time: float
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity whose extreme is located.
+
+    name: "joints/B/force_max", the path of a channel, or of a vector's size, and its end; channel: its place among the
+    outputs; paired: it is the size of the vector of this channel and the next.
     """
 
-    def __init__(self, columns: int, until: float = math.inf, turn: float | None = None):
-        self.length = until / STRETCHES if turn is None else min(turn * math.ceil(until / turn / STRETCHES), until)
-        count = 1 if math.isinf(until) else max(math.ceil(until / self.length * (1.0 - ROUNDING)), 1)
-        self.lowest, self.highest = np.full((count, columns), np.inf), np.full((count, columns), -np.inf)
+    name: str
+    units: str
+    channel: int
+    paired: bool = False
 
-    def add(self, times: np.ndarray, rows: np.ndarray) -> None:
-        """Take in rows (n, columns) at growing times (n,) [s]."""
-        at = np.minimum((times / self.length).astype(int), len(self.lowest) - 1)
-        for i in range(at[0], at[-1] + 1) if at.size else ():
-            mine = rows[np.searchsorted(at, i) : np.searchsorted(at, i + 1)]
-            if len(mine):
-                np.minimum(self.lowest[i], mine.min(axis=0), out=self.lowest[i])
-                np.maximum(self.highest[i], mine.max(axis=0), out=self.highest[i])
+    @property
+    def sign(self) -> float:
+        return -1.0 if self.name.endswith("_min") else 1.0
 
 
-def whole(length: float, count: int, begin: float, end: float) -> slice:
-    """Which of `count` stretches, each `length` long, lie whole between two times [s]."""
-    if math.isinf(length):
-        return slice(0, count if begin <= 0.0 and math.isinf(end) else 0)
-    first = math.ceil(max(begin, 0.0) / length * (1.0 - ROUNDING))
-    last = count if math.isinf(end) else math.floor(end / length * (1.0 + ROUNDING))
-    return slice(first, max(first, min(last, count)))
+def followed(channels: Sequence, accelerations: Iterable[str] = ()) -> list[Quantity]:
+    """The quantities of a run whose extremes are located.
+
+    channels: its outputs, with path and units; accelerations: paths of those along guides.
+    """
+    guided, quantities = set(accelerations), []
+    for i, c in enumerate(channels):
+        kind, _, name = c.path.partition("/")[0], *c.path.rpartition("/")[1:]
+        if kind == "joints" and name == "force_x":
+            quantities.append(Quantity(f"{c.path[:-2]}_max", c.units, i, paired=True))
+        ends = FOLLOWED.get(name, ()) if kind in ("joints", "drives") else ()
+        for end in BOTH if c.path in guided else ends:
+            quantities.append(Quantity(f"{c.path}_{end}", c.units, i))
+    return quantities
+
+
+def guides(scene: dict) -> dict[str, tuple[float, float]]:
+    """Direction, along the fixed axes, of the guide of each body that slides on the ground.
+
+    scene: its description, as plain data.
+    """
+    directions = {}
+    for joint in scene["joints"]:
+        if joint["type"] != "Prismatic":
+            continue
+        a, b = joint["a"]["body"], joint["b"]["body"]
+        x, y = joint["axis"]
+        if a == "ground":
+            directions[b] = (x, y)
+        elif b == "ground":  # the axis is fixed in the body, which stands at minus the joint's angle
+            c, s = math.cos(joint["angle"]), math.sin(joint["angle"])
+            directions[a] = (c * x + s * y, c * y - s * x)
+    return directions
+
+
+def along(direction: tuple[float, float]) -> tuple[str, float]:
+    """The fixed axis that is nearest to a guide, and the guide's share of it: a body has no acceleration across."""
+    x, y = direction
+    return ("x", x) if abs(x) >= abs(y) else ("y", y)
+
+
+def stretch_length(until: float, turn: float | None) -> float:
+    """Length of the stretches of a run [s]; turn: of a turn, None where nothing turns."""
+    if turn is None:
+        return until / STRETCHES
+    return min(turn * math.ceil(until / turn / STRETCHES), until)
+
+
+def stretches(until: float, length: float) -> int:
+    """How many stretches a run has; its last may be shorter."""
+    return max(math.ceil(until / length * (1.0 - ROUNDING)), 1)
+
+
+@dataclass(frozen=True)
+class Extremes:
+    """Located extremes of a run.
+
+    length: of a stretch [s]; names, units: of the quantities; values, times: (stretches, quantities), infinite values
+    where a stretch was not reached.
+    """
+
+    length: float
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: np.ndarray
+    times: np.ndarray
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.columns
+
+    @cached_property
+    def columns(self) -> dict[str, int]:
+        """Column of each quantity."""
+        return {name: i for i, name in enumerate(self.names)}
+
+    def whole(self, begin: float, end: float) -> slice:
+        """Stretches that lie whole between two times [s]."""
+        first = math.ceil(max(begin, 0.0) / self.length * (1.0 - ROUNDING))
+        count = len(self.values)
+        last = count if math.isinf(end) else math.floor(end / self.length * (1.0 + ROUNDING))
+        return slice(first, max(first, min(last, count)))
+
+    def of(self, name: str, begin: float = 0.0, end: float = math.inf) -> Extreme | None:
+        """Extreme of a quantity in the stretches that lie whole between two times [s]; None where there are none."""
+        inside, column = self.whole(begin, end), self.columns[name]
+        values, times = self.values[inside, column], self.times[inside, column]
+        if not np.isfinite(values).any():
+            return None
+        i = int(values.argmin() if name.endswith("_min") else values.argmax())
+        return Extreme(float(values[i]), float(times[i]))
+
+
+def better(name: str, extremes: Iterable[Extreme | None]) -> Extreme:
+    """The outermost of several extremes of a quantity; None among them do not count."""
+    sign = -1.0 if name.endswith("_min") else 1.0
+    return max((e for e in extremes if e is not None), key=lambda e: sign * e.value)

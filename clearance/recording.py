@@ -1,13 +1,12 @@
 """What a run puts out, piece by piece: made continuous, watched, and kept in a file or in memory.
 
 A `Recorder` takes the pieces and hands them to one sink: a `FileSink` writes the HDF5 result file (layout in
-results.py), a `MemorySink` keeps arrays that read as a `MemoryRecord`. The ranges, extremes and the energy ledger are
-those of all channels, whichever a sink keeps.
+results.py), a `MemorySink` keeps arrays that read as a `MemoryRecord`. Ranges and the energy ledger are those of all
+channels, whichever a sink keeps.
 """
 
 import errno
 import fnmatch
-import math
 import os
 import re
 import zlib
@@ -23,6 +22,8 @@ from clearance.extremes import Extremes
 from clearance.regimes import Regime, regime
 from clearance.results import Record, check_replaceable, provenance, replacing
 
+#: extremes of the whole run that are attributes of joints
+JOINT_EXTREMES = {"force_max": "peak_force", "gap_min": "smallest_gap"}
 CHUNK = 2048  # rows
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # how a system says that there is no room
 NODES = 4096  # bytes of the index of a column that a piece may add, beside 64 for each chunk
@@ -74,10 +75,7 @@ def fits_path(path: str, pattern: str) -> bool:
 
 @dataclass(frozen=True)
 class Ranges:
-    """Smallest and largest values of all channels: low, high of the samples (channels,), extremes of all steps too.
-
-    extremes: None where only samples were seen.
-    """
+    """Smallest and largest samples of all channels, (channels,), and located extremes where steps were made."""
 
     low: np.ndarray
     high: np.ndarray
@@ -87,80 +85,45 @@ class Ranges:
 class Recorder:
     """Takes a run's output as it comes and hands it to a sink.
 
-    Angles are made continuous, the ledger starts at zero and is watched; ranges, extremes and totals are kept.
-    until, turn: length of the run and of a turn [s]; watched: whether rows of all steps come too. Then the ledger is
-    judged by these, for samples between them carry the error of the interpolation. floor: energy [J] below which the
-    ledger cannot tell anything.
+    The ledger starts at zero and is watched; ranges and totals are kept. stepped: the run makes steps, at whose ends
+    the ledger is judged, for samples between them carry the error of the interpolation; else samples are all there is,
+    and angles are made continuous from one to the next. floor: energy [J] below which the ledger cannot tell anything.
     """
 
-    def __init__(
-        self, channels: list, sink, until: float = math.inf, turn: float | None = None, watched: bool = False,
-        floor: float = 0.0,
-    ):  # fmt: skip
-        self.channels, self.sink = channels, sink
+    def __init__(self, channels: list, sink, stepped: bool = False, floor: float = 0.0):
+        self.channels, self.sink, self.stepped = channels, sink, stepped
         self.place = {c.path: i for i, c in enumerate(channels)}
         self.angles = [(i, self.place[c.path.replace("theta", "omega")]) for i, c in enumerate(channels) if c.wrapped]
         self.balance, self.kinetic = self.place.get("energy/residual"), self.place.get("energy/kinetic")
-        forces = {p.rpartition("/")[0]: i for p, i in self.place.items() if p.endswith("/force_x")}
-        self.jointed, self.force_x = list(forces), np.array(list(forces.values()), dtype=int)
+        self.jointed = [p.rpartition("/")[0] for p in self.place if p.endswith("/force_x")]
         self.last: tuple[float, np.ndarray] | None = None
         self.zero = 0.0
         self.low, self.high = np.full(len(channels), np.inf), np.full(len(channels), -np.inf)
         self.totals, self.rows = np.zeros(len(channels)), 0
-        self.watched = watched
-        self.extremes = Extremes(len(channels), until, turn)
-        self.forces = Extremes(len(forces), until, turn)
-        self.loads: dict[str, float] = {}  # largest normal force by joint, of its contacts
-        self.depths: dict[str, float] = {}  # largest penetration by joint, of its contacts
         self.facts: dict[str, dict] = {}  # attributes of groups
         self.turned_over = 0.0
         self.ledger: LedgerWatch | None = None
         self.work = [self.place[p] for p in ("energy/input", "energy/dissipated") if p in self.place]
         if self.balance is not None:
-            self.ledger = LedgerWatch([self.kinetic, *self.work], self.balance, floor)
+            self.ledger = LedgerWatch(floor)
 
     def samples(self, times: np.ndarray, rows: np.ndarray) -> None:
-        """Append output rows; angles are made continuous with the help of the angular velocities."""
+        """Append output rows."""
         if not times.size:
             return
         rows = rows.copy()
-        self._unwrap(times, rows)
+        if not self.stepped:
+            self._unwrap(times, rows)
         if self.balance is not None:
             if self.last is None:
                 self.zero = rows[0, self.balance]
             rows[:, self.balance] -= self.zero
         self.sink.rows(times, rows)  # first: what it refuses is not part of the summary
         self._summarise(rows)
-        self._extend(times, rows)
-        if self.ledger and not self.watched:
-            self.ledger.add(times, rows)
-        elif self.ledger and self.last is None:
-            self.ledger.add(times[:1], rows[:1])
+        if self.ledger and (self.last is None or not self.stepped):
+            seen = slice(1 if self.stepped else None)
+            self.ledger.add(times[seen], rows[seen][:, [self.kinetic, *self.work, self.balance]])
         self.last = (times[-1], rows[-1].copy())
-
-    def passed(self, times: np.ndarray, rows: np.ndarray) -> None:
-        """Take in the ends of steps, in the order of time: for extremes and the ledger only. The rows are changed."""
-        with np.errstate(all="ignore"):
-            whole = np.isfinite(rows.sum())
-        if not whole:
-            known = np.isfinite(rows).all(axis=1)
-            times, rows = times[known], rows[known]
-        if not len(rows):
-            return
-        if self.angles:  # they are those within a turn
-            angles = [angle for angle, _ in self.angles]
-            rows[:, angles] = self.last[1][angles]
-        if self.balance is not None:
-            rows[:, self.balance] -= self.zero
-        self._extend(times, rows)
-        if self.ledger:
-            self.ledger.add(times, rows)
-
-    def _extend(self, times: np.ndarray, rows: np.ndarray) -> None:
-        """Extremes of the channels and of the size of joint forces."""
-        self.extremes.add(times, rows)
-        x, y = rows[:, self.force_x], rows[:, self.force_x + 1]
-        self.forces.add(times, np.sqrt(x * x + y * y))
 
     def _summarise(self, rows: np.ndarray) -> None:
         """Ranges and sums of all channels, energy turned over: for summaries without reading the record."""
@@ -188,37 +151,30 @@ class Recorder:
         if not len(rows):
             return
         self.sink.impacts([names[int(j)] for j in rows[:, 0]], rows, kind)
-        for j, force, depth in rows[:, (0, 3, 4)]:
-            group = f"joints/{names[int(j)]}"
-            self.loads[group] = max(self.loads.get(group, 0.0), force)
-            self.depths[group] = max(self.depths.get(group, 0.0), depth)
 
     def steps(self, log: np.ndarray) -> None:
-        self.sink.steps(log)
+        """Append steps: rows of (time at the end, step, error over tolerance, energies where there is a ledger)."""
+        self.sink.steps(log[:, : len(SOLVER_COLUMNS)])
+        if self.ledger and len(log):
+            energies = log[:, len(SOLVER_COLUMNS) :].copy()
+            energies[:, -1] -= self.zero
+            finite = np.isfinite(energies).all(axis=1)
+            self.ledger.add(log[finite, 0], energies[finite])
 
     def flush(self) -> None:
         self.sink.flush()
-
-    def lowest(self, path: str) -> float:
-        """Smallest value of a channel so far."""
-        return float(self.extremes.lowest[:, self.place[path]].min())
-
-    def highest(self, path: str) -> float:
-        """Largest value of a channel so far."""
-        return float(self.extremes.highest[:, self.place[path]].max())
-
-    def peak(self, group: str) -> float:
-        """Largest force of a joint so far, of its contacts the normal one."""
-        return max(float(self.forces.highest[:, self.jointed.index(group)].max()), self.loads.get(group, 0.0))
 
     def know(self, group: str, **facts) -> None:
         """Attributes of a group, such as what a joint's film table errs by."""
         self.facts.setdefault(group, {}).update(facts)
 
-    def regime(self, joint) -> Regime:
-        """Diagnostics of a lubricated joint; they also become attributes of its group."""
+    def regime(self, joint, pressure: float, gap: float) -> Regime:
+        """Diagnostics of a lubricated joint from its largest film pressure and its smallest gap.
+
+        They also become attributes of its group.
+        """
         group = f"joints/{joint.name}"
-        found = regime(joint, self.highest(f"{group}/film_pressure"), self.lowest(f"{group}/gap"))
+        found = regime(joint, pressure, gap)
         self.know(group, **{name: value for name, value in vars(found).items() if value is not None})
         means = {f"{group}/membership_{s}": f"share_{s}" for s in ("full_film", "mixed", "dry")}
         means[f"{group}/asperity_share"] = "mean_asperity_share"
@@ -233,22 +189,25 @@ class Recorder:
         """The energy turned over so far: total variation of the kinetic energy, or what went in or was taken out."""
         return max([self.turned_over, *(float(self.high[i] - self.low[i]) for i in self.work)])
 
-    def close(self, status: str, solver: dict, warnings: list[str]) -> None:
+    def close(
+        self, status: str, solver: dict, warnings: list[str], extremes: Extremes | None = None
+    ) -> None:
         """Finish: what is known of each group, then the status; the sink then gives the record its place."""
         ranges = None
         if self.last is not None:
-            ranges = Ranges(self.low, self.high, self.extremes if self.watched else None)
-            for i, group in enumerate(self.jointed):
-                self.know(group, peak_force=self.peak(group))
-                if self.watched:
-                    self.know(group, force_highest=self.forces.highest[:, i])
-                if f"{group}/gap" in self.place:
-                    depth = self.depths.get(group, -np.inf)
-                    self.know(group, smallest_gap=min(self.lowest(f"{group}/gap"), -depth))
+            ranges = Ranges(self.low, self.high, extremes)
+            for name, fact in JOINT_EXTREMES.items():
+                self._know_extremes(extremes, name, fact)
             self.know("energy", turned_over=self.energy_scale())
             if self.balance is not None:
                 self.know("energy", largest_residual=self.ledger.largest)
         self.sink.close(status, solver, warnings, self.facts, ranges)
+
+    def _know_extremes(self, extremes: Extremes | None, quantity: str, fact: str) -> None:
+        """Extremes of the whole run as attributes of the joints, with their times."""
+        for group in self.jointed if extremes else ():
+            if f"{group}/{quantity}" in extremes and (extreme := extremes.of(f"{group}/{quantity}")):
+                self.know(group, **{fact: extreme.value, f"{fact}_time": extreme.time})
 
 
 class Unwritable(OSError):
@@ -441,14 +400,44 @@ class FileSink:
         self._place()
 
     def _state(self, ranges: Ranges) -> None:
-        """The ranges of all columns, and their extremes where all steps were seen."""
+        """The ranges of all columns, and the table of located extremes."""
         for i, column in zip(self.kept, self.columns, strict=True):
             column.attrs["actual_range"] = (ranges.low[i], ranges.high[i])
-            if ranges.extremes is not None:
-                column.attrs["lowest"] = ranges.extremes.lowest[:, i]
-                column.attrs["highest"] = ranges.extremes.highest[:, i]
         if ranges.extremes is not None:
-            self.file.attrs["stretch_s"] = ranges.extremes.length
+            write_extremes(self.file, ranges.extremes)
+
+
+#: the table of located extremes: name of a column -> (units, what it is)
+EXTREME_COLUMNS = {
+    "quantity": ("1", "quantity: path of a channel, or of a vector, and its end"),
+    "units_of": ("1", "units of each quantity"),
+    "stretch": ("s", "start of each stretch of the run"),
+    "value": ("1", "smallest (_min) or largest (_max) value in each stretch, in units_of"),
+    "when": ("s", "time of each value"),
+}
+
+
+def write_extremes(file: h5py.File, extremes: Extremes) -> None:
+    """The group /extremes: values and their times over the stretches of the run and the quantities."""
+    group = file.create_group("extremes")
+    columns = {
+        "quantity": np.array(extremes.names, dtype=object),
+        "units_of": np.array(extremes.units, dtype=object),
+        "stretch": extremes.length * np.arange(len(extremes.values)),
+        "value": extremes.values,
+        "when": extremes.times,
+    }
+    for name, values in columns.items():
+        text = h5py.string_dtype() if values.dtype == object else None
+        data = group.create_dataset(name, data=values, dtype=text)
+        data.attrs["units"], data.attrs["long_name"] = EXTREME_COLUMNS[name]
+    for scale in ("quantity", "stretch"):
+        group[scale].make_scale(scale)
+    group["units_of"].dims[0].attach_scale(group["quantity"])
+    for name in ("value", "when"):
+        group[name].dims[0].attach_scale(group["stretch"])
+        group[name].dims[1].attach_scale(group["quantity"])
+    group.attrs["stretch_s"] = extremes.length
 
 
 class ImageSink(FileSink):
@@ -521,7 +510,7 @@ class MemoryRecord(Record):
         solver: dict, warnings: list[str], facts: dict, extremes: Extremes | None,
     ):  # fmt: skip
         self.events, self.attributes, self.solver, self.warnings = events, attributes, solver, warnings
-        self._times, self._rows, self._facts, self._extremes = times, rows, facts, extremes
+        self._times, self._rows, self._facts, self.located = times, rows, facts, extremes
         self._channels_by_path = {c.path: (i, c) for i, c in enumerate(channels)}
         self._groups: dict[str, dict[str, None]] = {"": {"time": None}}
         for path in self._channels_by_path:
@@ -547,12 +536,6 @@ class MemoryRecord(Record):
 
     def units(self, path: str) -> str:
         return "s" if path == "time" else self._channels_by_path[path][1].units
-
-    def stretches(self, path: str) -> tuple[float, np.ndarray, np.ndarray]:
-        if self._extremes is None:
-            return super().stretches(path)
-        i = self._channels_by_path[path][0]
-        return self._extremes.length, self._extremes.lowest[:, i], self._extremes.highest[:, i]
 
 
 def filters(compression: int) -> dict:
@@ -600,19 +583,25 @@ class LedgerWatch:
     limit = 0.05
     portion = 0.01  # of all energy put in or taken out so far that a stretch turns over at least
 
-    def __init__(self, work: list[int], balance: int, floor: float = 0.0):
-        self.work, self.balance, self.floor = work, balance, floor
+    def __init__(self, floor: float = 0.0):
+        self.floor = floor
         self.worst, self.largest, self.since = 0.0, 0.0, None
-        self.low, self.high = np.full(len(work), np.inf), np.full(len(work), -np.inf)  # kinetic first
+        self.low, self.high = np.full(3, np.inf), np.full(3, -np.inf)  # kinetic, put in, taken out
         self.rows: np.ndarray | None = None  # time, residual, then the energies, of the stretch under way
 
-    def add(self, times: np.ndarray, rows: np.ndarray) -> None:
-        """Append samples; every stretch in which enough energy has been turned over is judged."""
-        self.low = np.minimum(self.low, rows[:, self.work].min(axis=0))
-        self.high = np.maximum(self.high, rows[:, self.work].max(axis=0))
-        self.largest = max(self.largest, float(np.abs(rows[:, self.balance]).max()))
+    def add(self, times: np.ndarray, energies: np.ndarray) -> None:
+        """Append rows of (kinetic energy, put in, taken out, residual) [J].
+
+        Every stretch in which enough energy has been turned over is judged.
+        """
+        if not len(energies):
+            return
+        work, residual = energies[:, :3], energies[:, 3]
+        self.low = np.minimum(self.low, work.min(axis=0))
+        self.high = np.maximum(self.high, work.max(axis=0))
+        self.largest = max(self.largest, float(np.abs(residual).max()))
         most = self._most()
-        new = np.column_stack([times, rows[:, self.balance], rows[:, self.work]])
+        new = np.column_stack([times, residual, work])
         self.rows = new if self.rows is None else np.concatenate([self.rows, new])
         if most <= 0.0:
             return

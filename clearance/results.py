@@ -22,7 +22,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from clearance.extremes import ROUNDING, whole
+from clearance.extremes import ROUNDING, Extreme, Extremes, better
 
 LOG = logging.getLogger("clearance.files")
 FORMAT = "clearance-result"
@@ -144,14 +144,16 @@ class Channels:
 class Record(ABC):
     """What a run gave, by name: `run["slider"].ax`, `run.joint("B").force`, `run.energy.residual`.
 
-    Subclasses say where it is (in a file, in memory) by `attributes`, `solver`, `warnings`, `events`, `names`,
-    `values`, `facts` and `units`.
+    Subclasses say where it is (in a file, in memory) by `attributes`, `solver`, `warnings`, `events`, `located`,
+    `names`, `values`, `facts` and `units`. `located`: extremes that were located as the run went; None where only
+    samples were seen.
     """
 
     attributes: dict
     solver: dict
     warnings: list[str]
     events: dict[str, np.ndarray]
+    located: Extremes | None
 
     @abstractmethod
     def names(self, group: str) -> tuple[str, ...]:
@@ -211,35 +213,41 @@ class Record(ABC):
         values = self.values(path)
         return float(values.min()), float(values.max())
 
-    def stretches(self, path: str) -> tuple[float, np.ndarray, np.ndarray]:
-        """Length of the stretches of a run [s], and a channel's smallest and largest value in each, all steps seen.
+    def extreme(self, name: str, begin: float = 0.0, end: float = math.inf) -> Extreme:
+        """Smallest or largest value of a quantity between two times [s], and its time.
 
-        Nothing where only samples were seen.
+        name: path of a channel, or of a vector for its size, and the end: "joints/B/gap_min", "joints/B/force_max".
+        Located to the tolerance of the run in its stretches (turns, mostly) that lie whole between the times, for
+        gaps, film pressures, friction and forces of joints, efforts of drives and accelerations along guides; of the
+        samples elsewhere. Raises KeyError for a channel the run has not got.
         """
-        return math.inf, np.zeros(0), np.zeros(0)
+        path, _, which = name.rpartition("_")
+        if which not in ("min", "max"):
+            raise KeyError(f"{name!r}: the name of an extreme is that of a channel and _min or _max")
+        seen = self.located.of(name, begin, end) if self.located and name in self.located else None
+        return better(name, [self._of_samples(path, which, begin, end), seen])
+
+    def _of_samples(self, path: str, which: str, begin: float, end: float) -> Extreme | None:
+        time, inside = self.time, self._between(begin, end)
+        if not inside.any():
+            return None
+        values = self._sizes(path)[inside]
+        i = int(values.argmin() if which == "min" else values.argmax())
+        return Extreme(float(values[i]), float(time[inside][i]))
+
+    def _sizes(self, path: str) -> np.ndarray:
+        """Samples of a channel, or sizes of a vector's."""
+        if path in self or f"{path}_x" not in self:
+            return self.values(path)
+        return np.hypot(self.values(f"{path}_x"), self.values(f"{path}_y"))
 
     def extremes(self, path: str, begin: float = 0.0, end: float = math.inf) -> tuple[float, float]:
-        """Smallest and largest value of a channel between two times [s]: of the samples, and of the ends of all steps.
-
-        Steps count in the stretches of the run (turns, mostly) that lie whole between the times.
-        """
-        length, lowest, highest = self.stretches(path)
-        steps = whole(length, len(lowest), begin, end)
-        if begin <= 0.0 and math.isinf(end):
-            low, high = self.range(path)
-        else:
-            values = self.values(path)[self._between(begin, end)]
-            low, high = float(values.min()), float(values.max())
-        return min([low, *lowest[steps].tolist()]), max([high, *highest[steps].tolist()])
+        """Smallest and largest value of a channel between two times [s], as `extreme` gives them."""
+        return self.extreme(f"{path}_min", begin, end).value, self.extreme(f"{path}_max", begin, end).value
 
     def largest_force(self, joint: str, begin: float = 0.0, end: float = math.inf) -> float:
-        """Largest force in a joint [N] between two times [s], of samples and steps as `extremes`."""
-        samples = self._between(begin, end)
-        x, y = (self.values(f"joints/{joint}/force_{axis}")[samples] for axis in "xy")
-        highest = self.facts(f"joints/{joint}").get("force_highest", np.zeros(0))
-        length, *_ = self.stretches(f"joints/{joint}/force_x")
-        steps = highest[whole(length, len(highest), begin, end)]
-        return max([math.sqrt(float((x * x + y * y).max())), *steps.tolist()])
+        """Largest force in a joint [N] between two times [s], as `extreme` gives it."""
+        return self.extreme(f"joints/{joint}/force_max", begin, end).value
 
     def _between(self, begin: float, end: float) -> np.ndarray:
         """Which samples lie between two times [s]."""
@@ -310,11 +318,16 @@ class Result(Record):
         low, high = self.file[path].attrs["actual_range"]
         return float(low), float(high)
 
-    def stretches(self, path: str) -> tuple[float, np.ndarray, np.ndarray]:
-        known = self.file[path].attrs
-        if "lowest" not in known:
-            return super().stretches(path)
-        return float(self.file.attrs["stretch_s"]), known["lowest"], known["highest"]
+    @cached_property
+    def located(self) -> Extremes | None:
+        """Extremes that were located as the run went; of files of format 1 those of step ends, without their times."""
+        if "stretch_s" in self.file.attrs:
+            return _extremes_of_format_1(self.file)
+        if "extremes" not in self.file:
+            return None
+        group = self.file["extremes"]
+        names, units = (tuple(group[n].asstr()[()]) for n in ("quantity", "units_of"))
+        return Extremes(float(group.attrs["stretch_s"]), names, units, group["value"][()], group["when"][()])
 
     @property
     def events(self) -> dict[str, np.ndarray]:
@@ -341,6 +354,22 @@ class Result(Record):
 
     def __repr__(self) -> str:
         return f"<Result {self.path.name}: {self.file['time'].shape[0]} samples, {self.status}>"
+
+
+def _extremes_of_format_1(file: h5py.File) -> Extremes:
+    """Extremes of step ends, which were attributes of each channel and joint."""
+    columns, units = {}, {}
+    ends = {"lowest": "_min", "highest": "_max", "force_highest": "/force_max"}
+
+    def take(path: str, item) -> None:
+        for attribute in ends.keys() & item.attrs.keys():
+            name = path + ends[attribute]
+            columns[name], units[name] = item.attrs[attribute], item.attrs.get("units", "N")
+
+    file.visititems(take)
+    values = np.array(list(columns.values())).T.reshape(-1, len(columns))
+    times = np.full(values.shape, np.nan)
+    return Extremes(float(file.attrs["stretch_s"]), tuple(columns), tuple(units.values()), values, times)
 
 
 def _turns(target: str | dict) -> bool:

@@ -201,16 +201,19 @@ class Scene:
         given = json.dumps(self.parameters, default=str, sort_keys=True)
         return {"case": self.name, "parameters": given, "scene": self.to_json()}
 
-    def to_json(self) -> str:
-        """The scene as a JSON document (bodies, joints, loads with every number), for provenance."""
-        document = {
+    def description(self) -> dict:
+        """The scene as plain data: bodies, joints, loads with every number."""
+        return {
             "name": self.name,
             "gravity": self.gravity,
             "bodies": [{f.name: _plain(getattr(b, f.name)) for f in fields(Body)} for b in self.bodies],
             "joints": [_plain(j) for j in self.joints],
             "loads": [_plain(load) for load in self.loads],
         }
-        return json.dumps(document)
+
+    def to_json(self) -> str:
+        """The scene's description as a JSON document, for provenance."""
+        return json.dumps(self.description())
 
     def __repr__(self) -> str:
         kinds = ", ".join(f"{j.name}:{type(j).__name__}" for j in self.joints)

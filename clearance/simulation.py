@@ -18,6 +18,7 @@ import numpy as np
 
 from clearance import checks
 from clearance.checkpoint import PartsSink, restore, state_of
+from clearance.extremes import Extremes, along, followed, guides, stretch_length, stretches
 from clearance.film.asking import Answerer
 from clearance.interrupts import Held, ended
 from clearance.joints import Prismatic
@@ -44,7 +45,9 @@ STEP_LIMIT = 2**62
 WORST_LEDGER = 0.5  # share of lost energy at which a run ends itself, however loose its tolerance
 THIN = 1e-6  # film left over the clearance at which a run that cannot go on has run out of film
 LOST_ENERGY = 1e-3  # share of the energy turned over whose loss makes a run doubtful
+LEDGER = ("energy/kinetic", "energy/input", "energy/dissipated", "energy/residual")
 LARGEST_SHARE = 1.0 / 24.0  # largest step as a share of a turn
+PRESCRIBED_SHARE = 1.0 / 100.0  # the same where nothing is free to move
 REMEMBERED_SHARE = 1.0 / 400.0  # the same where a film has a memory
 
 
@@ -220,11 +223,11 @@ def _beyond(joint, depth: float) -> str | None:
     return f"{joint.label()}: penetrations reach {depth:.2g} m; {law.name} is meant up to {limit:.2g} m only"
 
 
-def _kind(loop, joint) -> int:
+def _kind(state, joint) -> int:
     """What the time loop has to watch in a joint."""
     if joint.contact is None:
-        return loop.FILM
-    return loop.CONTACT if joint.impacts else loop.BLENDED
+        return state.FILM
+    return state.CONTACT if joint.impacts else state.BLENDED
 
 
 def _left(sink, path) -> str:
@@ -239,10 +242,11 @@ class Run:
         self, mechanism: Mechanism, span: Span, rtol: float, method: tuple[str, str], max_step=None, max_steps=None,
         outputs: bool = True,
     ):  # fmt: skip
-        from clearance.stepping import loop
+        from clearance.stepping import loop, state
         from clearance.stepping import types as t
 
-        self.mechanism, self.span, self.rtol, self.loop, self.types = mechanism, span, rtol, loop, t
+        self.mechanism, self.span, self.rtol = mechanism, span, rtol
+        self.loop, self.state, self.types = loop, state, t
         self.method, self.reason = method
         self.outputs = outputs
         scene, size = mechanism.scene, mechanism.y0.size
@@ -257,34 +261,80 @@ class Run:
         self.counts[t.STATES], self.counts[t.COORDINATES] = states, mechanism.coordinates
         self.control[t.CONVERGENCE], self.control[t.EFFORT] = 1.0, 0.9
         self.control[t.NEWTON_TOLERANCE] = NEWTON_TOLERANCE
-        self.clock, self.place = np.zeros(loop.CLOCK_SIZE), np.zeros(loop.PLACE_SIZE, np.int64)
-        self.clock[loop.END] = span.until
+        self.clock, self.place = np.zeros(state.CLOCK_SIZE), np.zeros(state.PLACE_SIZE, np.int64)
+        self.clock[state.END] = span.until
         online = [s for s in mechanism.sources.values() if isinstance(s, Answerer)]
         for source in online:
             source.reset()
         self.budget = SLOW_BUDGET if online else BUDGET
-        self.clock[loop.SAMPLE_EVERY] = span.until / (span.samples - 1)
-        self.clock[loop.LARGEST] = max_step or self._largest_step()
-        self.place[loop.SAMPLES] = span.samples
-        self.place[loop.STEP_LIMIT] = max_steps or STEP_LIMIT
-        self.place[loop.COMMITS] = mechanism.structure.commits
-        self.place[loop.REMEMBERING] = len(mechanism.structure.remembering)
-        self.contacts = np.zeros((joints, loop.CONTACT_COLUMNS))
-        self.contacts[:, loop.KIND] = [_kind(loop, j) for j in scene.clearance_joints]
-        self.contacts[:, loop.CLEARANCE] = [j.clearance for j in scene.clearance_joints]
-        self.contacts[:, loop.COORDINATE] = [mechanism.places.get(j, -1) for j in scene.clearance_joints]
-        self.impacts = np.zeros((IMPACT_ROWS, loop.IMPACT_COLUMNS))
-        self.log = np.zeros((LOG_ROWS, loop.LOG_COLUMNS))
+        self.clock[state.SAMPLE_EVERY] = span.until / (span.samples - 1)
+        self.clock[state.LARGEST] = max_step or self._largest_step()
+        self.place[state.SAMPLES] = span.samples
+        self.place[state.STEP_LIMIT] = max_steps or STEP_LIMIT
+        self.place[state.COMMITS] = mechanism.structure.commits
+        self.place[state.REMEMBERING] = len(mechanism.structure.remembering)
+        self.contacts = np.zeros((joints, state.CONTACT_COLUMNS))
+        self.contacts[:, state.KIND] = [_kind(state, j) for j in scene.clearance_joints]
+        self.contacts[:, state.CLEARANCE] = [j.clearance for j in scene.clearance_joints]
+        self.contacts[:, state.COORDINATE] = [mechanism.places.get(j, -1) for j in scene.clearance_joints]
+        self.contacts[:, state.PEAKS] = -1
+        self.impacts = np.zeros((IMPACT_ROWS, state.IMPACT_COLUMNS))
+        self._follow()
+        self.log = np.zeros((LOG_ROWS, state.LOG_COLUMNS + self.ledger.size))
         self.times, self.rows = np.zeros(ROWS), np.zeros((ROWS, len(mechanism.structure.channels) if outputs else size))
         self.dense = np.zeros((t.DENSE_ROWS, size))
         self.vector = np.zeros(max(states * states, 1))
         self.complexes = np.zeros((2 * (states + 2), max(states, 1)), np.complex128)
         self.scratch = np.zeros((7, max(size, 3 * joints, 1)))
-        self.place[loop.MAY_SWITCH] = self.reason == NOT_STIFF
+        self.looks = np.zeros((2, self.rows.shape[1]))
+        self.place[state.MAY_SWITCH] = self.reason == NOT_STIFF
         self.take(self.method)
         self._scale_film_rates()
         self.wall, self.contact_count = 0.0, 0
         self.spoilt = ""  # why the outputs cannot be trusted any more
+
+    def _follow(self) -> None:
+        """The outputs that are watched at every step: extremes, angles, energies; none where there are no outputs."""
+        state, scene = self.state, self.mechanism.scene
+        channels = self.mechanism.structure.channels if self.outputs else []
+        place = {c.path: i for i, c in enumerate(channels)}
+        guided = guides(scene.description()) if channels else {}
+        self.followed = followed(channels, [f"bodies/{b}/a{along(d)[0]}" for b, d in guided.items()])
+        touching = [(i, j) for i, j in enumerate(scene.clearance_joints) if j.impacts and channels]
+        count = len(self.followed)
+        self.peaks = np.zeros((count + 2 * len(touching), state.PEAK_COLUMNS))
+        rows = [(q.channel, q.paired, q.sign, -1) for q in self.followed]
+        for i, joint in touching:
+            self.contacts[i, state.PEAKS] = len(rows)
+            rows.append((place[f"joints/{joint.name}/contact_force"], False, 1.0, i))
+            rows.append((place[f"joints/{joint.name}/gap"], False, -1.0, i))
+        columns = [state.CHANNEL, state.PAIRED, state.SIGN, state.JOINT]
+        self.peaks[:, columns] = np.array(rows, dtype=float).reshape(-1, len(columns))
+        self.peaks[:, state.VALUE] = -np.inf
+        self.clock[state.STRETCH] = length = stretch_length(self.span.until, scene.turn)
+        shape = stretches(self.span.until, length), len(self.peaks)
+        self.best, self.when = np.full(shape, -np.inf), np.zeros(shape)
+        angles = [(i, place[c.path.replace("theta", "omega")]) for i, c in enumerate(channels) if c.wrapped]
+        self.angles = np.array(angles, dtype=np.int64).reshape(-1, 2)
+        self.turned = np.zeros(self.angles.shape)
+        self.ledger = np.array([place[p] for p in LEDGER if p in place], dtype=np.int64)
+        if self.ledger.size < len(LEDGER):
+            self.ledger = self.ledger[:0]
+        self.place[state.WATCHED] = bool(channels)
+
+    @property
+    def extremes(self) -> Extremes:
+        """Located extremes so far."""
+        count, done = len(self.followed), self.place[self.state.STRETCHES]
+        values, times = self.best[: done + 1, :count].copy(), self.when[: done + 1, :count].copy()
+        values[done], times[done] = self.peaks[:count, self.state.VALUE], self.peaks[:count, self.state.WHEN]
+        names, units = zip(*((q.name, q.units) for q in self.followed), strict=True) if count else ((), ())
+        signs = np.array([q.sign for q in self.followed])
+        return Extremes(float(self.clock[self.state.STRETCH]), names, units, signs * values, times)
+
+    def _extreme(self, name: str) -> float:
+        """Largest or smallest value of a followed quantity so far."""
+        return self.extremes.of(name).value
 
     def _largest_step(self) -> float:
         """A share of a turn, or of the span; films with a memory are first order in it and need it short.
@@ -293,9 +343,11 @@ class Run:
         and where nothing else moves, which costs next to nothing, a tenth of it.
         """
         share = REMEMBERED_SHARE if self.mechanism.structure.remembering else LARGEST_SHARE
+        if self.mechanism.size == 0:  # no error bounds the step, and extremes are looked for step by step
+            share = PRESCRIBED_SHARE
         longest = min(self.mechanism.scene.turn or self.span.until, self.span.until) * share
         if any(getattr(load, "motion", None) is not None for load in self.mechanism.scene.loads):
-            longest = min(longest, self.clock[self.loop.SAMPLE_EVERY] * (1.0 if self.mechanism.size else 0.1))
+            longest = min(longest, self.clock[self.state.SAMPLE_EVERY] * (1.0 if self.mechanism.size else 0.1))
         return longest
 
     def take(self, method: str) -> None:
@@ -321,9 +373,9 @@ class Run:
         """The explicit method of an automatic choice is held up by stability: go on with an implicit one."""
         method, t = _implicit(self.rtol, stages_only=True), self.types
         LOG.info("stiff: going on with %s", method)
-        self.reason = f"explicit at first; stiff, so implicit from t = {self.clock[self.loop.TIME]:.6g} s on"
+        self.reason = f"explicit at first; stiff, so implicit from t = {self.clock[self.state.TIME]:.6g} s on"
         self.method = f"{self.method}, {method}"
-        self.place[self.loop.MAY_SWITCH] = self.place[self.loop.STIFF_STEPS] = 0
+        self.place[self.state.MAY_SWITCH] = self.place[self.state.STIFF_STEPS] = 0
         self.control[t.STIFFNESS] = 0.0
         self.take(method)
 
@@ -337,11 +389,11 @@ class Run:
         Otherwise a rate that is right to rtol of its natural size would leave the film's force, damping times rate,
         wrong by much more.
         """
-        mechanism, loop = self.mechanism, self.loop
+        mechanism, state = self.mechanism, self.state
         films = {j: at for j, at in mechanism.places.items() if j.film is not None}
         if not films:
             return
-        self.contacts[:, loop.PULL] = pull = mechanism.acceleration
+        self.contacts[:, state.PULL] = pull = mechanism.acceleration
         rhs, work, p = mechanism.kernel("rhs"), self.work, mechanism.coordinates
         rest = mechanism.y0.copy()
         for at in mechanism.places.values():
@@ -357,7 +409,7 @@ class Run:
                 if damping * self.scale[k] > pull:
                     self.scale[k] = pull / damping
             row = self.contacts[mechanism.scene.clearance_joints.index(joint)]
-            row[loop.RATE_X], row[loop.RATE_Y] = self.scale[p + at], self.scale[p + at + 1]
+            row[state.RATE_X], row[state.RATE_Y] = self.scale[p + at], self.scale[p + at + 1]
 
     def advance(self) -> int:
         """One call of the compiled loop; `wall` sums the time spent there."""
@@ -365,7 +417,8 @@ class Run:
         code = self.loop.run(
             *self.functions, self.mechanism.par, self.work, self.y, self.f, self.scale, self.band, self.control,
             self.counts, self.clock, self.place, self.contacts, self.impacts, self.log, self.times, self.rows,
-            self.dense, self.vector, self.matrix, self.complexes, self.scratch, self.budget,
+            self.dense, self.vector, self.matrix, self.complexes, self.peaks, self.best, self.when, self.angles,
+            self.turned, self.ledger, self.looks, self.scratch, self.budget,
         )  # fmt: skip
         self.wall += clock_of_the_wall.perf_counter() - began
         if code == codes.STIFF:
@@ -375,16 +428,16 @@ class Run:
 
     def trajectory(self) -> tuple[np.ndarray, np.ndarray, int]:
         """Run to the end in memory: times, rows (states, where the run has no outputs) and the last status code."""
-        loop, place, code = self.loop, self.place, codes.RUNNING
+        state, place, code = self.state, self.place, codes.RUNNING
         times, rows = [], []
         self.wall = 0.0
         with Held() as held:
             while code == codes.RUNNING:
                 code = self.advance()
-                times.append(self.times[: place[loop.ROWS]].copy())
-                rows.append(self.rows[: place[loop.ROWS]].copy())
-                self.contact_count += place[loop.EVENTS]
-                place[loop.ROWS] = place[loop.EVENTS] = place[loop.LOGGED] = 0
+                times.append(self.times[: place[state.ROWS]].copy())
+                rows.append(self.rows[: place[state.ROWS]].copy())
+                self.contact_count += place[state.EVENTS]
+                place[state.ROWS] = place[state.EVENTS] = place[state.LOGGED] = 0
                 held.check()
         return np.concatenate(times), np.concatenate(rows), code
 
@@ -405,7 +458,7 @@ class Run:
                 sink = self._sink(path, channels, compression, checkpoint)
                 failure = self.record(sink, progress, checkpoint, held.check)
         except Unwritable as error:
-            failure = f"at t = {self.clock[self.loop.TIME]:.9g} s: {error}; {_left(sink, path)}"
+            failure = f"at t = {self.clock[self.state.TIME]:.9g} s: {error}; {_left(sink, path)}"
             if sink is None or not sink.placed:
                 raise SimulationError(failure, None) from None
         except KeyboardInterrupt as error:
@@ -435,13 +488,10 @@ class Run:
         of output, raises KeyboardInterrupt where the run shall end. Raises Unwritable where a file takes no more; like
         an interrupt it comes when what was computed before is kept, if it can be.
         """
-        writer = Recorder(
-            self.mechanism.structure.channels, sink, self.span.until, self.mechanism.scene.turn, self._watch(),
-            self.rtol * self._energy_scale(),
-        )  # fmt: skip
+        writer = Recorder(self.mechanism.structure.channels, sink, True, self.rtol * self._energy_scale())
         if every is not None and (kept := sink.begin()) is not None:
             restore(self, writer, kept)
-            LOG.info("going on from t = %.6g s", self.clock[self.loop.TIME])
+            LOG.info("going on from t = %.6g s", self.clock[self.state.TIME])
         began, failure = clock_of_the_wall.perf_counter(), None
         cut = began
         code = codes.RUNNING
@@ -457,17 +507,17 @@ class Run:
                 elif self.spoilt:
                     code = codes.NOT_FINITE
                 if progress is not None:
-                    progress(self.clock[self.loop.TIME] / self.span.until)
+                    progress(self.clock[self.state.TIME] / self.span.until)
                 if every is not None and code == codes.RUNNING and clock_of_the_wall.perf_counter() - cut > every:
                     sink.cut(state_of(self, writer))
                     cut = clock_of_the_wall.perf_counter()
             if code != codes.DONE:
                 failure = self._failure(code, writer)
         except KeyboardInterrupt as request:
-            failure = f"{ended(request)} at t = {self.clock[self.loop.TIME]:.9g} s"
+            failure = f"{ended(request)} at t = {self.clock[self.state.TIME]:.9g} s"
             raise
         except Unwritable as error:
-            failure = f"at t = {self.clock[self.loop.TIME]:.9g} s: {error}"
+            failure = f"at t = {self.clock[self.state.TIME]:.9g} s: {error}"
             raise
         finally:
             self._open_contacts(writer)
@@ -476,12 +526,12 @@ class Run:
             summary = self._summary(wall) | {"energy_residual_share": writer.residual_share()}
             for joint, source in self.mechanism.sources.items():
                 writer.know(f"joints/{joint.name}", **source.facts())
-            writer.close(finished, summary, self._warnings(writer))
+            writer.close(finished, summary, self._warnings(writer), self.extremes)
         return failure
 
     def _drain(self, writer: Recorder) -> None:
-        loop, place = self.loop, self.place
-        rows = self.rows[: place[loop.ROWS]]
+        state, place = self.state, self.place
+        rows = self.rows[: place[state.ROWS]]
         bad = ~np.isfinite(rows).all(axis=1)
         good = int(np.argmax(bad)) if bad.any() else len(rows)
         if good < len(rows):
@@ -490,17 +540,10 @@ class Run:
             before = self.times[good - 1] if good else writer.last[0] if writer.last else self.times[good]
             self.spoilt = self._lost(before, self.times[good]) or self.spoilt
         writer.samples(self.times[:good], rows[:good])
-        writer.passed(*(values[::-1][: place[loop.PASSED]] for values in (self.times, self.rows)))
-        writer.impacts(self._names(), self.impacts[: place[loop.EVENTS]])
-        writer.steps(self.log[: place[loop.LOGGED]])
-        place[loop.ROWS] = place[loop.PASSED] = place[loop.EVENTS] = place[loop.LOGGED] = 0
+        writer.impacts(self._names(), self.impacts[: place[state.EVENTS]])
+        writer.steps(self.log[: place[state.LOGGED]])
+        place[state.ROWS] = place[state.EVENTS] = place[state.LOGGED] = 0
         writer.flush()
-
-    def _watch(self) -> bool:
-        """Have the outputs seen at the end of every step too, unless each look solves a film."""
-        watched = not any(isinstance(s, Answerer) for s in self.mechanism.sources.values())
-        self.place[self.loop.WATCHED] = watched
-        return watched
 
     def _notice_interrupt(self) -> None:
         """An interrupt that came while a film was being solved cannot pass through compiled code by itself."""
@@ -513,12 +556,12 @@ class Run:
 
     def _open_contacts(self, writer: Recorder) -> None:
         """Contacts that the end of the run cuts off."""
-        loop, now = self.loop, self.clock[self.loop.TIME]
-        rows = [
-            (j, c[loop.SINCE], c[loop.IMPACT_SPEED], c[loop.PEAK_FORCE], c[loop.PENETRATION], now - c[loop.SINCE], 0.0)
-            for j, c in enumerate(self.contacts)
-            if c[loop.TOUCHING] > 0.0
-        ]
+        state, now = self.state, self.clock[self.state.TIME]
+        rows = []
+        for j, c in enumerate(self.contacts):
+            if c[state.TOUCHING] > 0.0:
+                force, depth = self.peaks[int(c[state.PEAKS]) :][:2, state.VALUE]
+                rows.append((j, c[state.SINCE], c[state.IMPACT_SPEED], force, depth, now - c[state.SINCE], 0.0))
         writer.impacts(self._names(), np.array(rows), "open_contact")
 
     def _failure(self, code: int, writer: Recorder) -> str:
@@ -530,7 +573,7 @@ class Run:
             return self.spoilt
         for joint, source in self.mechanism.sources.items():
             if isinstance(source, Answerer) and source.failure is not None:
-                return f"at t = {self.clock[self.loop.TIME]:.9g} s: {joint.label()}: its film: {source.failure}"
+                return f"at t = {self.clock[self.state.TIME]:.9g} s: {joint.label()}: its film: {source.failure}"
         joints, moving = self.mechanism.scene.clearance_joints, self.mechanism.eccentric
         count = len(self.mechanism.structure.plan.free)
         states = [
@@ -541,21 +584,21 @@ class Run:
             f"{c.body.name} {c.what} = {v:.6g}"
             for c, v in zip(self.mechanism.structure.plan.free, self.y, strict=False)
         ]
-        ended = self.place[self.loop.FAILED_JOINT]
+        ended = self.place[self.state.FAILED_JOINT]
         thin = [i for i, j in enumerate(joints) if j.contact is None and j in moving and self._gap(j) < THIN]
         if code == codes.STEP_TOO_SMALL and thin:
             code, ended = codes.FILM_LEFT, thin[0]
         where = f"joint {joints[ended].name}: " if code == codes.FILM_LEFT else ""
-        time, what = self.clock[self.loop.TIME], f"{where}{codes.MESSAGES[code]}"
+        time, what = self.clock[self.state.TIME], f"{where}{codes.MESSAGES[code]}"
         if code in (codes.STEP_TOO_SMALL, codes.NOT_FINITE):
-            if lost := self._lost(time, time + self.clock[self.loop.LARGEST]):
+            if lost := self._lost(time, time + self.clock[self.state.LARGEST]):
                 return lost
             what = self._no_number() or what
         return f"at t = {time:.9g} s: {what} ({'; '.join(states) or 'no free state'})"
 
     def _no_number(self) -> str | None:
         """What has no value where the run cannot go on: at its last state, or a step or a million of them further."""
-        time, step = self.clock[self.loop.TIME], self.clock[self.loop.STEP_SIZE]
+        time, step = self.clock[self.state.TIME], self.clock[self.state.STEP_SIZE]
         found = no_number(self.mechanism, self.work, time, self.y)
         for further in (1.0, 1e2, 1e4, 1e6) if np.isfinite(self.f).all() else ():
             h = further * step
@@ -576,14 +619,14 @@ class Run:
         at = self.mechanism.places[joint]
         return 1.0 - math.hypot(*self.y[at : at + 2]) / joint.clearance
 
-    def _depths(self, writer: Recorder) -> dict:
-        """Largest penetration [m] of each clearance joint so far, of samples and contacts; negative: never touched."""
-        joints = {f"joints/{j.name}": j for j in self.mechanism.scene.clearance_joints if writer.last is not None}
-        return {j: max(writer.depths.get(g, -math.inf), -writer.lowest(f"{g}/gap")) for g, j in joints.items()}
+    def _depths(self) -> dict:
+        """Largest penetration [m] of each clearance joint so far; negative: never touched."""
+        joints = self.mechanism.scene.clearance_joints if self.place[self.state.STARTED] else ()
+        return {j: -self._extreme(f"joints/{j.name}/gap_min") for j in joints}
 
     def _suspects(self, writer: Recorder) -> str:
         """Why an energy ledger may not close: impossible penetrations, else what this scene can do."""
-        if deep := [*filter(None, (depth_warning(j, depth) for j, depth in self._depths(writer).items()))]:
+        if deep := [*filter(None, (depth_warning(j, depth) for j, depth in self._depths().items()))]:
             return "; ".join(deep)
         found = []
         if any(g.closures for g in self.mechanism.structure.plan.groups):
@@ -598,7 +641,7 @@ class Run:
         found = [doubt for j in self.mechanism.scene.joints for doubt in j.doubts()]
         if self.method == "dop853" and any(j.film is not None for j in joints):
             found.append("method dop853 is explicit: a thin film forces it to very small steps; radau suits this scene")
-        elif self.method == "dop853" and self.place[self.loop.STIFF_STEPS] >= self.loop.STIFF_ENOUGH:
+        elif self.method == "dop853" and self.place[self.state.STIFF_STEPS] >= self.loop.STIFF_ENOUGH:
             found.append("method dop853 is explicit and its steps are held up by stability; radau suits this scene")
         found += filter(None, map(self._too_sharp, self.mechanism.scene.joints))
         residual = writer.residual_share()
@@ -607,17 +650,19 @@ class Run:
                 f"the energy ledger does not close: {residual:.2g} of the energy turned over is missing: "
                 f"{self._suspects(writer)}"
             )
-        for joint in joints if writer.last is not None else ():
+        for joint in joints if self.place[self.state.STARTED] else ():
             group = f"joints/{joint.name}"
+            gap = self._extreme(f"{group}/gap_min")
             if joint.film is not None:
-                found += writer.regime(joint).warnings(joint)
+                found += writer.regime(joint, self._extreme(f"{group}/film_pressure_max"), gap).warnings(joint)
             source = self.mechanism.sources.get(joint)
             if isinstance(source, Answerer):
-                doubt = source.doubt(1.0 - writer.lowest(f"{group}/gap") / joint.clearance)
+                doubt = source.doubt(1.0 - gap / joint.clearance)
                 found += [f"{joint.label()}: mesh of the film: {doubt}"] if doubt else []
-            if joint.transition is not None and writer.lowest(f"{group}/gap") < FULL_FILM * (joint.roughness or 0.0):
-                found += filter(None, [hole_warning(joint, self.mechanism.frequency, writer.peak(group))])
-        for joint, depth in self._depths(writer).items():
+            if joint.transition is not None and gap < FULL_FILM * (joint.roughness or 0.0):
+                force = self._extreme(f"{group}/force_max")
+                found += filter(None, [hole_warning(joint, self.mechanism.frequency, force)])
+        for joint, depth in self._depths().items():
             found += filter(None, [depth_warning(joint, depth) or _beyond(joint, depth)])
         return found
 
@@ -639,7 +684,7 @@ class Run:
         for joint in self.mechanism.structure.remembering:
             raise ValueError(f"{joint.label()}: its film has a memory that no checkpoint keeps; leave out checkpoint")
         found = {n: getattr(self, n) for n in ("rtol", "method")} | vars(self.span)
-        more = {"max_step": self.clock[self.loop.LARGEST], "max_steps": int(self.place[self.loop.STEP_LIMIT])}
+        more = {"max_step": self.clock[self.state.LARGEST], "max_steps": int(self.place[self.state.STEP_LIMIT])}
         return found | more | {"channels": channels and list(channels), "compression": compression}
 
     def attributes(self) -> dict:

@@ -27,8 +27,8 @@ def fixed_step_error(method, steps, reference):
     from clearance.simulation import Run, Span
 
     run = Run(build(pendulum()), Span(1.0, 2), 0.05, (method, "test"))
-    run.clock[run.loop.LARGEST] = 1.0 / steps
-    run.clock[run.loop.STEP_SIZE] = 1.0 / steps
+    run.clock[run.state.LARGEST] = 1.0 / steps
+    run.clock[run.state.STEP_SIZE] = 1.0 / steps
     run.control[run.types.RTOL], run.control[run.types.NEWTON_TOLERANCE] = 1e3, 1e-18
     result = run.to_file(None, None)
     run_steps = result.solver["steps"]
@@ -165,16 +165,16 @@ def advanced(scene, until, rtol, step):
     from clearance.simulation import Run, Span
 
     run = Run(build(scene), Span(until, 2), rtol, ("dop853", "test"))
-    loop, found, touching = run.loop, [], np.zeros(len(run.contacts))
+    places, found, touching = run.state, [], np.zeros(len(run.contacts))
     monitor = run.mechanism.kernel("events")
     values = np.zeros(3 * len(run.contacts))
     while step(run) == 0:
-        now = run.contacts[:, loop.TOUCHING].copy()
+        now = run.contacts[:, places.TOUCHING].copy()
         if (now != touching).any():
-            monitor(run.clock[loop.TIME], run.y, run.mechanism.par, run.work, values)
-            found.append((run.clock[loop.TIME], np.flatnonzero(now != touching), now, values.copy()))
+            monitor(run.clock[places.TIME], run.y, run.mechanism.par, run.work, values)
+            found.append((run.clock[places.TIME], np.flatnonzero(now != touching), now, values.copy()))
         touching = now
-        run.place[loop.ROWS] = run.place[loop.EVENTS] = run.place[loop.LOGGED] = 0
+        run.place[places.ROWS] = run.place[places.EVENTS] = run.place[places.LOGGED] = 0
     return found, run
 
 

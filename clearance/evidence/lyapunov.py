@@ -182,21 +182,21 @@ class _Motion:
         self.run = Run(mechanism, Span(until, 2), rtol, choose_method(mechanism, "auto", rtol), outputs=False)
 
     def advance(self, time: float) -> None:
-        run, loop, code = self.run, self.run.loop, status.RUNNING
-        run.clock[loop.END] = time
+        run, state, code = self.run, self.run.state, status.RUNNING
+        run.clock[state.END] = time
         while code == status.RUNNING:
             code = run.advance()
-            run.place[loop.ROWS] = run.place[loop.EVENTS] = run.place[loop.LOGGED] = 0
+            run.place[state.ROWS] = run.place[state.EVENTS] = run.place[state.LOGGED] = 0
         if code != status.DONE:
-            raise NotSolved(f"at t = {run.clock[loop.TIME]:.6g} s: {status.MESSAGES[code]}")
+            raise NotSolved(f"at t = {run.clock[state.TIME]:.6g} s: {status.MESSAGES[code]}")
         # the last step may have been a sliver; the next ones shall not begin from its size
-        run.clock[loop.STEP_SIZE] = max(run.clock[loop.STEP_SIZE], SLIVER * run.clock[loop.LARGEST])
+        run.clock[state.STEP_SIZE] = max(run.clock[state.STEP_SIZE], SLIVER * run.clock[state.LARGEST])
 
     @property
     def touching(self) -> np.ndarray:
         """Which joints are in a contact that began with an impact (shape joints)."""
-        contacts, loop = self.run.contacts, self.run.loop
-        return (contacts[:, loop.KIND] == loop.CONTACT) & (contacts[:, loop.TOUCHING] > 0.0)
+        contacts, state = self.run.contacts, self.run.state
+        return (contacts[:, state.KIND] == state.CONTACT) & (contacts[:, state.TOUCHING] > 0.0)
 
 
 class _Companion(_Motion):
@@ -218,12 +218,12 @@ class _Companion(_Motion):
         """
         own, other, joints = self.run, motion.run, self.touching.size
         apart = own.y - other.y
-        lasted = other.clock[other.loop.TIME] - other.contacts[:, other.loop.SINCE]
+        lasted = other.clock[other.state.TIME] - other.contacts[:, other.state.SINCE]
         both = self.touching & motion.touching & (lasted < self.lasting)
         memory = np.where(both, own.work[:joints] - other.work[:joints], 0.0)
         d = math.sqrt(np.sum((apart / self.scale) ** 2) + np.sum((memory / self.speeds) ** 2))
         if not 0.0 < d < math.inf:
-            raise NotSolved(f"at t = {own.clock[own.loop.TIME]:.6g} s: the companion is {d:g} away from the motion")
+            raise NotSolved(f"at t = {own.clock[own.state.TIME]:.6g} s: the companion is {d:g} away from the motion")
         grown, self.last = math.log(d / self.last), d
         if np.array_equal(self.touching, motion.touching) or d > FAR:
             factor = self.distance / d
@@ -235,11 +235,11 @@ class _Companion(_Motion):
 
     def _restart(self, y: np.ndarray) -> None:
         """Go on from another state: what the stepper kept of its last steps is forgotten."""
-        run, loop, t = self.run, self.run.loop, self.run.types
+        run, state, t = self.run, self.run.state, self.run.types
         run.y[:] = y
-        run.mechanism.kernel("rhs")(run.clock[loop.TIME], run.y, run.mechanism.par, run.work, run.f)
+        run.mechanism.kernel("rhs")(run.clock[state.TIME], run.y, run.mechanism.par, run.work, run.f)
         run.counts[[t.JACOBIAN_STATE, t.LU_STATE, t.HAS_PREDICTOR]] = 0
-        run.control[t.LAST_H] = run.clock[loop.LAST_STEP] = 0.0
+        run.control[t.LAST_H] = run.clock[state.LAST_STEP] = 0.0
 
 
 # --- showing

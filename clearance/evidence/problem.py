@@ -81,7 +81,7 @@ class Problem:
         run.y[:] = self.start(displacement)
         _, rows, code = run.trajectory()
         if code != status.DONE:
-            raise NotSolved(f"at t = {run.clock[run.loop.TIME]:.6g} s: {status.MESSAGES[code]}")
+            raise NotSolved(f"at t = {run.clock[run.state.TIME]:.6g} s: {status.MESSAGES[code]}")
         counts = run.counts
         t = run.types
         return Solution(rows, run.wall, int(counts[t.STEPS]), int(counts[t.EVALUATIONS]), int(run.contact_count))

@@ -6,20 +6,64 @@ stepper keeps its order; the impact speed is frozen in `work` when a contact sta
 """
 
 import math
-from collections import namedtuple
 
 from clearance.stepping import status
+from clearance.stepping.locating import begin_looking, contact_peak, look, look_again, unwind
+from clearance.stepping.state import (
+    BEGIN,
+    CLEARANCE,
+    COMMITS,
+    CONTACT,
+    CONTACT_STEP,
+    COORDINATE,
+    DAMPING,
+    END,
+    EVENTS,
+    FAILED_JOINT,
+    FILM,
+    FLIPS,
+    FREE_STEP,
+    IMPACT_SPEED,
+    KIND,
+    LARGEST,
+    LAST_ERROR,
+    LAST_REFUSAL,
+    LAST_STEP,
+    LOG_COLUMNS,
+    LOGGED,
+    MAY_SWITCH,
+    MILD_STEPS,
+    PULL,
+    RATE_X,
+    REFUSALS,
+    REMEMBERING,
+    ROWS,
+    SAMPLE,
+    SAMPLE_EVERY,
+    SAMPLES,
+    SINCE,
+    STARTED,
+    STEP_LIMIT,
+    STEP_SIZE,
+    STIFF_STEPS,
+    TIME,
+    TOUCHING,
+    WATCHED,
+    Calls,
+    State,
+    attempt,
+    copy,
+    evaluate,
+    interpolate,
+    invalidate,
+)
 from clearance.stepping.types import (
     COORDINATES,
     EFFORT,
     ERROR,
     EVALUATIONS,
-    HAS_PREDICTOR,
     INTEGERS,
-    JACOBIAN_STATE,
     KERNEL,
-    LAST_H,
-    LU_STATE,
     MATRIX,
     ORDER,
     RATE,
@@ -37,27 +81,14 @@ from clearance.stepping.types import (
     step_at,
 )  # fmt: skip
 
-# entries of `clock`
-TIME, STEP_SIZE, END, LARGEST, SAMPLE_EVERY, BEGIN, CONTACT_STEP, FREE_STEP, LAST_STEP, LAST_ERROR = range(10)
-CLOCK_SIZE = 10
-# entries of `place`
-SAMPLE, SAMPLES, ROWS, LOGGED, EVENTS, STEP_LIMIT, STARTED, COMMITS, LAST_REFUSAL, FAILED_JOINT, FLIPS = range(11)
-REFUSALS, INTERPOLATED, STIFF_STEPS, MILD_STEPS, MAY_SWITCH, REMEMBERING, WATCHED, PASSED = range(11, 19)
-PLACE_SIZE = 19
-# columns of `contacts`, the running record of each joint, and of `impacts`, the finished ones
-TOUCHING, SINCE, IMPACT_SPEED, PENETRATION, PEAK_FORCE, KIND, COORDINATE, CLEARANCE = range(8)
-RATE_X, RATE_Y, PULL, DAMPING = range(8, 12)  # natural rates, natural acceleration, largest damping of late [1/s]
-FILM, CONTACT, BLENDED = range(3)  # kinds: never beyond the wall; with a first touch; with neither
-CONTACT_COLUMNS = 12
-IMPACT_COLUMNS = 7  # joint, time, impact speed, peak force, penetration, duration, separation speed
-LOG_COLUMNS = 3  # time at the end, step, error over tolerance
-
 PROBES = 8  # interior places where a step is searched for contact
 FLIP_LIMIT = 100  # contact changes without advance in time before the run counts as stuck
 SQUEEZE = 0.05  # smallest part of a film that a step may leave
 FILM_ERROR = 0.05  # error of an eccentricity, at most this share of the film left; likewise of its rate
 FORGET = 0.3  # what of a film's damping is remembered from one step to the next
 DOMAIN_LEFT = 3  # refusal of a step that takes a journal out of its film
+ALIGNMENTS = 60  # steps made to end one on an event, at most
+RESOLVED = 1e-15  # share of the time below which two events are one
 FREE = -1.0  # in the place of the impact speed: this joint is not in contact
 BAND = 1e-13  # dead band of a touch, relative to the clearance
 SMALLEST = 4e-16  # step over time that still advances the clock; the layer a film forms at the start needs short ones
@@ -67,67 +98,11 @@ NEWTON_FAILED = 0.5  # the step after one whose equations could not be solved
 UNSTABLE, STIFF_ENOUGH = 6.1, 200  # stiffness at DOP853's stability limit, and steps there that call for a change
 GOOD_RATE = 0.2  # a rate of convergence that Newton's method should not exceed in the next step
 
-# what a run is made of: the compiled functions it calls, and its arrays
-Calls = namedtuple("Calls", "step interpolant rhs jacobian events commit observe")
-State = namedtuple(
-    "State",
-    "par work y f scale band control counts clock place contacts impacts log times rows dense vector matrix complexes "
-    "y_new f_new trial before after probed found",
-)
-
-
-@inline
-def copy(source, target):
-    for i in range(source.size):
-        target[i] = source[i]
-
-
-# --- one step and its dense output
-@inline
-def attempt(call, s, t, h):
-    """One step of the method from the present state; 0 if it worked (its error may still be too large)."""
-    s.place[INTERPOLATED] = 0
-    return call.step(
-        call.rhs, call.jacobian, t, h, s.y, s.f, s.par, s.work, s.y_new, s.f_new, s.dense, s.scale, s.control, s.counts,
-        s.vector, s.matrix, s.complexes,
-    )  # fmt: skip
-
-
-@inline
-def interpolate(call, s, t, h):
-    """Prepare the dense output of the step just made, unless it stands ready."""
-    if s.place[INTERPOLATED] == 1:
-        return
-    s.place[INTERPOLATED] = 1
-    call.interpolant(
-        call.rhs, call.jacobian, t, h, s.y, s.f, s.par, s.work, s.y_new, s.f_new, s.dense, s.scale, s.control, s.counts,
-        s.vector, s.matrix, s.complexes,
-    )  # fmt: skip
-
-
-@inline
-def evaluate(s, theta):
-    """Dense output at theta in [0, 1], into s.trial."""
-    for i in range(s.y.size):
-        value = 0.0
-        for r in range(7, 0, -1):
-            value += s.dense[r, i]
-            value *= theta if r % 2 == 1 else 1.0 - theta
-        s.trial[i] = s.dense[0, i] + value
-
-
 @inline
 def probe(call, s, t, h, theta):
     """Penetration, its rate and the contact force of every joint at theta of the last step, into s.found."""
     evaluate(s, theta)
     call.events(t + theta * h, s.trial, s.par, s.work, s.found)
-
-
-@inline
-def invalidate(s):
-    """Forget what the method kept from earlier steps."""
-    s.counts[JACOBIAN_STATE] = s.counts[LU_STATE] = s.counts[HAS_PREDICTOR] = 0
-    s.control[LAST_H] = 0.0
 
 
 # --- contact events
@@ -225,68 +200,40 @@ def nudge(call, s, t, shift):
 
 @inline
 def aligned(call, s, t, h, event, theta):
-    """Make the step again so that it ends on the event, correcting its end by the residual penetration.
+    """Make the step again so that it ends on the event. Returns (its size, whether the event is at its end).
 
-    Returns its size: 0 where the event is at the very start, negative where the step failed.
+    The size is that of the step made last, moved by no more than `nudge` can: clock and state never part. It is 0 where
+    the event is at the very start, negative where the step failed. Newton's method on the penetration at the end, or
+    bisection where that leaves the bracket; a step that does not reach the event, as at a graze, ends without one.
     """
-    size = theta * h
-    for _ in range(4):
+    wanted = -1.0 if s.contacts[event, TOUCHING] > 0.0 else 1.0
+    size, low, high, passed = theta * h, 0.0, h, False
+    made, value = 0.0, 0.0
+    for _ in range(ALIGNMENTS):
         invalidate(s)
-        if size <= 1e-15 * max(abs(t), h):
-            return 0.0
+        if size <= RESOLVED * max(abs(t), h):
+            return 0.0, True
         if attempt(call, s, t, size) != 0 or s.control[ERROR] > 1.0:
-            return -size
+            return -size, False
+        made = size
         call.events(t + size, s.y_new, s.par, s.work, s.after)
-        value, rate = s.after[3 * event], s.after[3 * event + 1]
-        if abs(value) <= 1e-2 * s.band[event] or not abs(value) < 0.5 * size * abs(rate):
-            break
-        shift = -value / rate
-        size += shift
+        value, rate = wanted * s.after[3 * event], wanted * s.after[3 * event + 1]
+        if abs(value) <= 1e-2 * s.band[event]:
+            return size, True
+        if value > 0.0:
+            high, passed = size, True
+        else:
+            low = size
+        shift = -value / rate if rate > 0.0 else math.inf
         if abs(shift) < min(1e-6, 1e-3 * s.control[RTOL]) * size:
             nudge(call, s, t + size, shift)
-            break
-    return size
-
-
-@inline
-def golden(call, s, t, h, entry, theta):
-    """Largest value of one entry of s.found around theta, by golden-section search."""
-    low, high, best = max(theta - 1.0 / PROBES, 0.0), min(theta + 1.0 / PROBES, 1.0), 0.0
-    for _ in range(40):
-        a, b = low + 0.381966 * (high - low), low + 0.618034 * (high - low)
-        probe(call, s, t, h, a)
-        left = s.found[entry]
-        probe(call, s, t, h, b)
-        right = s.found[entry]
-        if left > right:
-            high = b
-        else:
-            low = a
-        best = max(best, left, right)
-    return best
-
-
-@inline
-def track_peaks(call, s, t, h):
-    """Largest penetration and force of the contacts going on; a probe above both neighbours is refined."""
-    for p in range(PROBES + 1):
-        probe(call, s, t, h, p / PROBES)
-        for j in range(s.contacts.shape[0]):
-            if s.contacts[j, TOUCHING] == 0.0:
-                continue
-            for quantity, column in ((0, PENETRATION), (2, PEAK_FORCE)):
-                entry = 3 * j + quantity
-                value, last, middle = s.found[entry], s.before[entry], s.probed[entry]
-                # at the start of a step only its right side is seen: a fall from the largest value so far is a peak too
-                falls = middle > value and (middle >= last if p > 1 else middle >= s.contacts[j, column])
-                bends = p == PROBES and value > middle and 3.0 * value - 4.0 * middle + last < 0.0
-                best = value
-                if p > 0 and (falls and middle >= s.contacts[j, column] or bends):
-                    best = max(value, golden(call, s, t, h, entry, (p if bends else p - 1) / PROBES))
-                    probe(call, s, t, h, p / PROBES)
-                s.contacts[j, column] = max(s.contacts[j, column], best)
-        copy(s.probed, s.before)
-        copy(s.found, s.probed)
+            return size + shift, True
+        if not low < size + shift < high:
+            if not passed or high - low <= RESOLVED * max(abs(t), h):
+                return size, value > 0.0
+            shift = 0.5 * (low + high) - size
+        size += shift
+    return made, value > 0.0
 
 
 @inline
@@ -296,14 +243,13 @@ def switch(s, joint, t, values):
     if contact[TOUCHING] > 0.0:
         row = s.impacts[s.place[EVENTS]]
         row[0], row[1], row[2] = joint, contact[SINCE], contact[IMPACT_SPEED]
-        row[3], row[4] = contact[PEAK_FORCE], contact[PENETRATION]
+        row[3], row[4] = contact_peak(s, joint, 0), contact_peak(s, joint, 1)
         row[5], row[6] = t - contact[SINCE], -values[3 * joint + 1]
         s.place[EVENTS] += 1
         contact[TOUCHING], s.work[joint] = 0.0, FREE
     else:
         contact[TOUCHING], contact[SINCE] = 1.0, t
         contact[IMPACT_SPEED] = max(values[3 * joint + 1], 0.0)
-        contact[PENETRATION] = contact[PEAK_FORCE] = 0.0
         s.work[joint] = contact[IMPACT_SPEED]
 
 
@@ -323,7 +269,7 @@ def sample(call, s, t, h):
         at = next_sample(s)
         if at > t + h:
             return True
-        if rows_full(s):
+        if s.place[ROWS] == s.times.size:
             return False
         if h == 0.0:
             copy(s.y, s.trial)
@@ -331,26 +277,13 @@ def sample(call, s, t, h):
             copy(s.y_new, s.trial)
         else:
             evaluate(s, (at - t) / h)
-        call.observe(at, s.trial, s.par, s.work, s.rows[s.place[ROWS]])
+        row = s.rows[s.place[ROWS]]
+        call.observe(at, s.trial, s.par, s.work, row)
+        unwind(s, row, at - t)
         s.times[s.place[ROWS]] = at
         s.place[ROWS] += 1
         s.place[SAMPLE] += 1
     return True
-
-
-@inline
-def rows_full(s):
-    """Whether the rows of samples, from the front, and of steps, from behind, leave room for one of a step only."""
-    return s.place[ROWS] + s.place[PASSED] + 1 >= s.times.size
-
-
-@inline
-def watch(call, s, t):
-    """Observe at the end of a step, whether or not it is a sample: for extremes and for the energy ledger."""
-    row = s.times.size - 1 - s.place[PASSED]
-    call.observe(t, s.y_new, s.par, s.work, s.rows[row])
-    s.times[row] = t
-    s.place[PASSED] += 1
 
 
 # --- step sizes
@@ -482,6 +415,8 @@ def change_phase(call, s, event, t):
     s.clock[STEP_SIZE] = kept if kept > 0.0 else first_step(call, s, t)
     s.clock[LAST_STEP] = 0.0
     invalidate(s)
+    if s.place[WATCHED] == 1:
+        look_again(call, s, t)
 
 
 # --- the loop
@@ -501,6 +436,8 @@ def begin(call, s):
     for i in range(s.f.size):
         if not math.isfinite(s.f[i]):
             return status.NOT_FINITE
+    if s.place[WATCHED] == 1:
+        begin_looking(call, s, t)
     sample(call, s, t, 0.0)
     s.clock[STEP_SIZE] = first_step(call, s, t)
     s.place[STARTED] = 1
@@ -516,38 +453,26 @@ def in_contact(s):
 
 
 @inline
-def compression(s):
-    """Whether a contact going on was being compressed when the step began: only then can its peaks lie inside it."""
-    for j in range(s.contacts.shape[0]):
-        if s.contacts[j, TOUCHING] > 0.0:
-            if s.before[3 * j + 1] >= 0.0:
-                return True
-            s.contacts[j, PENETRATION] = max(s.contacts[j, PENETRATION], s.before[3 * j], s.after[3 * j])
-            s.contacts[j, PEAK_FORCE] = max(s.contacts[j, PEAK_FORCE], s.before[3 * j + 2], s.after[3 * j + 2])
-    return False
-
-
-@inline
 def buffers_full(s):
-    return (
-        s.place[LOGGED] == s.log.shape[0] or s.place[EVENTS] + s.contacts.shape[0] > s.impacts.shape[0] or rows_full(s)
-    )
+    if s.place[LOGGED] == s.log.shape[0] or s.place[ROWS] == s.times.size:
+        return True
+    return s.place[EVENTS] + s.contacts.shape[0] > s.impacts.shape[0]
 
 
 @inline
-def accept(call, s, t, h):
-    """Take the step just made: sample, advance, log. False if the output buffer is full (the step is made again)."""
-    compressing = compression(s)
-    if compressing or s.place[SAMPLE] < s.place[SAMPLES] and next_sample(s) <= t + h:
+def accept(call, s, t, h, cut):
+    """Take the step just made: sample, look for extremes, advance, log; `cut`: an event ended it.
+
+    False if the output buffer is full (the step is made again).
+    """
+    if s.place[SAMPLE] < s.place[SAMPLES] and next_sample(s) <= t + h:
         interpolate(call, s, t, h)
-    if compressing:
-        track_peaks(call, s, t, h)
     if not sample(call, s, t, h):
         return False
     s.clock[TIME] = s.clock[END] if t + h >= s.clock[END] else t + h
     if s.place[WATCHED] == 1:
-        watch(call, s, s.clock[TIME])
-    if s.clock[LAST_STEP] == 0.0:  # the first step of a phase: where the next such phase starts
+        look(call, s, t, h)
+    if s.clock[LAST_STEP] == 0.0 and not cut:  # the first step of a phase: where the next such phase starts
         s.clock[CONTACT_STEP if in_contact(s) else FREE_STEP] = h
     copy(s.y_new, s.y)
     copy(s.f_new, s.f)
@@ -556,6 +481,8 @@ def accept(call, s, t, h):
     s.place[FLIPS] = 0
     row = s.log[s.place[LOGGED]]
     row[0], row[1], row[2] = s.clock[TIME], h, s.control[ERROR]
+    for i in range(s.ledger.size):
+        row[LOG_COLUMNS + i] = s.row[s.ledger[i]]
     s.place[LOGGED] += 1
     if s.place[COMMITS] > 0:
         call.commit(s.clock[TIME], s.y, s.par, s.work, s.work)
@@ -605,22 +532,27 @@ def advance(call, s):
         if near_contact(s, h):
             interpolate(call, s, t, h)
             event, theta = first_event(call, s, t, h)
-    if event >= 0:
-        h = aligned(call, s, t, h, event, theta)
+    cut, proposal = event >= 0, h
+    if cut:
+        h, reached = aligned(call, s, t, h, event, theta)
         if h < 0.0:
             shrink(s, -h, 0.5, 1)
             return status.RUNNING
         if h == 0.0:
             call.events(t, s.y, s.par, s.work, s.after)
-            switch(s, event, t, s.after)
+            change_phase(call, s, event, t)
             s.place[FLIPS] += 1
             return status.STEP_TOO_SMALL if s.place[FLIPS] > FLIP_LIMIT else status.RUNNING
-    if not accept(call, s, t, h):
+        if not reached:
+            event = -1
+    if not accept(call, s, t, h, cut):
         invalidate(s)
         return status.RUNNING
     grow(s, h)
     if event >= 0:
         change_phase(call, s, event, s.clock[TIME])
+    elif cut:
+        s.clock[STEP_SIZE] = proposal
     if stiff(s) and s.place[MAY_SWITCH] == 1:
         return status.STIFF
     return status.RUNNING
@@ -635,14 +567,15 @@ def copy_state(t, y, par, work, out):
 LOOP_SIGNATURE = int64(
     int64, int64, int64, int64, int64, int64, int64, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR,
     INTEGERS, VECTOR, INTEGERS, MATRIX, MATRIX, MATRIX, VECTOR, MATRIX, MATRIX, VECTOR, MATRIX, complex128[:, ::1],
-    MATRIX, int64,
+    MATRIX, MATRIX, MATRIX, int64[:, ::1], MATRIX, INTEGERS, MATRIX, MATRIX, int64,
 )  # fmt: skip
 
 
 @compiled(LOOP_SIGNATURE)
 def run(
     step, interpolant, rhs, jacobian, events, commit, observe, par, work, y, f, scale, band, control, counts,
-    clock, place, contacts, impacts, log, times, rows, dense, vector, matrix, complexes, scratch, budget,
+    clock, place, contacts, impacts, log, times, rows, dense, vector, matrix, complexes,
+    peaks, best, when, angles, turned, ledger, looks, scratch, budget,
 ):  # fmt: skip
     """Advance until done, failed, a buffer is full or `budget` trial steps are spent. Returns a status code.
 
@@ -655,8 +588,9 @@ def run(
     )  # fmt: skip
     s = State(
         par, work, y, f, scale, band, control, counts, clock, place, contacts, impacts, log, times, rows, dense, vector,
-        matrix, complexes, scratch[0, :size], scratch[1, :size], scratch[2, :size], scratch[3, :events_size],
-        scratch[4, :events_size], scratch[5, :events_size], scratch[6, :events_size],
+        matrix, complexes, peaks, best, when, angles, turned, ledger, looks[0], looks[1], scratch[0, :size],
+        scratch[1, :size], scratch[2, :size], scratch[3, :events_size], scratch[4, :events_size],
+        scratch[5, :events_size], scratch[6, :events_size],
     )  # fmt: skip
     answer = status.RUNNING
     if place[STARTED] == 0:

@@ -5,12 +5,12 @@ import dataclasses
 import numpy as np
 
 from clearance.evidence.variants import idealised
+from clearance.extremes import guides
 from clearance.loads import Drive
 from clearance.mechanism.build import build
 from clearance.scene import Scene
 from clearance.simulation import Run, Span, choose_method
 from clearance.stepping import status as codes
-from clearance.sweeping.metrics import guides
 
 MOST_KEPT = 64  # ideal motions kept in memory
 _made: dict[tuple, dict | None] = {}

@@ -1,14 +1,14 @@
 """Summary metrics of a run: what a map over speed and clearance shows.
 
 Each is computed over the window of a run: whole turns after the first `settle` ones; what there is, where that is less
-than a turn or no drive turns (`settle` is in seconds then). Extremes are those of samples and of the ends of all steps,
-these in the turns (hundredths of a run without, or several turns in runs of more than a hundred) that lie whole in the
-window; films solved as a run goes have samples only. Means are over time of samples, contacts count where they begin;
-names are made of body, drive and joint names:
+than a turn or no drive turns (`settle` is in seconds then). Extremes are located to the tolerance of the run, in its
+turns (hundredths of a run without, or several turns in runs of more than a hundred) that lie whole in the window;
+beside them samples count. Means are over time of samples, impacts count where they begin; names are made of body, drive
+and joint names:
 
   <body>_acceleration_min, _max   of bodies that slide on the ground, along their guide [m/s2]
   drive_<drive>_torque_min, _max, _rms (or force)                                       [N m] ([N])
-  joint_<joint>_force_max         largest force; between steps, at the peak of a contact, its normal force alone [N]
+  joint_<joint>_force_max         largest force                                          [N]
   joint_<joint>_force_rms         root mean square                                       [N]
   joint_<joint>_gap_min           smallest gap, negative where surfaces overlap          [m]
   joint_<joint>_eccentricity_ratio_max       largest eccentricity over clearance: 1 - gap_min / clearance [-]
@@ -35,6 +35,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearance import checks
+from clearance.extremes import along, guides
 from clearance.results import Record
 
 PERIODIC = 0.01  # distance over the clearance below which a journal counts as back
@@ -135,30 +136,14 @@ def metrics(record: Record, settle: float | None = None, ideal: dict | None = No
     return {name: Metric(float(value), units, text) for part in parts for name, value, units, text in part}
 
 
-def guides(scene: dict) -> dict[str, tuple[float, float]]:
-    """Direction, along the fixed axes, of the guide of each body that slides on the ground."""
-    found = {}
-    for joint in scene["joints"]:
-        if joint["type"] != "Prismatic":
-            continue
-        a, b = joint["a"]["body"], joint["b"]["body"]
-        x, y = joint["axis"]
-        if a == "ground":
-            found[b] = (x, y)
-        elif b == "ground":  # the axis is fixed in the body, which stands at minus the joint's angle
-            c, s = math.cos(joint["angle"]), math.sin(joint["angle"])
-            found[a] = (c * x + s * y, c * y - s * x)
-    return found
-
-
 def sliders(record: Record, window: Window, ideal: dict) -> Found:
     """How bodies on guides move, and how far that is from where ideal joints would have them."""
     for body, (dx, dy) in guides(record.scene).items():
         x, y, ax, ay = (record.values(f"bodies/{body}/{n}")[window.samples] for n in ("x", "y", "ax", "ay"))
         a = ax * dx + ay * dy
-        axis, along = ("x", dx) if abs(dx) >= abs(dy) else ("y", dy)  # it has no acceleration across the guide
+        axis, share = along((dx, dy))
         ends = record.extremes(f"bodies/{body}/a{axis}", *window.bounds(record))
-        low, high = sorted(end / along for end in ends)
+        low, high = sorted(end / share for end in ends)
         yield f"{body}_acceleration_min", low, "m/s2", f"smallest acceleration of {body} along its guide"
         yield f"{body}_acceleration_max", high, "m/s2", f"largest acceleration of {body} along its guide"
         if body in ideal:
@@ -195,19 +180,17 @@ def joints(record: Record, window: Window) -> Found:
             mine = events["joint"] == name
             contacts = {column: values[mine] for column, values in events.items()}
             contacts["begun"] = (contacts["time"] >= window.begin) & (contacts["time"] < window.end)
-            peak = max(peak, contacts["peak_force"][contacts["begun"]].max(initial=0.0))
         yield f"joint_{name}_force_max", peak, "N", f"largest force in joint {name}"
         yield f"joint_{name}_force_rms", math.sqrt(window.mean(squared)), "N", f"root mean square force in joint {name}"
         if contacts is not None:
-            yield from _gap(record, window, described[name], contacts)
+            yield from _gap(record, window, described[name])
             if described[name]["contact"]:
                 yield from _contact(record, window, described[name], contacts)
 
 
-def _gap(record: Record, window: Window, joint: dict, contacts: dict) -> Found:
+def _gap(record: Record, window: Window, joint: dict) -> Found:
     name, clearance, roughness = joint["name"], joint["clearance"], joint["roughness"]
-    gap, _ = record.extremes(f"joints/{name}/gap", *window.bounds(record))
-    gap = min(gap, -contacts["peak_penetration"][contacts["begun"]].max(initial=-math.inf))
+    gap = record.extreme(f"joints/{name}/gap_min", *window.bounds(record)).value
     yield f"joint_{name}_gap_min", gap, "m", f"smallest gap of joint {name}, negative in contact"
     ratio, text = 1.0 - gap / clearance, f"largest eccentricity over clearance of joint {name}"
     yield f"joint_{name}_eccentricity_ratio_max", ratio, "1", text

@@ -291,8 +291,8 @@ def long_runs():
             began = time.perf_counter()
             code = run.advance()
             clock += time.perf_counter() - began
-            marks.append((run.clock[run.loop.TIME] / scene.turn, clock))
-            run.place[run.loop.ROWS] = run.place[run.loop.EVENTS] = run.place[run.loop.LOGGED] = 0
+            marks.append((run.clock[run.state.TIME] / scene.turn, clock))
+            run.place[run.state.ROWS] = run.place[run.state.EVENTS] = run.place[run.state.LOGGED] = 0
         at = np.interp([0.0, 100.0, 900.0, 1000.0], *np.array(marks).T)
         first, last = at[1] / 100, (at[3] - at[2]) / 100
         steps = int(run.counts[run.types.STEPS])

@@ -1,0 +1,226 @@
+"""Extremes of a run's outputs, located on the dense output of its steps, and angles followed from step to step.
+
+A row of `peaks` follows one quantity, a channel or the length of a vector of two, times a sign: always its largest
+value is looked for. Each step's end is one look. A step is looked into only where its ends and the end before let a
+larger value lie inside: once in the middle, then at the summits of parabolas through three places ever closer to it. Rows of a joint belong to its contact going on; the others begin anew with each stretch of the run, whose values
+and times go to `best` and `when`.
+"""
+
+import math
+
+from clearance.stepping.state import (
+    CHANNEL,
+    EARLIER,
+    INTERVAL,
+    JOINT,
+    LAST,
+    MIDDLE,
+    NEXT,
+    PAIRED,
+    PEAKS,
+    SEARCHED,
+    SIGN,
+    STRETCH,
+    STRETCHES,
+    TOUCHING,
+    VALUE,
+    WHEN,
+    evaluate,
+    interpolate,
+)
+from clearance.stepping.types import inline
+
+ROUNDS = 3  # parabolas for one extreme, at most
+CLOSER = 0.1  # half the width of a parabola over that of the one before
+SETTLED = 0.03  # share of a parabola's half width: a summit that moved by less since the one before stays
+REACH = 0.6  # of the interval: a first summit further than this from its middle is outside
+EDGE = 1e-3  # of the interval: how near to its ends a summit is looked for
+SLIVER = 1e-9  # of a step: parts of it that are not looked into
+
+
+# --- angles
+@inline
+def unwind(s, row, ahead):
+    """Make the angles of a row continuous: whole turns by the mean of the rates here and at the last step's end."""
+    for k in range(s.angles.shape[0]):
+        angle = s.angles[k, 0]
+        expected = s.turned[k, 0] + 0.5 * ahead * (s.turned[k, 1] + row[s.angles[k, 1]])
+        row[angle] += 2.0 * math.pi * math.floor((expected - row[angle]) / (2.0 * math.pi) + 0.5)
+
+
+@inline
+def follow(s):
+    """Take the angles of s.row as those of the last step's end."""
+    for k in range(s.angles.shape[0]):
+        s.turned[k, 0], s.turned[k, 1] = s.row[s.angles[k, 0]], s.row[s.angles[k, 1]]
+
+
+# --- one quantity
+@inline
+def quantity(s, row, k):
+    """Value of a row of peaks in a row of outputs, times its sign."""
+    channel = int(s.peaks[k, CHANNEL])
+    value = row[channel]
+    if s.peaks[k, PAIRED] > 0.0:
+        value = math.sqrt(value * value + row[channel + 1] * row[channel + 1])
+    return s.peaks[k, SIGN] * value
+
+
+@inline
+def asleep(s, k):
+    """Rows of a contact are followed while it lasts."""
+    joint = int(s.peaks[k, JOINT])
+    return joint >= 0 and s.contacts[joint, TOUCHING] == 0.0
+
+
+@inline
+def offer(s, k, value, time):
+    if value > s.peaks[k, VALUE]:
+        s.peaks[k, VALUE], s.peaks[k, WHEN] = value, time
+
+
+@inline
+def observe_inside(call, s, t, h, theta):
+    """Outputs at theta of the last step, into s.look."""
+    evaluate(s, theta)
+    call.observe(t + theta * h, s.trial, s.par, s.work, s.look)
+
+
+@inline
+def seen_inside(call, s, t, h, k, theta):
+    """Value of a row of peaks at theta of the last step, taken in."""
+    observe_inside(call, s, t, h, theta)
+    value = quantity(s, s.look, k)
+    offer(s, k, value, t + theta * h)
+    return value
+
+
+@inline
+def may_peak(s, k, width):
+    """A larger value may lie inside an interval: not where it rises or falls throughout, nor where it bends too little.
+
+    The slope's change over the interval is taken as four times that of the chords, of this interval and of the last.
+    """
+    before, last, now = s.peaks[k, EARLIER], s.peaks[k, LAST], s.peaks[k, NEXT]
+    slope, back = (now - last) / width, s.clock[INTERVAL]
+    if back == 0.0:
+        return max(last, now) + abs(now - last) > s.peaks[k, VALUE]
+    change = 4.0 * abs(slope - (last - before) / back) * width / (width + back)
+    return abs(slope) <= change and max(last, now) + 0.25 * change * width > s.peaks[k, VALUE]
+
+
+@inline
+def refine(call, s, t, h, k, low, high):
+    """Largest value inside [low, high] of a step: summits of parabolas through three places ever closer to it."""
+    width = high - low
+    a, b, c = low, low + 0.5 * width, high
+    at_a, at_b, at_c = s.peaks[k, LAST], s.peaks[k, MIDDLE], s.peaks[k, NEXT]
+    offer(s, k, at_b, t + b * h)
+    span, ends = width, max(at_a, at_c)
+    for n in range(ROUNDS):
+        slope = (at_b - at_a) / (b - a)
+        bend = ((at_c - at_b) / (c - b) - slope) / (c - a)
+        if not bend < 0.0:
+            return
+        summit = 0.5 * (a + b) - 0.5 * slope / bend
+        if n == 0:
+            rise = at_a + (summit - a) * (slope + bend * (summit - b)) - ends
+            if abs(summit - b) > REACH * width or not ends + 2.0 * rise > s.peaks[k, VALUE]:
+                return
+        summit = min(max(summit, low + EDGE * width), high - EDGE * width)
+        value = seen_inside(call, s, t, h, k, summit)
+        if n > 0 and abs(summit - b) < SETTLED * span:
+            return
+        span *= CLOSER
+        a, b, c = max(low, summit - span), summit, min(high, summit + span)
+        at_a, at_b = seen_inside(call, s, t, h, k, a), value
+        at_c = seen_inside(call, s, t, h, k, c)
+
+
+# --- looks
+@inline
+def look_into(call, s, t, h, low, high, row):
+    """Extremes between low and high of the last step; row: outputs at high."""
+    width, searched = (high - low) * h, False
+    for k in range(s.peaks.shape[0]):
+        s.peaks[k, NEXT], s.peaks[k, SEARCHED] = quantity(s, row, k), 0.0
+        if asleep(s, k):
+            continue
+        offer(s, k, s.peaks[k, NEXT], t + high * h)
+        if may_peak(s, k, width):
+            s.peaks[k, SEARCHED], searched = 1.0, True
+    if searched:
+        interpolate(call, s, t, h)
+        observe_inside(call, s, t, h, 0.5 * (low + high))
+        for k in range(s.peaks.shape[0]):
+            s.peaks[k, MIDDLE] = quantity(s, s.look, k)
+        for k in range(s.peaks.shape[0]):
+            if s.peaks[k, SEARCHED] > 0.0:
+                refine(call, s, t, h, k, low, high)
+    for k in range(s.peaks.shape[0]):
+        s.peaks[k, EARLIER], s.peaks[k, LAST] = s.peaks[k, LAST], s.peaks[k, NEXT]
+    s.clock[INTERVAL] = width
+
+
+@inline
+def end_stretch(s, time):
+    """Keep the extremes of a stretch; the next begins with the values at its end."""
+    for k in range(s.peaks.shape[0]):
+        if s.peaks[k, JOINT] < 0.0:
+            s.best[s.place[STRETCHES], k], s.when[s.place[STRETCHES], k] = s.peaks[k, VALUE], s.peaks[k, WHEN]
+            s.peaks[k, VALUE], s.peaks[k, WHEN] = s.peaks[k, LAST], time
+    s.place[STRETCHES] += 1
+
+
+@inline
+def look(call, s, t, h):
+    """Take in the step just made: its end into s.row, its extremes, stretch by stretch."""
+    call.observe(t + h, s.y_new, s.par, s.work, s.row)
+    unwind(s, s.row, h)
+    follow(s)
+    low = 0.0
+    while s.place[STRETCHES] < s.best.shape[0] - 1:
+        boundary = (s.place[STRETCHES] + 1) * s.clock[STRETCH]
+        if boundary > t + h:
+            break
+        theta = (boundary - t) / h
+        if theta > low + SLIVER:
+            interpolate(call, s, t, h)
+            observe_inside(call, s, t, h, theta)
+            look_into(call, s, t, h, low, theta, s.look)
+            low = theta
+        end_stretch(s, boundary)
+    if low < 1.0 - SLIVER:
+        look_into(call, s, t, h, low, 1.0, s.row)
+
+
+@inline
+def look_again(call, s, t):
+    """Outputs where a phase begins: values may have jumped, slopes have."""
+    call.observe(t, s.y, s.par, s.work, s.row)
+    unwind(s, s.row, 0.0)
+    for k in range(s.peaks.shape[0]):
+        s.peaks[k, LAST] = quantity(s, s.row, k)
+        if not asleep(s, k):
+            offer(s, k, s.peaks[k, LAST], t)
+    s.clock[INTERVAL] = 0.0
+
+
+@inline
+def begin_looking(call, s, t):
+    """Outputs at the start of the run; the angles there are as they come."""
+    call.observe(t, s.y, s.par, s.work, s.row)
+    follow(s)
+    look_again(call, s, t)
+
+
+# --- contacts
+@inline
+def contact_peak(s, joint, which):
+    """Largest normal force (which = 0) or penetration (1) of the contact that ends; the next one begins with none."""
+    row = int(s.contacts[joint, PEAKS])
+    if row < 0:
+        return 0.0
+    value = s.peaks[row + which, VALUE]
+    s.peaks[row + which, VALUE] = -math.inf
+    return value
