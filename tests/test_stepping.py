@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
 
 import clearance as cl
 from clearance.simulation import METHODS, SimulationError
@@ -204,6 +205,67 @@ def test_restarts_keep_the_order():
         errors.append(math.hypot(*e) / 1e-3)
         assert errors[-1] < 2 * rtol
     assert errors[2] < errors[0] / 20
+
+
+def replayed(run, before, time, memory):
+    """Error over tolerance of the last step, against scipy's DOP853 at 1e-13 from the state before."""
+    rhs = run.mechanism.kernel("rhs")
+
+    def slopes(t, y):
+        out = np.zeros_like(y)
+        rhs(t, np.ascontiguousarray(y), run.mechanism.par, memory, out)
+        return out
+
+    now, size = run.clock[run.state.TIME], run.mechanism.size
+    fine = solve_ivp(slopes, (time, now), before, method="DOP853", rtol=1e-13, atol=1e-22, max_step=(now - time) / 4)
+    tolerance = run.rtol * (run.scale + np.abs(run.y))
+    return (np.abs(fine.y[:, -1] - run.y) / tolerance)[:size].max()
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6])
+def test_R4_clock_and_state_stay_together_where_contacts_graze(rtol, monkeypatch):
+    """A ball that rests on its bearing comes back to a penetration of 1e-16 to 1e-9 m: its contact ends, or just not.
+
+    Every step that begins or ends a contact agrees with an independent integration to the tolerance; a clock that
+    parts from its state is off by 1e4 of it.
+    """
+    from clearance import simulation
+    from clearance.mechanism.build import build
+
+    monkeypatch.setattr(simulation, "BUDGET", 1)
+    changes = 0
+    for depth in np.logspace(-16, -9, 29):
+        scene = ball(eccentricity=(0.0, -(1e-3 + depth)))
+        run = simulation.Run(build(scene), simulation.Span(0.02, 2), rtol, ("dop853", "test"))
+        places, code = run.state, 0
+        while code == 0:
+            before, time, memory = run.y.copy(), run.clock[places.TIME], run.work.copy()
+            touching = run.contacts[0, places.TOUCHING]
+            code = run.advance()
+            run.place[places.ROWS] = run.place[places.EVENTS] = run.place[places.LOGGED] = 0
+            if run.contacts[0, places.TOUCHING] != touching and run.clock[places.TIME] > time:
+                assert replayed(run, before, time, memory) < 1.0, (depth, time)
+                changes += 1
+    assert changes > 20
+
+
+def test_M1_contacts_that_change_at_nearly_the_same_instant():
+    """Two equal journals whose clearances differ by 1e-16 to 1e-14 of themselves: all runs finish.
+
+    They touch 1e-19 to 1e-17 s apart. A phase that began with such a step would end the run at its next contact.
+    """
+
+    def hung(i, clearance):
+        bob = cl.Body(f"b{i}", 1.0, 1e-3, points={"p": (0, 0)})
+        law = cl.lankarani_nikravesh(stiffness=1e9, restitution=0.9, exponent=1.5)
+        place = cl.ground.at(i, 0)
+        joint = cl.ClearanceRevolute(place, bob["p"], name=f"J{i}", radius=0.01, clearance=clearance, contact=law)
+        return joint, cl.TorsionSpring(cl.ground, bob, stiffness=1.0, name=f"s{i}")
+
+    for apart in 10.0 ** (-16.0 + np.arange(60) / 30.0):
+        for rtol in (1e-4, 1e-6, 1e-8):
+            scene = cl.Scene(*hung(0, 1e-4), *hung(1, 1e-4 * (1.0 + apart)), name="twins")
+            assert cl.simulate(scene, until=0.05, samples=11, rtol=rtol).complete
 
 
 EXY = ("eccentricity_x", "eccentricity_y")

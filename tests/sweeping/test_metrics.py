@@ -17,7 +17,8 @@ from clearance.simulation import Span, prepare
 from clearance.sweeping import ideal as ideals
 from clearance.sweeping import metrics as defined
 from clearance.sweeping.ideal import ideal_motion
-from clearance.sweeping.metrics import Window, guides, metrics, own
+from clearance.extremes import guides
+from clearance.sweeping.metrics import Window, metrics, own
 from tests.mechanisms import body, scotch_yoke
 from tests.postprocess.records import Formula, joint
 
@@ -368,7 +369,7 @@ def test_every_metric_is_described(feeder, dry, mixed):
             assert about in metric.text
 
 
-def test_forces_gaps_and_torques_are_those_of_samples_and_steps(feeder):
+def test_forces_gaps_and_torques_are_located(feeder):
     record, ideal = feeder
     found = values(record, None, ideal)
     late = record.time >= record.turn * (1.0 - 1e-9)  # 5 turns of 200 samples and the one that begins them
@@ -378,14 +379,17 @@ def test_forces_gaps_and_torques_are_those_of_samples_and_steps(feeder):
         return math.sqrt(np.trapezoid(v[late] ** 2, record.time[late]) / np.ptp(record.time[late]))
 
     def ends(path, v):
-        """Smallest and largest of the samples in the window and of the steps in all turns but the first."""
-        length, lowest, highest = record.stretches(path)
-        assert length == pytest.approx(record.turn, rel=1e-12)
-        assert len(highest) == 6
-        return min(v[late].min(), *lowest[1:]), max(v[late].max(), *highest[1:])
+        """Smallest and largest of all turns but the first, beyond all samples there to 1e-8 of their range."""
+        located = record.located
+        assert located.values.shape[0] == 6
+        low, high = (located.of(f"{path}_{end}", record.turn) for end in ("min", "max"))
+        slack = 1e-8 * np.ptp(v[late])
+        assert low is None or low.value <= v[late].min() + slack
+        assert high.value >= v[late].max() - slack
+        return low and low.value, high.value
 
     force = np.hypot(*record.joint("B").force.T)
-    highest = record.facts("joints/B")["force_highest"][1:].max()
+    highest = record.extreme("joints/B/force_max", record.turn).value
     assert highest >= force[late].max() * (1.0 - 1e-14)
     assert found["joint_B_force_max"] == pytest.approx(highest, rel=1e-14)
     assert found["joint_B_force_rms"] == pytest.approx(rms(force), rel=1e-12)
