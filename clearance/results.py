@@ -153,7 +153,7 @@ class Record(ABC):
     solver: dict
     warnings: list[str]
     events: dict[str, np.ndarray]
-    located: Extremes | None
+    located: Extremes | None = None
 
     @abstractmethod
     def names(self, group: str) -> tuple[str, ...]:

@@ -27,8 +27,9 @@ from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.closing import last_position, lost_at, no_number
 from clearance.recording import FileSink, LedgerWatch, Recorder, Unwritable, chosen, filters
 from clearance.regimes import FULL_FILM, depth_warning, hole_warning
-from clearance.results import Result
+from clearance.results import Record, Result
 from clearance.scene import Scene
+from clearance.starting import end_state, state_from
 from clearance.stepping import status as codes
 
 LOG = logging.getLogger("clearance")
@@ -84,6 +85,7 @@ def simulate(
     compression: int = 0,
     checkpoint: float | None = None,
     progress: Callable[[float], None] | None = None,
+    start: Record | str | Path | None = None,
 ) -> Result:
     """Integrate a scene and return its result.
 
@@ -99,6 +101,8 @@ def simulate(
     steps (default all; the events are always kept);
     compression: gzip level of the file's columns (0: none). checkpoint: seconds of wall time between checkpoints beside
     the file: the same call goes on from the last one after a crash, and gives the same file.
+    start: the result (or the path of its file) of another run, at whose end this one begins, in any scene with the same
+    states; or "quasi-static": journals at rest where their films carry the joint forces (default: as the scene says).
     Raises ValueError for bad arguments and impossible scenes before anything runs, SimulationError for a run that fails
     part-way, with time, joint and state in the message and the partial result attached, also where the disk is full;
     KeyboardInterrupt once what was computed is kept, with a note that says where.
@@ -110,7 +114,7 @@ def simulate(
     filters(compression)
     run = prepare(
         scene, turns=turns, until=until, rtol=rtol, method=method, samples_per_turn=samples_per_turn, samples=samples,
-        energy=energy, max_step=max_step, max_steps=max_steps,
+        energy=energy, max_step=max_step, max_steps=max_steps, start=start,
     )  # fmt: skip
     chosen(run.mechanism.structure.channels, channels)
     for warning in foreseen(run.mechanism):
@@ -130,6 +134,7 @@ def prepare(
     energy: bool = True,
     max_step: float | None = None,
     max_steps: int | None = None,
+    start: Record | str | Path | None = None,
 ) -> "Run":
     """The run of a scene, all checked and compiled, not begun; arguments and errors are those of `simulate`."""
     if not isinstance(scene, Scene):
@@ -147,7 +152,10 @@ def prepare(
     if not store.is_known("rhs", mechanism.structure.texts["rhs"]):
         LOG.info("compiling: a structure this machine has not seen (the very first run also compiles the time loop)")
     span = span_of(scene, turns=turns, until=until, samples=samples, samples_per_turn=samples_per_turn)
-    return Run(mechanism, span, rtol, choose_method(mechanism, method, rtol), max_step, max_steps)
+    run = Run(mechanism, span, rtol, choose_method(mechanism, method, rtol), max_step, max_steps)
+    if start is not None:
+        run.start_from(start)
+    return run
 
 
 def foreseen(mechanism: Mechanism) -> list[str]:
@@ -291,6 +299,7 @@ class Run:
         self.take(self.method)
         self._scale_film_rates()
         self.wall, self.contact_count = 0.0, 0
+        self.started = "as the scene says"
         self.spoilt = ""  # why the outputs cannot be trusted any more
 
     def _follow(self) -> None:
@@ -349,6 +358,13 @@ class Run:
         if any(getattr(load, "motion", None) is not None for load in self.mechanism.scene.loads):
             longest = min(longest, self.clock[self.state.SAMPLE_EVERY] * (1.0 if self.mechanism.size else 0.1))
         return longest
+
+    def start_from(self, start: Record | str | Path) -> None:
+        """Begin in another state than the scene's. Raises ValueError as `state_from` does."""
+        state, carried, self.started = state_from(self.mechanism, start)
+        joints = len(self.mechanism.scene.clearance_joints)
+        self.y[: state.size] = state
+        self.work[joints : joints + carried.size] = carried
 
     def take(self, method: str) -> None:
         """Use a stepper: its functions, the kernels it needs, its scratch."""
@@ -526,6 +542,7 @@ class Run:
             summary = self._summary(wall) | {"energy_residual_share": writer.residual_share()}
             for joint, source in self.mechanism.sources.items():
                 writer.know(f"joints/{joint.name}", **source.facts())
+            writer.know("state", **end_state(self.mechanism, self.y, self.work, self.clock[self.state.TIME]))
             writer.close(finished, summary, self._warnings(writer), self.extremes)
         return failure
 
@@ -684,12 +701,14 @@ class Run:
         for joint in self.mechanism.structure.remembering:
             raise ValueError(f"{joint.label()}: its film has a memory that no checkpoint keeps; leave out checkpoint")
         found = {n: getattr(self, n) for n in ("rtol", "method")} | vars(self.span)
+        found["start"] = self.y[: self.mechanism.size].tolist()
         more = {"max_step": self.clock[self.state.LARGEST], "max_steps": int(self.place[self.state.STEP_LIMIT])}
         return found | more | {"channels": channels and list(channels), "compression": compression}
 
     def attributes(self) -> dict:
         texts = self.mechanism.structure.texts
-        return self.mechanism.scene.provenance | {"kernel": "\n\n".join(texts[r] for r in self.roles)}
+        about = {"kernel": "\n\n".join(texts[r] for r in self.roles), "start": self.started}
+        return self.mechanism.scene.provenance | about
 
     def _summary(self, wall: float) -> dict:
         t = self.types

@@ -9,8 +9,11 @@ from clearance.postprocess import efforts
 from clearance.postprocess.figures import finish, legend_above, line, save, sheet, trajectory
 from clearance.postprocess.labels import title
 
+from clearance.extremes import guides
 from clearance.results import Record, Result
+from clearance.sweeping.metrics import Window
 
+TIME = "time [s]"
 #: states of a mixed joint and their colours
 STATES = {"full film": "tab:blue", "mixed": "tab:orange", "dry": "tab:red"}
 #: states of a dry joint and their colours
@@ -20,16 +23,33 @@ MEMBERSHIPS = [f"membership_{state.replace(' ', '_')}" for state in STATES]
 OF_STATES = {"film_thickness_ratio", "asperity_share", *MEMBERSHIPS}
 
 
-def overview(result: Record, path: str | Path) -> Path:
+def overview(result: Record, path: str | Path, *, settle: float | None = None) -> Path:
     """One page: motion, drive, joint forces, journal orbits and the energy balance. Saved under `path`.
 
-    Of a mechanism whose joints rub and have no clearance: efforts, joint friction, reactions and losses instead.
+    Of a mechanism whose joints rub and have no clearance: efforts, joint friction, reactions and losses instead. settle:
+    turns of the start-up (seconds, where nothing turns; default one of two or more): shaded, and axes are those of the
+    motion after it. Dots: located extremes. Raises ValueError for a settle that is negative or not finite.
     """
     clearance_joints = [n for n in result.clearances if "eccentricity_x" in result.names(f"joints/{n}")]
     rubbing = efforts.joint_friction(result)
     figure = _friction_page(result) if rubbing and not clearance_joints else _page(result, clearance_joints[:3])
+    _settled_axes(figure, Window.of(result, settle))
     figure.suptitle(textwrap.fill(": ".join(filter(None, (result.attributes["case"], title(result)))), 110))
     return save(figure, path, dpi=130)
+
+
+def _settled_axes(figure, window: Window | None) -> None:
+    """Axes along time have the range of their curves after the start-up, which is shaded."""
+    if window is None or window.begin == 0.0:
+        return
+    for axes in figure.axes:
+        if axes.get_xlabel() != TIME or axes.get_yscale() != "linear" or not axes.lines:
+            continue
+        late = [np.asarray(y)[np.asarray(x) >= window.begin] for x, y in (curve.get_data() for curve in axes.lines)]
+        late = np.concatenate([v[np.isfinite(v)] for v in late])
+        if late.size and np.ptp(late) > 0.0:
+            axes.set_ylim(late.min() - 0.05 * np.ptp(late), late.max() + 0.05 * np.ptp(late))
+        axes.axvspan(0.0, window.begin, color="0.9", lw=0, zorder=0)
 
 
 def _page(result: Record, shown: list[str]):
@@ -102,36 +122,72 @@ def orbits(result: Result, path: str | Path, *, joints: str | Iterable[str] | No
 
 
 def motion(result: Result, axes) -> None:
-    """Acceleration of the last body (the slider of most mechanisms) along its larger component."""
-    name = result.scene["bodies"][-1]["name"]
+    """Acceleration of the output body along its larger component."""
+    name = output_body(result.scene)
     channels = result[name]
     component = max(("ax", "ay"), key=lambda c: np.ptp(getattr(channels, c)))
     line(axes, result.time, getattr(channels, component), label=name)
+    _mark(result, axes, {name: f"bodies/{name}/{component}"})
     finish(axes, f"acceleration {component[1]} [m/s²]")
+
+
+def output_body(scene: dict) -> str:
+    """Name of the body whose motion a mechanism is for.
+
+    The one that slides on the ground; else the last one hinged to the ground that no drive turns; else the last.
+    """
+    if slides := list(guides(scene)):
+        return slides[-1]
+    driven = {name for d in scene["loads"] if d["type"] == "Drive" for name in _turned(d["target"])}
+    hinged = [j["b" if j["a"]["body"] == "ground" else "a"]["body"] for j in scene["joints"] if _on_ground(j)]
+    links = [b["name"] for b in scene["bodies"] if b["name"] in hinged and b["name"] not in driven]
+    return links[-1] if links else scene["bodies"][-1]["name"]
+
+
+def _turned(target: str | dict) -> list[str]:
+    """Bodies that a drive acts on, by the body or the joint that is its target."""
+    return [target] if isinstance(target, str) else [target[end]["body"] for end in "ab"]
+
+
+def _on_ground(joint: dict) -> bool:
+    return joint["type"] != "Prismatic" and "ground" in (joint["a"]["body"], joint["b"]["body"])
+
+
+def _mark(result: Record, axes, paths: dict[str, str]) -> None:
+    """Dots at the located extremes of curves: label of a curve -> its path."""
+    for curve in axes.lines:
+        path = paths.get(curve.get_label())
+        for name in (f"{path}_min", f"{path}_max"):
+            if result.located is None or name not in result.located:
+                continue
+            column = result.located.columns[name]
+            times, values = result.located.times[:, column], result.located.values[:, column]
+            axes.plot(times, values, "o", ms=2.5, color=curve.get_color())
 
 
 def drive(result: Result, axes) -> None:
     """Driving torques and forces, or the angles where nothing drives."""
     paths = efforts.drive_efforts(result)
     if not paths:
-        _largest(result, axes, {name: result[name].theta for name in result.names("bodies")}, "angle [rad]")
+        _largest(result, axes, {name: result[name].theta for name in result.names("bodies")}, "angle [rad]", {})
         return
     units = [f"{path.rpartition('/')[2]} [{result.units(path)}]" for path in paths.values()]
     values = {name: result.values(path) for name, path in paths.items()}
-    _largest(result, axes, values, "driving " + " and ".join(dict.fromkeys(units)))
+    _largest(result, axes, values, "driving " + " and ".join(dict.fromkeys(units)), paths)
 
 
 def joint_forces(result: Result, axes) -> None:
     """Magnitude of every joint force."""
     forces = {name: np.hypot(*result.joint(name).force.T) for name in result.names("joints")}
-    _largest(result, axes, forces, "joint force [N]")
+    _largest(result, axes, forces, "joint force [N]", {name: f"joints/{name}/force" for name in forces})
 
 
-def _largest(result: Record, axes, values: dict[str, np.ndarray], label: str) -> None:
-    """Curves (samples,) by name; of many, those that reach furthest, which the label says."""
-    kept, remark = efforts.largest(values)
-    for name, own in kept.items():
-        line(axes, result.time, own, label=name)
+def _largest(result: Record, axes, values: dict[str, np.ndarray], label: str, paths: dict[str, str]) -> None:
+    """Curves (samples,) by name; of many, those that reach furthest, which the label says; dots: their extremes."""
+    shown, remark = efforts.largest(values)
+    for name, curve in shown.items():
+        line(axes, result.time, curve, label=name)
+    _mark(result, axes, paths)
     finish(axes, f"{label}\n{remark}".strip())
 
 

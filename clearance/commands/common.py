@@ -3,6 +3,7 @@
 import argparse
 import contextlib
 import json
+import math
 import sys
 import time
 from pathlib import Path
@@ -119,9 +120,9 @@ def channel_patterns(text: str | None) -> list[str] | None:
     return [] if text in ("none", "") else listed(text)
 
 
-def peak(result, path: str) -> float:
-    """Largest absolute value of a channel, of samples and steps."""
-    return float(max(map(abs, result.extremes(path))))
+def peak(result, path: str, begin: float = 0.0, end: float = math.inf) -> float:
+    """Largest absolute value of a channel between two times [s]."""
+    return float(max(map(abs, result.extremes(path, begin, end))))
 
 
 def make_folder(options) -> None:

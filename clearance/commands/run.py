@@ -3,6 +3,7 @@
 import argparse
 import json
 import logging
+import math
 import sys
 import time
 from collections.abc import Iterator
@@ -44,6 +45,15 @@ def add(commands) -> argparse.ArgumentParser:
         help="keep a checkpoint every so many seconds of wall time: the same command goes on from it after a crash",
     )  # fmt: skip
     p.add_argument("-o", dest="output", metavar="FILE.h5", help="result file (default CASE.h5)")
+    p.add_argument(
+        "--settle", type=number, metavar="N",
+        help="turns (seconds, where nothing turns) of the start-up, left out of the numbers (default 1 of two or more)",
+    )  # fmt: skip
+    p.add_argument(
+        "--from", dest="start", metavar="FILE.h5",
+        help='begin in the state at the end of another run, or "quasi-static": with journals where their films carry '
+        "the joint forces",
+    )  # fmt: skip
     p.add_argument("--plot", action="store_true", help="draw a picture beside the result file")
     return p
 
@@ -62,11 +72,11 @@ def run(options) -> int:
         if result is None:
             return complain(options, failure, FAILED)
         with _noted(f"the run is kept in {output}"):
-            summary = _summary(case, values, result, began)
+            summary = _summary(case, values, result, began, options.settle)
             if failure is None:
                 summary |= _comparable(scene, result, options.rtol)
             if options.plot:
-                summary["plot"] = str(_plot(result, output))
+                summary["plot"] = str(_plot(result, output, options.settle))
     if failure is not None:
         summary.pop("status")
         return complain(options, failure, FAILED, **summary)
@@ -106,7 +116,7 @@ def _simulated(options, scene, output: Path):
             scene, **length_of(options, scene), rtol=options.rtol, method=options.method,
             max_step=options.max_step, samples_per_turn=options.samples_per_turn, path=output, progress=bar,
             channels=channel_patterns(options.channels), compression=options.compression,
-            checkpoint=options.checkpoint,
+            checkpoint=options.checkpoint, start=options.start,
         )  # fmt: skip
     except SimulationError as error:
         return error.result, str(error)
@@ -162,15 +172,18 @@ class ProgressBar:
         self.bar.close()
 
 
-def _plot(result, output: Path) -> Path:
+def _plot(result, output: Path, settle: float | None) -> Path:
     from clearance.postprocess.plots import overview
 
-    return overview(result, output.with_suffix(".png"))
+    return overview(result, output.with_suffix(".png"), settle=settle)
 
 
-def _summary(case, values: dict, result, began: tuple[float, float]) -> dict:
+def _summary(case, values: dict, result, began: tuple[float, float], settle: float | None) -> dict:
     """What a run cost and gave, as plain data."""
-    solver, events = result.solver, result.events
+    from clearance.sweeping.metrics import Window, metrics, startup
+
+    solver, events, window = result.solver, result.events, Window.of(result, settle)
+    begin, end = (0.0, math.inf) if window is None else window.bounds(result)
     contacts: dict[str, int] = {}
     for joint in events["joint"]:
         contacts[str(joint)] = contacts.get(str(joint), 0) + 1
@@ -195,43 +208,80 @@ def _summary(case, values: dict, result, began: tuple[float, float]) -> dict:
         "energy_turned_over": float(result.facts("energy").get("turned_over", 0.0)),
         "contacts": contacts,
         "open_contacts": sum(str(k) == "open_contact" for k in events["kind"]),
-        "joints": _joint_extremes(result),
-        "drives": _drive_extremes(result),
+        "settled": None if window is None else {"begin_s": window.begin, "end_s": window.end, "turns": window.turns},
+        "joints": _joints(result, begin, end),
+        "drives": _drives(result, begin, end),
+        "metrics": {name: _plain(metric) for name, metric in metrics(result, settle).items()},
+        "startup": {name: _plain(metric) for name, metric in startup(result, settle).items()},
         "warnings": result.warnings,
     }
 
 
+def _plain(metric) -> dict:
+    """A metric as plain data, an extreme with its time."""
+    value = metric.value if math.isfinite(metric.value) else None
+    time = {} if metric.time is None else {"time_s": metric.time}
+    return {"value": value, "units": metric.units} | time
+
+
 SHARES = {"share_full_film": "full film", "share_mixed": "mixed", "share_dry": "dry"}
+#: attributes of joints that a summary states of the whole run
 JOINT_FACTS = (
-    "peak_force", "smallest_gap", "film_pressure", "piezoviscous_number", "flattening_ratio", "mean_asperity_share",
-    "film_table_error_closing", *SHARES,
+    "film_pressure", "piezoviscous_number", "flattening_ratio", "mean_asperity_share", "film_table_error_closing",
+    *SHARES,
 )  # fmt: skip
+#: extremes of joints and drives that a summary states: name of an extreme -> its names in the summary
+JOINT_EXTREMES = {"force_max": "peak_force", "gap_min": "smallest_gap"}
+EFFORTS = {"torque": "N m", "force": "N"}
 
 
-def _joint_extremes(result) -> dict:
-    """Peak forces and smallest gaps, of steps and contacts; nothing for a run that ended before its first sample."""
+def _two(result, name: str, summary_name: str, begin: float, end: float) -> dict:
+    """An extreme of the settled motion with its time, and that of the start-up where there is one."""
+    settled = result.extreme(name, begin, end)
+    both = {summary_name: settled.value, f"{summary_name}_time": settled.time}
+    if begin > 0.0:
+        both[f"startup_{summary_name}"] = result.extreme(name, 0.0, begin).value
+    return both
+
+
+def _joints(result, begin: float, end: float) -> dict:
+    """Peak forces, smallest gaps and friction of the settled motion, and of the start-up; regimes of the whole run."""
+    roughness = {j["name"]: j.get("roughness") for j in result.scene["joints"]}
     found = {}
     for name in result.names("joints"):
-        joint, facts = result.joint(name), result.facts(f"joints/{name}")
-        found[name] = {n: float(facts[n]) for n in JOINT_FACTS if n in facts}
-        if result.time.size and "film_thickness_ratio" in joint and "film_radial" in joint:
-            found[name]["smallest_film_thickness_ratio"] = result.extremes(f"joints/{name}/film_thickness_ratio")[0]
-        if result.time.size and f"joints/{name}/friction" in result and "gap" not in joint:
-            found[name]["peak_friction"] = peak(result, f"joints/{name}/friction")
-            found[name]["friction_units"] = result.units(f"joints/{name}/friction")
+        group, facts = f"joints/{name}", result.facts(f"joints/{name}")
+        found[name] = mine = {n: float(facts[n]) for n in JOINT_FACTS if n in facts}
+        if not result.time.size:
+            continue
+        for extreme, summary_name in JOINT_EXTREMES.items():
+            if _is_there(result, f"{group}/{extreme}"):
+                mine |= _two(result, f"{group}/{extreme}", summary_name, begin, end)
+        if roughness.get(name) and "smallest_gap" in mine:
+            mine["smallest_film_thickness_ratio"] = mine["smallest_gap"] / roughness[name]
+        if f"{group}/friction" in result and f"{group}/gap" not in result:
+            mine["peak_friction"] = peak(result, f"{group}/friction", begin, end)
+            mine["friction_units"] = result.units(f"{group}/friction")
     return found
 
 
-def _drive_extremes(result) -> dict:
+def _is_there(result, name: str) -> bool:
+    """The channel of an extreme was kept, or the extreme itself."""
+    path = name.rpartition("_")[0]
+    return path in result or f"{path}_x" in result or bool(result.located and name in result.located)
+
+
+def _drives(result, begin: float, end: float) -> dict:
     """Largest efforts of the drives, and of what they were without joint friction."""
     found = {}
     for name in result.names("drives") if result.time.size else ():
-        kinds = [k for k in ("torque", "force") if f"drives/{name}/{k}" in result]
+        kinds = [k for k in EFFORTS if f"drives/{name}/{k}" in result]
         for kind in kinds:
             path = f"drives/{name}/{kind}"
-            found[name] = {"units": result.units(path), "peak": peak(result, path)}
+            found[name] = {"units": EFFORTS[kind], "peak": peak(result, path, begin, end)}
+            if begin > 0.0:
+                found[name]["startup_peak"] = peak(result, path, 0.0, begin)
             if f"{path}_ideal" in result:
-                found[name]["peak_ideal"] = peak(result, f"{path}_ideal")
+                found[name]["peak_ideal"] = peak(result, f"{path}_ideal", begin, end)
     return found
 
 
@@ -245,25 +295,7 @@ def _readable(summary: dict) -> str:
         f"{s['jacobians']} jacobians",
         f"  energy       residual {s['energy_residual']:.3g} J of {s['energy_turned_over']:.3g} J turned over",
     ]
-    for name, joint in s["joints"].items():
-        line = f"  joint {name:<6} peak force {joint.get('peak_force', 0.0):.6g} N"
-        if "smallest_gap" in joint:
-            line += f", smallest gap {joint['smallest_gap'] * 1e6:.4g} um"
-        if "smallest_film_thickness_ratio" in joint:
-            line += f", film thickness ratio down to {joint['smallest_film_thickness_ratio']:.3g}"
-        if "share_full_film" in joint:
-            shares = (f"{text} {joint[n]:.0%}" for n, text in SHARES.items() if joint[n] >= 0.005)
-            line += f", {', '.join(shares)}, {joint['mean_asperity_share']:.0%} of the load on the solids"
-        if "film_table_error_closing" in joint:
-            line += f", film table within {joint['film_table_error_closing']:.1e}"
-        if "peak_friction" in joint:
-            line += f", friction up to {joint['peak_friction']:.4g} {joint['friction_units']}"
-        if name in s["contacts"]:
-            line += f", {s['contacts'][name]} contacts"
-        lines.append(line)
-    for name, drive in s["drives"].items():
-        ideal = f", {drive['peak_ideal']:.6g} without joint friction" if "peak_ideal" in drive else ""
-        lines.append(f"  drive {name:<6} peak effort {drive['peak']:.6g} {drive['units']}{ideal}")
+    lines += _settled_lines(s)
     if s["contacts"]:
         still = f" ({s['open_contacts']} not over at the end)" if s["open_contacts"] else ""
         lines.append(f"  events       {sum(s['contacts'].values())} contacts{still}")
@@ -275,3 +307,41 @@ def _readable(summary: dict) -> str:
     lines += [f"  warning      {w}" for w in s["warnings"]]
     lines += [f"  file         {s['file']}"] + ([f"  picture      {s['plot']}"] if "plot" in s else [])
     return "\n".join(lines)
+
+
+def _settled_lines(s: dict) -> list[str]:
+    """Joints and drives: the settled motion, and in brackets the start-up."""
+    lines, window = [], s["settled"]
+    if window and window["begin_s"] > 0.0:
+        lines.append(f"  settled      from {window['begin_s']:.6g} s on; start-up in brackets")
+    for name, joint in s["joints"].items():
+        lines.append(f"  joint {name:<6} {_joint_line(joint)}" + _counted(s["contacts"].get(name)))
+    for name, drive in s["drives"].items():
+        line = f"  drive {name:<6} peak effort {drive['peak']:.6g}{_bracket(drive, 'startup_peak')} {drive['units']}"
+        lines.append(line + (f", {drive['peak_ideal']:.6g} without joint friction" if "peak_ideal" in drive else ""))
+    return lines
+
+
+def _bracket(part: dict, name: str, factor: float = 1.0, form: str = ".6g") -> str:
+    return f" ({part[name] * factor:{form}})" if name in part else ""
+
+
+def _counted(contacts: int | None) -> str:
+    return "" if contacts is None else f", {contacts} contacts"
+
+
+def _joint_line(joint: dict) -> str:
+    parts = [f"peak force {joint.get('peak_force', 0.0):.6g}{_bracket(joint, 'startup_peak_force')} N"]
+    if "smallest_gap" in joint:
+        bracket = _bracket(joint, "startup_smallest_gap", 1e6, ".4g")
+        parts.append(f"smallest gap {joint['smallest_gap'] * 1e6:.4g}{bracket} um")
+    if "smallest_film_thickness_ratio" in joint:
+        parts.append(f"film thickness ratio down to {joint['smallest_film_thickness_ratio']:.3g}")
+    if "share_full_film" in joint:
+        shares = (f"{text} {joint[n]:.0%}" for n, text in SHARES.items() if joint[n] >= 0.005)
+        parts += [*shares, f"{joint['mean_asperity_share']:.0%} of the load on the solids"]
+    if "film_table_error_closing" in joint:
+        parts.append(f"film table within {joint['film_table_error_closing']:.1e}")
+    if "peak_friction" in joint:
+        parts.append(f"friction up to {joint['peak_friction']:.4g} {joint['friction_units']}")
+    return ", ".join(parts)

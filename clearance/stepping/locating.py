@@ -2,8 +2,9 @@
 
 A row of `peaks` follows one quantity, a channel or the length of a vector of two, times a sign: always its largest
 value is looked for. Each step's end is one look. A step is looked into only where its ends and the end before let a
-larger value lie inside: once in the middle, then at the summits of parabolas through three places ever closer to it. Rows of a joint belong to its contact going on; the others begin anew with each stretch of the run, whose values
-and times go to `best` and `when`.
+larger value lie inside: once in the middle, then at the summits of parabolas through three places ever closer to it.
+Rows of a joint belong to its contact going on. The others begin anew with each stretch of the run, whose values and
+times go to `best` and `when`.
 """
 
 import math

@@ -35,7 +35,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearance import checks
-from clearance.extremes import along, guides
+from clearance.extremes import BOTH, along, guides
 from clearance.results import Record
 
 PERIODIC = 0.01  # distance over the clearance below which a journal counts as back
@@ -47,11 +47,12 @@ ON_SAMPLE = 1e-6  # share of a step within which a turn counts as a whole number
 
 @dataclass(frozen=True)
 class Metric:
-    """One number that sums up a run."""
+    """One number that sums up a run; time [s]: of an extreme."""
 
     value: float
     units: str
     text: str
+    time: float | None = None
 
 
 @dataclass(frozen=True)
@@ -87,12 +88,18 @@ class Window:
         if begin >= length or (turn and whole < 1 and not record.complete):
             return None
         end = min(begin + whole * unit, length) if turn and whole >= 1 else length
+        turns = (float(whole) if whole >= 1 else (end - begin) / turn) if turn else None
+        return cls.between(record, begin, end, turns)
+
+    @classmethod
+    def between(cls, record: Record, begin: float, end: float, turns: float | None) -> "Window | None":
+        """The part between two times; None where it has less than two samples."""
+        time = record.time
         samples = slice(np.searchsorted(time, begin * (1.0 - 1e-12)), np.searchsorted(time, end * (1.0 + 1e-12)))
         inside = time[samples]
         if inside.size < 2:
             return None
         edges = np.concatenate([[begin], 0.5 * (inside[1:] + inside[:-1]), [end]])
-        turns = (float(whole) if whole >= 1 else (end - begin) / turn) if turn else None
         return cls(begin, end, turns, samples, np.diff(edges) / (end - begin))
 
     def mean(self, values: np.ndarray) -> float:
@@ -113,7 +120,7 @@ class Window:
         return self.turns, "per_turn", "in a turn"
 
 
-Found = Iterator[tuple[str, float, str, str]]
+Found = Iterator[tuple]  # name, value, units, text, and of extremes their time [s]
 
 
 def metrics(record: Record, settle: float | None = None, ideal: dict | None = None) -> dict[str, Metric]:
@@ -133,7 +140,20 @@ def metrics(record: Record, settle: float | None = None, ideal: dict | None = No
         dissipation(record, window),
         periodicity(record, window),
     )
-    return {name: Metric(float(value), units, text) for part in parts for name, value, units, text in part}
+    return {name: Metric(float(value), *about) for part in parts for name, value, *about in part}
+
+
+def startup(record: Record, settle: float | None = None) -> dict[str, Metric]:
+    """Extremes of the start-up, which the window of `metrics` leaves out, under the same names; none without one."""
+    window = Window.of(record, settle)
+    if window is None or window.begin == 0.0:
+        return {}
+    before = Window.between(record, 0.0, window.begin, window.turns and window.begin / record.turn)
+    if before is None:
+        return {}
+    parts = (sliders(record, before, {}), drives(record, before), joints(record, before))
+    all_of_it = {name: Metric(float(value), *about) for part in parts for name, value, *about in part}
+    return {name: metric for name, metric in all_of_it.items() if metric.time is not None}
 
 
 def sliders(record: Record, window: Window, ideal: dict) -> Found:
@@ -142,10 +162,10 @@ def sliders(record: Record, window: Window, ideal: dict) -> Found:
         x, y, ax, ay = (record.values(f"bodies/{body}/{n}")[window.samples] for n in ("x", "y", "ax", "ay"))
         a = ax * dx + ay * dy
         axis, share = along((dx, dy))
-        ends = record.extremes(f"bodies/{body}/a{axis}", *window.bounds(record))
-        low, high = sorted(end / share for end in ends)
-        yield f"{body}_acceleration_min", low, "m/s2", f"smallest acceleration of {body} along its guide"
-        yield f"{body}_acceleration_max", high, "m/s2", f"largest acceleration of {body} along its guide"
+        ends = [record.extreme(f"bodies/{body}/a{axis}_{end}", *window.bounds(record)) for end in BOTH]
+        low, high = sorted((end.value / share, end.time) for end in ends)
+        yield f"{body}_acceleration_min", low[0], "m/s2", f"smallest acceleration of {body} along its guide", low[1]
+        yield f"{body}_acceleration_max", high[0], "m/s2", f"largest acceleration of {body} along its guide", high[1]
         if body in ideal:
             place, rate = (values[window.samples] for values in ideal[body])
             far, beyond = np.abs(x * dx + y * dy - place).max(), window.rms(a - rate)
@@ -161,11 +181,12 @@ def drives(record: Record, window: Window) -> Found:
             if f"drives/{drive}/{quantity}" not in record:
                 continue
             path = f"drives/{drive}/{quantity}"
-            v, (low, high) = record.values(path)[window.samples], record.extremes(path, *window.bounds(record))
+            low, high = (record.extreme(f"{path}_{end}", *window.bounds(record)) for end in BOTH)
             name, what = f"drive_{drive}_{quantity}", f"{quantity} of drive {drive}"
-            yield f"{name}_min", low, units, f"smallest {what}"
-            yield f"{name}_max", high, units, f"largest {what}"
-            yield f"{name}_rms", window.rms(v), units, f"root mean square {what}"
+            yield f"{name}_min", low.value, units, f"smallest {what}", low.time
+            yield f"{name}_max", high.value, units, f"largest {what}", high.time
+            rms = window.rms(record.values(path)[window.samples])
+            yield f"{name}_rms", rms, units, f"root mean square {what}"
 
 
 def joints(record: Record, window: Window) -> Found:
@@ -175,12 +196,12 @@ def joints(record: Record, window: Window) -> Found:
     for name in record.names("joints"):
         x, y = (record.values(f"joints/{name}/force_{axis}")[window.samples] for axis in "xy")
         squared = x * x + y * y
-        peak, contacts = record.largest_force(name, *window.bounds(record)), None
+        peak, contacts = record.extreme(f"joints/{name}/force_max", *window.bounds(record)), None
         if name in clearances:
             mine = events["joint"] == name
             contacts = {column: values[mine] for column, values in events.items()}
             contacts["begun"] = (contacts["time"] >= window.begin) & (contacts["time"] < window.end)
-        yield f"joint_{name}_force_max", peak, "N", f"largest force in joint {name}"
+        yield f"joint_{name}_force_max", peak.value, "N", f"largest force in joint {name}", peak.time
         yield f"joint_{name}_force_rms", math.sqrt(window.mean(squared)), "N", f"root mean square force in joint {name}"
         if contacts is not None:
             yield from _gap(record, window, described[name])
@@ -190,13 +211,14 @@ def joints(record: Record, window: Window) -> Found:
 
 def _gap(record: Record, window: Window, joint: dict) -> Found:
     name, clearance, roughness = joint["name"], joint["clearance"], joint["roughness"]
-    gap = record.extreme(f"joints/{name}/gap_min", *window.bounds(record)).value
-    yield f"joint_{name}_gap_min", gap, "m", f"smallest gap of joint {name}, negative in contact"
+    smallest = record.extreme(f"joints/{name}/gap_min", *window.bounds(record))
+    gap, time = smallest.value, smallest.time
+    yield f"joint_{name}_gap_min", gap, "m", f"smallest gap of joint {name}, negative in contact", time
     ratio, text = 1.0 - gap / clearance, f"largest eccentricity over clearance of joint {name}"
-    yield f"joint_{name}_eccentricity_ratio_max", ratio, "1", text
+    yield f"joint_{name}_eccentricity_ratio_max", ratio, "1", text, time
     if roughness is not None:
         least, text = gap / roughness, f"smallest gap over roughness of joint {name}"
-        yield f"joint_{name}_film_thickness_ratio_min", least, "1", text
+        yield f"joint_{name}_film_thickness_ratio_min", least, "1", text, time
 
 
 def _contact(record: Record, window: Window, joint: dict, contacts: dict) -> Found:
