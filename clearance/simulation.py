@@ -532,14 +532,14 @@ class Run:
             if isinstance(source, Answerer) and source.failure is not None:
                 return f"at t = {self.clock[self.loop.TIME]:.9g} s: {joint.label()}: its film: {source.failure}"
         joints, moving = self.mechanism.scene.clearance_joints, self.mechanism.eccentric
-        count = len(self.mechanism.structure.plan.free)
+        count = len(self.mechanism.plan.free)
         states = [
             f"{j.name}: eccentricity ratio {math.hypot(*self.y[count + 2 * i : count + 2 * i + 2]) / j.clearance:.9f}"
             for i, j in enumerate(moving)
         ]
         states += [
             f"{c.body.name} {c.what} = {v:.6g}"
-            for c, v in zip(self.mechanism.structure.plan.free, self.y, strict=False)
+            for c, v in zip(self.mechanism.plan.free, self.y, strict=False)
         ]
         ended = self.place[self.loop.FAILED_JOINT]
         thin = [i for i, j in enumerate(joints) if j.contact is None and j in moving and self._gap(j) < THIN]
@@ -586,7 +586,7 @@ class Run:
         if deep := [*filter(None, (depth_warning(j, depth) for j, depth in self._depths(writer).items()))]:
             return "; ".join(deep)
         found = []
-        if any(g.closures for g in self.mechanism.structure.plan.groups):
+        if any(g.closures for g in self.mechanism.plan.groups):
             found.append("a loop passed a dead centre and changed its branch")
         if any(getattr(load, "motion", None) is not None for load in self.mechanism.scene.loads):
             found.append("a prescribed motion jumped")
@@ -636,8 +636,8 @@ class Run:
 
     def _identity(self, channels, compression: int) -> dict:
         """What two runs must share for one to go on where the other stopped."""
-        for joint in self.mechanism.structure.remembering:
-            raise ValueError(f"{joint.label()}: its film has a memory that no checkpoint keeps; leave out checkpoint")
+        for name in self.mechanism.structure.remembering:
+            raise ValueError(f"joint {name}: its film has a memory that no checkpoint keeps; leave out checkpoint")
         found = {n: getattr(self, n) for n in ("rtol", "method")} | vars(self.span)
         more = {"max_step": self.clock[self.loop.LARGEST], "max_steps": int(self.place[self.loop.STEP_LIMIT])}
         return found | more | {"channels": channels and list(channels), "compression": compression}
