@@ -10,7 +10,8 @@ import tempfile
 import time as clock_of_the_wall
 import weakref
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 
@@ -18,6 +19,7 @@ import numpy as np
 
 from clearance import checks
 from clearance.checkpoint import PartsSink, restore, state_of
+from clearance.demand import Demand, affordable
 from clearance.film.asking import Answerer
 from clearance.interrupts import Held, ended
 from clearance.joints import Prismatic
@@ -36,6 +38,7 @@ NEWTON_TOLERANCE = 0.05  # error left by Newton's method, of the error tolerance
 LOOSE, TIGHT = 1e-3, 3e-7  # tolerances between which radau5 is the fastest implicit method (clearance work-precision)
 NOT_STIFF = "no film: explicit as long as the scene is not stiff between contacts"
 SAMPLES_PER_TURN = 400
+MOST_SAMPLES = 2**53  # beyond which their times are not told apart
 ROWS = 2048  # samples and ends of steps held in memory between two writes
 LOG_ROWS = 4096
 IMPACT_ROWS = 512
@@ -80,6 +83,7 @@ def simulate(
     channels: Sequence[str] | None = None,
     compression: int = 0,
     checkpoint: float | None = None,
+    force: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Result:
     """Integrate a scene and return its result.
@@ -95,7 +99,8 @@ def simulate(
     channels: paths or patterns of the output to keep, such as "bodies/slider/ax", "joints/B/*" or "solver", the log of
     steps (default all; the events are always kept);
     compression: gzip level of the file's columns (0: none). checkpoint: seconds of wall time between checkpoints beside
-    the file: the same call goes on from the last one after a crash, and gives the same file.
+    the file: the same call goes on from the last one after a crash, and gives the same file. force: begin although the
+    run needs more than 2^31 rows, a day or the free disk (see demand.py).
     Raises ValueError for bad arguments and impossible scenes before anything runs, SimulationError for a run that fails
     part-way, with time, joint and state in the message and the partial result attached, also where the disk is full;
     KeyboardInterrupt once what was computed is kept, with a note that says where.
@@ -105,9 +110,10 @@ def simulate(
     if checkpoint is not None:
         checkpoint = checks.positive("checkpoint", checkpoint)
     filters(compression)
+    demanded = None if force else partial(_affordable, channels, compression, checkpoint, path)
     run = prepare(
-        scene, turns=turns, until=until, rtol=rtol, method=method, samples_per_turn=samples_per_turn, samples=samples,
-        energy=energy, max_step=max_step, max_steps=max_steps,
+        scene, demanded, turns=turns, until=until, rtol=rtol, method=method, samples_per_turn=samples_per_turn,
+        samples=samples, energy=energy, max_step=max_step, max_steps=max_steps,
     )  # fmt: skip
     chosen(run.mechanism.structure.channels, channels)
     for warning in foreseen(run.mechanism):
@@ -115,8 +121,16 @@ def simulate(
     return run.to_file(path, progress, channels, compression, checkpoint)
 
 
+def _affordable(channels, compression: int, checkpoint: float | None, path, mechanism: Mechanism, demand: Demand):
+    """Raise ValueError where a run and its file are too large; checkpoints are joined, which takes the room twice."""
+    columns = 1 + len(chosen(mechanism.structure.channels, channels))
+    runs = 1 if checkpoint is None else 2
+    affordable(replace(demand, columns=columns, compressed=compression > 0, runs=runs), path)
+
+
 def prepare(
     scene: Scene,
+    demanded: Callable[[Mechanism, Demand], None] | None = None,
     *,
     turns: float | None = None,
     until: float | None = None,
@@ -128,7 +142,10 @@ def prepare(
     max_step: float | None = None,
     max_steps: int | None = None,
 ) -> "Run":
-    """The run of a scene, all checked and compiled, not begun; arguments and errors are those of `simulate`."""
+    """The run of a scene, all checked and compiled, not begun; arguments and errors are those of `simulate`.
+
+    demanded: called with what the run needs, before anything is compiled.
+    """
     if not isinstance(scene, Scene):
         raise TypeError(f"simulate needs a Scene, got {scene!r}; cl.load_case makes one from a case name")
     rtol = checks.positive("rtol", rtol)
@@ -141,9 +158,12 @@ def prepare(
     if method not in ("auto", "radau", *METHODS):
         raise ValueError(f"method must be one of auto, radau, {', '.join(METHODS)}; got {method!r}")
     mechanism = build(scene, ledger=energy)
+    span = span_of(scene, turns=turns, until=until, samples=samples, samples_per_turn=samples_per_turn)
+    if demanded is not None:
+        steps = span.until / (max_step or longest_step(mechanism, span))
+        demanded(mechanism, Demand(span.samples, min(steps, max_steps or steps)))
     if not store.is_known("rhs", mechanism.structure.texts["rhs"]):
         LOG.info("compiling: a structure this machine has not seen (the very first run also compiles the time loop)")
-    span = span_of(scene, turns=turns, until=until, samples=samples, samples_per_turn=samples_per_turn)
     return Run(mechanism, span, rtol, choose_method(mechanism, method, rtol), max_step, max_steps)
 
 
@@ -167,9 +187,10 @@ def span_of(scene: Scene, *, turns, until, samples, samples_per_turn=SAMPLES_PER
     until = checks.positive("until", until)
     if samples is None:
         every = checks.positive("samples_per_turn", samples_per_turn)
-        samples = max(round(every * until / turn), 1) + 1 if turn else SAMPLES_PER_TURN + 1
-    if checks.finite("samples", samples) < 2:
-        raise ValueError(f"samples must be at least 2, got {samples!r}")
+        wanted = checks.finite("samples", every * until / turn) if turn else SAMPLES_PER_TURN
+        samples = max(round(wanted), 1) + 1
+    if not 2 <= checks.finite("samples", samples) <= MOST_SAMPLES:
+        raise ValueError(f"samples must lie between 2 and 2^53, got {samples:.6g}")
     return Span(until, int(samples))
 
 
@@ -232,6 +253,19 @@ def _left(sink, path) -> str:
     return f"{path} was not written" if sink is None else sink.left
 
 
+def longest_step(mechanism: Mechanism, span: Span) -> float:
+    """A share of a turn, or of the span; films with a memory are first order in it and need it short.
+
+    Prescribed motions may have corners that a long step would not see: no longer than the way between two samples,
+    and where nothing else moves, which costs next to nothing, a tenth of it.
+    """
+    share = REMEMBERED_SHARE if mechanism.structure.remembering else LARGEST_SHARE
+    longest = min(mechanism.scene.turn or span.until, span.until) * share
+    if any(getattr(load, "motion", None) is not None for load in mechanism.scene.loads):
+        longest = min(longest, span.until / (span.samples - 1) * (1.0 if mechanism.size else 0.1))
+    return longest
+
+
 class Run:
     """The arrays of one integration and the calls that advance it."""
 
@@ -264,7 +298,7 @@ class Run:
             source.reset()
         self.budget = SLOW_BUDGET if online else BUDGET
         self.clock[loop.SAMPLE_EVERY] = span.until / (span.samples - 1)
-        self.clock[loop.LARGEST] = max_step or self._largest_step()
+        self.clock[loop.LARGEST] = max_step or longest_step(mechanism, span)
         self.place[loop.SAMPLES] = span.samples
         self.place[loop.STEP_LIMIT] = max_steps or STEP_LIMIT
         self.place[loop.COMMITS] = mechanism.structure.commits
@@ -285,18 +319,6 @@ class Run:
         self._scale_film_rates()
         self.wall, self.contact_count = 0.0, 0
         self.spoilt = ""  # why the outputs cannot be trusted any more
-
-    def _largest_step(self) -> float:
-        """A share of a turn, or of the span; films with a memory are first order in it and need it short.
-
-        Prescribed motions may have corners that a long step would not see: no longer than the way between two samples,
-        and where nothing else moves, which costs next to nothing, a tenth of it.
-        """
-        share = REMEMBERED_SHARE if self.mechanism.structure.remembering else LARGEST_SHARE
-        longest = min(self.mechanism.scene.turn or self.span.until, self.span.until) * share
-        if any(getattr(load, "motion", None) is not None for load in self.mechanism.scene.loads):
-            longest = min(longest, self.clock[self.loop.SAMPLE_EVERY] * (1.0 if self.mechanism.size else 0.1))
-        return longest
 
     def take(self, method: str) -> None:
         """Use a stepper: its functions, the kernels it needs, its scratch."""

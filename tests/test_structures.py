@@ -46,7 +46,9 @@ def crank(bodies, joints):
     return cl.Scene(
         cl.Revolute(cl.ground, k["p"], name=joints[0]),
         cl.Revolute(k["q"], r["p"], name=joints[1]),
-        cl.ClearanceRevolute(r["q"], s["p"], name=joints[2], transition=cl.load_sharing(), roughness=1e-6, **gap, **film),
+        cl.ClearanceRevolute(
+            r["q"], s["p"], name=joints[2], transition=cl.load_sharing(), roughness=1e-6, **gap, **film
+        ),
         cl.Prismatic(cl.ground, s["p"], name=joints[3]),
         cl.SpringDamper(cl.ground, s["p"], stiffness=10.0, damping=1.0, free_length=0.1, name=joints[4]),
         cl.Drive(k, speed=10.0, start=0.3, name=joints[5]),

@@ -14,6 +14,7 @@ from clearance.commands.common import (
     FAILED,
     add_case,
     add_command,
+    add_force,
     add_length,
     channel_patterns,
     complain,
@@ -43,6 +44,7 @@ def add(commands) -> argparse.ArgumentParser:
         "--checkpoint", type=quantity_of("s"), metavar="S",
         help="keep a checkpoint every so many seconds of wall time: the same command goes on from it after a crash",
     )  # fmt: skip
+    add_force(p)
     p.add_argument("-o", dest="output", metavar="FILE.h5", help="result file (default CASE.h5)")
     p.add_argument("--plot", action="store_true", help="draw a picture beside the result file")
     return p
@@ -106,7 +108,7 @@ def _simulated(options, scene, output: Path):
             scene, **length_of(options, scene), rtol=options.rtol, method=options.method,
             max_step=options.max_step, samples_per_turn=options.samples_per_turn, path=output, progress=bar,
             channels=channel_patterns(options.channels), compression=options.compression,
-            checkpoint=options.checkpoint,
+            checkpoint=options.checkpoint, force=options.force,
         )  # fmt: skip
     except SimulationError as error:
         return error.result, str(error)

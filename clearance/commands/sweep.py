@@ -11,6 +11,7 @@ from clearance.commands.common import (
     DONE,
     FAILED,
     add_command,
+    add_force,
     channel_patterns,
     complain,
     given,
@@ -66,6 +67,11 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
     p.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask scheduler whose workers run the points")
     p.add_argument("--retry-failed", action="store_true", help="also run again what failed")
+    p.add_argument(
+        "--accept-changes", action="store_true",
+        help="go on although the package, a law or an imported file has changed since the finished points were run",
+    )  # fmt: skip
+    add_force(p)
     p.add_argument("--quiet", action="store_true", help="no progress, no summary")
     p.add_argument("-o", dest="output", metavar="DIR", help="sweep directory (default CASE_sweep)")
     return p
@@ -92,7 +98,8 @@ def run(options) -> int:
                 options.case, points, options.output or f"{case.name}_sweep", fixed=fixed,
                 channels=channel_patterns(options.channels), compression=options.compression, settle=options.settle,
                 metrics=options.metric, workers=options.workers, scheduler=options.scheduler,
-                retry_failed=options.retry_failed, progress=shown, turns=options.turns, until=options.until,
+                retry_failed=options.retry_failed, accept_changes=options.accept_changes, force=options.force,
+                progress=shown, turns=options.turns, until=options.until,
                 rtol=options.rtol, method=options.method, max_step=options.max_step, max_steps=options.max_steps,
                 samples_per_turn=options.samples_per_turn,
             )  # fmt: skip

@@ -46,12 +46,13 @@ class Channel:
 class Structure:
     """All that scenes of one structure share, by names: it holds no scene and none of its numbers.
 
-    texts: source of each kernel by role. index: place of each number in the parameter vector; derive fills the `derived`
-    parameters behind these. size: second-order degrees of freedom; states: first-order states without the ledger;
-    length: with it. bristles, warm, remembering: joints with such a state. dissipated: joints and loads in the ledger.
-    found: joints with friction whose rate is found from forces. carried: angles and slides that a step carries to the
-    next. scratch: places at the end of `work`. rubs, iterates: joint friction, and such as is solved for. spatial: loads
-    out of the plane.
+    texts: source of each kernel by role. index: place of each number in the parameter vector;
+    derive fills the `derived` parameters behind these. size: second-order degrees of freedom;
+    states: first-order states without the ledger; length: with it.
+    bristles, warm, remembering: joints with such a state. dissipated: joints and loads in the ledger.
+    found: joints with friction whose rate is found from forces.
+    carried: angles and slides that a step carries to the next. scratch: places at the end of `work`.
+    rubs, iterates: joint friction, and such as is solved for. spatial: loads out of the plane.
     """
 
     texts: dict[str, str]

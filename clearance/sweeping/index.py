@@ -274,7 +274,7 @@ def from_file(path: Path, index: int, key: str) -> Outcome | None:
                 index, key, DONE if run.complete else FAILED, reason,
                 {n: float(v) for n, v in facts.items()}, {n: tuple(k) for n, k in says.items()}, len(run.warnings),
                 float(solver["wall_s"]), float(solver["loop_s"]), int(solver["steps"]), *checked(path),
-                recovered=True,
+                made=json.loads(about.get("made", "{}")), recovered=True,
             )  # fmt: skip
     except (OSError, ValueError, KeyError):
         return None
