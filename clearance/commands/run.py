@@ -58,13 +58,14 @@ def run(options) -> int:
     with terminable():
         case, values, scene = scene_of(options)
         output = _output(options, case)
+        replaced = output.exists()
         began = time.perf_counter(), time.process_time()
         with _noted(f"{output} was not written"):
             result, failure = _simulated(options, scene, output)
         if result is None:
             return complain(options, failure, FAILED)
         with _noted(f"the run is kept in {output}"):
-            summary = _summary(case, values, result, began)
+            summary = _summary(case, values, result, began) | {"replaced": replaced}
             if failure is None:
                 summary |= _comparable(scene, result, options.rtol)
             if options.plot:
@@ -101,8 +102,8 @@ def _simulated(options, scene, output: Path):
 
     watched = not options.json and sys.stderr.isatty()
     bar = ProgressBar() if watched else None
-    if watched:
-        logging.basicConfig(level=logging.INFO, format="%(message)s")
+    if not options.json:
+        logging.basicConfig(level=logging.INFO, format="clearance: %(message)s")
     try:
         result = simulate(
             scene, **length_of(options, scene), rtol=options.rtol, method=options.method,
@@ -275,5 +276,7 @@ def _readable(summary: dict) -> str:
         lines.append(f"  statistics   mean and standard error over {s['statistics_turns']} turns, the first left out")
         lines += [f"    {n:<32} {m['mean']:.5g} +- {m['standard_error']:.2g}" for n, m in s["statistics"].items()]
     lines += [f"  warning      {w}" for w in s["warnings"]]
-    lines += [f"  file         {s['file']}"] + ([f"  picture      {s['plot']}"] if "plot" in s else [])
+    replaced = " (it replaced an earlier one)" if s["replaced"] else ""
+    lines.append(f"  file         {s['file']}{replaced}")
+    lines += [f"  picture      {s['plot']}"] if "plot" in s else []
     return "\n".join(lines)

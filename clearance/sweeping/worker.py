@@ -38,6 +38,7 @@ class Keeper:
         sink = ImageSink if run.span.samples * len(channels) < LARGE else FileSink
         self.file = path and sink(path, channels, attributes, definition.keep, definition.compression, run.span.samples)
         self.found: dict[str, Metric] = {}
+        self.missing: list[str] = []  # metrics of the user's own that failed, and why
         self.flush = self.memory.flush
 
     def _own(self, found: dict[str, Metric]) -> dict[str, Metric]:
@@ -73,11 +74,18 @@ class Keeper:
         ideal = ideal_motion(scene, self.run.span, record.scene)
         self.found = metrics(record, self.definition.settle, ideal)
         for reference in self.definition.own:
-            self.found |= self._own(own(load_function(*reference), record))
+            function = load_function(*reference)
+            try:
+                self.found |= self._own(own(function, record))
+            except Exception as error:  # noqa: BLE001 - a metric does not cost the run, whatever it does
+                words = _explained(error)
+                self.missing.append(words if words.startswith("metric ") else f"metric {function.__name__}: {words}")
         if self.file:
             known = json.dumps({n: (m.units, m.text) for n, m in self.found.items()})
             about = {"metrics": {n: m.value for n, m in self.found.items()}}
-            about["sweep"] = {"key": self.key, "known": known, "made": json.dumps(self.made)}
+            about["sweep"] = {
+                "key": self.key, "known": known, "made": json.dumps(self.made), "missing": "; ".join(self.missing),
+            }  # fmt: skip
             self.file.close(status, solver, warnings, facts | about, ranges)
 
 
@@ -184,7 +192,7 @@ def _attempt(definition: Definition, index: int, key: str, path: Path | None, be
     keeper = Keeper(run, definition, key, path, made(run.mechanism, modules))
     failure = run.record(keeper)
     return Outcome(
-        index, key, DONE if failure is None else FAILED, failure or "",
+        index, key, DONE if failure is None else FAILED, failure or "; ".join(keeper.missing),
         {n: float(m.value) for n, m in keeper.found.items()},
         {n: (m.units, m.text) for n, m in keeper.found.items()},
         len(keeper.memory.record.warnings), time.perf_counter() - began, run.wall,
