@@ -51,9 +51,10 @@ class PartsSink:
 
     def begin(self) -> dict | None:
         """Look for what an earlier attempt left: its state, or None. Raises ValueError where it was another run."""
-        self.folder.mkdir(parents=True, exist_ok=True)
+        self.path.parent.mkdir(parents=True, exist_ok=True)
         self.lock = lock_of(self.path)
         try:
+            self.folder.mkdir(exist_ok=True)
             found = self._found()
             self._next()
         except BaseException:

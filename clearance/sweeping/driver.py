@@ -38,6 +38,7 @@ LOOK = 0.2  # seconds between two reports of the progress
 SAVE = 30.0  # seconds between two writings of the index
 REAL = ("turns", "until", "rtol", "samples_per_turn", "max_step")
 OPTIONS = tuple(prepare.__kwdefaults__)  # of a run, by name
+RTOL = prepare.__kwdefaults__["rtol"]
 
 
 class SweepError(RuntimeError):
@@ -116,6 +117,8 @@ def sweep(
         if existing != definition:  # there is none, or its files have moved
             definitions.write(definition, folder)
         (folder / "runs").mkdir(exist_ok=True)
+        for half in (folder / "runs").glob("*.h5.*.partial"):  # of workers that were killed as they wrote
+            half.unlink(missing_ok=True)
         return _Driver(definition, folder, progress).run(
             workers, scheduler, retry_failed, accept_changes
         )  # fmt: skip
@@ -228,21 +231,18 @@ def _compile(definition: Definition, pending: list[int]) -> None:
     Points that differ in texts, switches or zeros may differ in structure. Of very many such groups workers compile the
     rest. A point that cannot be built will be recorded as failed.
     """
-    case, made = find_case(definition.path), {}
+    case, structures, options = find_case(definition.path), {}, definition.options
     groups = {_group(definition.points[i]): i for i in reversed(pending)}
     for index in sorted(groups.values())[:MOST_STRUCTURES]:
         with suppress(ValueError, TypeError):
-            options = definition.options
-            scene = case.scene(**definition.values(index))
-            mechanism = build(scene, ledger=options.get("energy", True))
-            made.setdefault(mechanism.structure.digest, (index, mechanism))
-    for k, (index, mechanism) in enumerate(made.values(), 1):
+            mechanism = build(case.scene(**definition.values(index)), options.get("energy", True))
+            structures.setdefault(mechanism.structure.digest, (index, mechanism))
+    for k, (index, mechanism) in enumerate(structures.values(), 1):
         if not store.is_known("rhs", mechanism.structure.texts["rhs"]):
-            SHOWN.info("compiling structure %d of %d (%s)", k, len(made), definition.says(index))
-            rtol = definition.options.get("rtol", 1e-6)
-            method = choose_method(mechanism, definition.options.get("method", "auto"), rtol)
+            SHOWN.info("compiling structure %d of %d (%s)", k, len(structures), definition.says(index))
+            rtol = options.get("rtol", RTOL)
             with suppress(ValueError, TypeError):
-                Run(mechanism, Span(1.0, 2), rtol, method)
+                Run(mechanism, Span(1.0, 2), rtol, choose_method(mechanism, options.get("method", "auto"), rtol))
 
 
 def _group(values: dict) -> tuple:
@@ -347,7 +347,7 @@ class _Driver:
         case, index = find_case(self.definition.path), outcome.index
         try:
             mechanism = build(case.scene(**self.definition.values(index)), self.definition.options.get("energy", True))
-        except ValueError as error:
+        except (ValueError, TypeError) as error:
             return [f"the scene can no longer be built: {error}"]
         kept, path = None, self.folder / "runs" / f"{outcome.key}.h5"
         if self.definition.files and path.exists():

@@ -77,7 +77,7 @@ class Keeper:
             function = load_function(*reference)
             try:
                 self.found |= self._own(own(function, record))
-            except Exception as error:  # noqa: BLE001 - a metric does not cost the run, whatever it does
+            except BaseException as error:  # noqa: BLE001 - a metric does not cost the run, whatever it does
                 words = _explained(error)
                 self.missing.append(words if words.startswith("metric ") else f"metric {function.__name__}: {words}")
         if self.file:

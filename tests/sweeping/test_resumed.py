@@ -167,3 +167,11 @@ def test_R2_the_last_digit_of_a_number_is_no_change():
     """Nine digits: another machine's sine does not make another scene."""
     one, two = (json.dumps({"joints": [{"name": "C", "x": x}]}) for x in (0.1, np.nextafter(0.1, 1.0)))
     assert made.numbers(one) == made.numbers(two) == {"joints C name": "C", "joints C x": "0.1"}
+
+
+def test_R9_what_killed_workers_left_is_cleaned_up(begun):
+    folder, go = begun
+    (folder / "runs" / "0123456789abcdef.h5.77.0.partial").write_bytes(b"half a file")
+    assert go().done.all()
+    assert sorted(p.suffix for p in (folder / "runs").iterdir()) == [".h5"] * 3
+    assert not (folder / "lock").exists()
