@@ -58,7 +58,8 @@ class Lock:
         """Write who holds it. A full disk leaves it unsigned."""
         if self.file is not None:
             with suppress(OSError):
-                self.file.truncate(0)
+                if os.fstat(self.file.fileno()).st_size:  # truncating a new file makes some file systems write it out
+                    self.file.truncate(0)
                 self.file.write(f"process {os.getpid()} on {os.uname().nodename}")
                 self.file.flush()
 

@@ -189,8 +189,10 @@ def span_of(scene: Scene, *, turns, until, samples, samples_per_turn=SAMPLES_PER
         every = checks.positive("samples_per_turn", samples_per_turn)
         wanted = checks.finite("samples", every * until / turn) if turn else SAMPLES_PER_TURN
         samples = max(round(wanted), 1) + 1
-    if not 2 <= checks.finite("samples", samples) <= MOST_SAMPLES:
-        raise ValueError(f"samples must lie between 2 and 2^53, got {samples:.6g}")
+    if checks.finite("samples", samples) < 2:
+        raise ValueError(f"samples must be at least 2, got {samples!r}")
+    if samples > MOST_SAMPLES:
+        raise ValueError(f"samples must be at most 2^53, got {samples:.6g}")
     return Span(until, int(samples))
 
 

@@ -45,21 +45,23 @@ def _digest(text: str) -> str:
 
 def numbers(scene: str) -> dict[str, str]:
     """All values of a scene's JSON by name: "joints C contact restitution" -> "0.9", numbers to nine digits."""
-    return dict(_named("", json.loads(scene)))
+    found: dict[str, str] = {}
+    for key, value in json.loads(scene).items():
+        _name(found, key, value)
+    return found
 
 
-def _named(name: str, value: object) -> Iterator[tuple[str, str]]:
+def _name(found: dict[str, str], name: str, value: object) -> None:
     if isinstance(value, dict):
         for key, entry in value.items():
-            yield from _named(f"{name} {key}".strip(), entry)
+            _name(found, f"{name} {key}", entry)
     elif isinstance(value, list):
         for i, entry in enumerate(value):
-            own = entry.get("name", i) if isinstance(entry, dict) else i
-            yield from _named(f"{name} {own}", entry)
+            _name(found, f"{name} {entry.get('name', i) if isinstance(entry, dict) else i}", entry)
     elif name.endswith(" law"):  # a case file's module is called otherwise in each process
-        yield name, str(value).rpartition(":")[2]
+        found[name] = str(value).rpartition(":")[2]
     else:
-        yield name, f"{value:.9g}" if isinstance(value, float) else str(value)
+        found[name] = f"{value:.9g}" if isinstance(value, float) else str(value)
 
 
 def common_differences(before: dict, now: dict) -> list[str]:
