@@ -262,13 +262,10 @@ def _of_sweep(options, folder: Path, kind: str | None) -> Path:
         return maps.bifurcation_of(
             sweep, output, parameter=options.x, channels=listed(options.channels), at=at, **more
         )  # fmt: skip
+    settled = _given(options, "only_settled")
     if kind == "curves":
-        settled = bool(options.only_settled)
-        return maps.curves(sweep, output, metrics=listed(options.metrics), x=options.x, at=at, only_settled=settled)
-    return maps.maps(
-        sweep, output, metrics=listed(options.metrics), x=options.x, y=options.y, at=at,
-        only_settled=bool(options.only_settled),
-    )  # fmt: skip
+        return maps.curves(sweep, output, metrics=listed(options.metrics), x=options.x, at=at, **settled)
+    return maps.maps(sweep, output, metrics=listed(options.metrics), x=options.x, y=options.y, at=at, **settled)
 
 
 def _at(sweep, texts: list[str]) -> dict:

@@ -94,9 +94,9 @@ def work_precision(
         if turns is not None and scene.turn is None:
             raise ValueError("turns needs a constant-speed rotating drive with speed != 0; give until=SECONDS instead")
         until = (2.0 if turns is None else checks.positive("turns", turns)) * (scene.turn or 1.0)
+    until, began = checks.positive("until", until), time.perf_counter()
     affordable(Demand(0, until / (scene.turn or until) / LARGEST_SHARE))
-    began = time.perf_counter()
-    problem, remarks = Problem(scene, checks.positive("until", until)), []
+    problem, remarks = Problem(scene, until), []
     if problem.mechanism.structure.remembering:
         raise ValueError("a film with a memory makes no initial value problem that solvers could share")
     known = store.is_known("rhs", problem.mechanism.structure.texts["rhs"])
