@@ -14,7 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.recording import FileSink, Recorder, Unwritable
+from clearance.locks import Lock
+from clearance.recording import FileSink, Recorder, Unwritable, lock_of
 from clearance.results import Result, check_replaceable, replacing
 
 VERSION = 3
@@ -45,18 +46,19 @@ class PartsSink:
         self.identity = identity | {"scene": attributes["scene"], "kernel": _digest(attributes["kernel"])}
         self.count = 0
         self.stretch: FileSink | None = None
-        self.lock = None
+        self.lock: Lock | None = None
 
     def begin(self) -> dict | None:
         """Look for what an earlier attempt left: its state, or None. Raises ValueError where it was another run."""
-        self.folder.mkdir(parents=True, exist_ok=True)
-        self._lock()
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        self.lock = lock_of(self.path)
         try:
+            self.folder.mkdir(exist_ok=True)
             found = self._found()
-        except ValueError:
-            self._release()
+            self._next()
+        except BaseException:
+            self.lock.release()
             raise
-        self._next()
         return found
 
     def _found(self) -> dict | None:
@@ -70,25 +72,6 @@ class PartsSink:
             for i in range(self.count):
                 self._stretch(i).close()
         return found
-
-    def _release(self) -> None:
-        if self.lock is not None:
-            self.lock.close()
-
-    def _lock(self) -> None:
-        """One run a folder, where the system has file locks; they end with the process that holds them."""
-        try:
-            import fcntl
-        except ImportError:
-            return
-        self.lock = open(self.folder / "lock", "w")  # noqa: SIM115 - held until the end
-        try:
-            fcntl.flock(self.lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            self.lock.close()
-            raise ValueError(f"{self.folder} is in use: another run writes {self.path.name}") from None
-        except OSError:
-            pass  # a file system without locks
 
     def _stretch(self, i: int) -> Result:
         """A finished stretch. Raises ValueError where it cannot be read."""
@@ -107,7 +90,8 @@ class PartsSink:
 
     def _next(self) -> None:
         channels, attributes, keep, compression = self.options
-        self.stretch = FileSink(self.folder / f"{self.count:04d}.h5", channels, attributes, keep, compression)
+        path = self.folder / f"{self.count:04d}.h5"
+        self.stretch = FileSink(path, channels, attributes, keep, compression, alone=True)
         self.rows, self.impacts, self.steps = self.stretch.rows, self.stretch.impacts, self.stretch.steps
         self.flush = self.stretch.flush
 
@@ -135,15 +119,15 @@ class PartsSink:
             whole = self._joined()
             whole.close(status, solver, warnings, facts, ranges)
             self.placed = True
+            if not status.startswith(GOES_ON):
+                shutil.rmtree(self.folder)
         finally:
-            self._release()
-        if not status.startswith(GOES_ON):
-            shutil.rmtree(self.folder)
+            self.lock.release()
 
     def _joined(self) -> FileSink:
         """All stretches in one file, not closed yet. Raises Unwritable where there is no room for it."""
         channels, attributes, keep, compression = self.options
-        whole = FileSink(self.path, channels, attributes, keep, compression)
+        whole = FileSink(self.path, channels, attributes, keep, compression, alone=True)
         try:
             for i in range(self.count + 1):
                 with self._stretch(i) as part:

@@ -61,7 +61,10 @@ def parser() -> Parser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Entry point: returns the exit status."""
-    options = parser().parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
+    words, known = sys.argv[1:] if arguments is None else arguments, parser()
+    if empty := [word for word in words if re.fullmatch(r"--[a-z-]+=--", word)]:  # argparse reads them as a list
+        known.error(f"argument {empty[0].partition('=')[0]}: expected a value, got '--'")
+    options = known.parse_args(_joined(words))
     try:
         return options.action(options)
     except BrokenPipeError:  # the reader of our output has seen enough

@@ -19,8 +19,9 @@ import h5py
 import numpy as np
 
 from clearance.extremes import Extremes
+from clearance.locks import Lock
 from clearance.regimes import Regime, regime
-from clearance.results import Record, check_replaceable, provenance, replacing
+from clearance.results import Record, check_replaceable, provenance, replacing, temporary_name
 
 #: extremes of the whole run that are attributes of joints
 JOINT_EXTREMES = {"force_max": "peak_force", "gap_min": "smallest_gap"}
@@ -224,7 +225,7 @@ class FileSink:
     """Writes a run into `<path>.partial` and gives it its final name when the run has ended.
 
     keep: patterns of the channels to keep (default all). compression: gzip level 0 to 9 of all columns, 0: none.
-    expected: rows to expect, where they are few.
+    expected: rows to expect, where they are few. alone: somebody else sees to it that nobody else writes this file.
     placed: whether the file has its final name. full: whether the disk refused a piece of the record. gone: whether
     the file could not be kept.
 
@@ -235,11 +236,13 @@ class FileSink:
     """
 
     placed = full = gone = False
+    lock: Lock | None = None
     flushed = due = 0  # bytes of the file after the last flush; bytes that its record may have grown by since
 
     def __init__(
-        self, path: Path, channels: list, attributes: dict, keep=None, compression: int = 0, expected: int = CHUNK
-    ):
+        self, path: Path, channels: list, attributes: dict, keep=None, compression: int = 0, expected: int = CHUNK,
+        alone: bool = False,
+    ):  # fmt: skip
         self.path = Path(path)
         if self.path.is_dir():
             raise ValueError(f"result file {self.path} is a directory; give the name of a file")
@@ -247,8 +250,28 @@ class FileSink:
         self.kept = chosen(channels, keep)
         self.logs = keep is None or any(fits_path(STEP_LOG, p) for p in keep)
         self.layout = filters(compression) | {"chunks": (min(max(expected, 1), CHUNK),)}
-        self.partial = self.path.with_name(self.path.name + ".partial")
         self.path.parent.mkdir(parents=True, exist_ok=True)
+        self.partial = self.path.with_name(self.path.name + ".partial")
+        if not alone:
+            self._lock()
+        try:
+            self._begin(channels, attributes)
+        except BaseException:
+            self._release()
+            raise
+
+    def _lock(self) -> None:
+        """Refuse a second run onto this name. Without locks both write files of their own, and the last one stays."""
+        self.lock = lock_of(self.path)
+        if not self.lock.held:
+            self.partial = temporary_name(self.path)
+
+    def _release(self) -> None:
+        if self.lock is not None:
+            self.lock.release()
+
+    def _begin(self, channels: list, attributes: dict) -> None:
+        """Make the file, with the room that it needs to be closed in order."""
         self.closing = CLOSING + CLOSING_COLUMN * len(self.kept)
         about = provenance() | attributes | {"status": "partial: still running"}
         room = self.closing + OPENING_COLUMN * len(self.kept) + 2 * sum(len(str(v)) for v in about.values())
@@ -295,6 +318,7 @@ class FileSink:
             with suppress(OSError, RuntimeError):
                 self.file.close()
         self.partial.unlink(missing_ok=True)
+        self._release()
 
     def _detach(self) -> None:
         """Send to the null device what HDF5 has still to write: it would try, fail, and crash at the process's end."""
@@ -311,6 +335,7 @@ class FileSink:
             self.file.close()
         os.replace(self.partial, self.path)
         self.placed = True
+        self._release()
 
     @property
     def left(self) -> str:
@@ -443,10 +468,15 @@ def write_extremes(file: h5py.File, extremes: Extremes) -> None:
 class ImageSink(FileSink):
     """Makes the file in memory and writes it in one piece: for short runs, where a full disk must do no harm.
 
+    Whoever else writes a file of this name does so in one piece too: no lock is needed.
     size, check: bytes and CRC-32 of what was written.
     """
 
     size = check = 0
+
+    def _lock(self) -> None:
+        """Nothing is written but at the end; HDF5 wants a name of its own for each image."""
+        self.partial = temporary_name(self.path)
 
     def _open(self, room: int) -> h5py.File:
         return h5py.File(self.partial, "w", driver="core", backing_store=False)
@@ -543,6 +573,19 @@ def filters(compression: int) -> dict:
     if isinstance(compression, bool) or not isinstance(compression, int) or not 0 <= compression <= 9:
         raise ValueError(f"compression must be a whole number from 0 (none) to 9, got {compression!r}")
     return {"compression": "gzip", "compression_opts": compression, "shuffle": True} if compression else {}
+
+
+def lock_of(path: Path) -> Lock:
+    """The lock that stands beside a result file while a run writes it.
+
+    Raises InUse where another run does; OSError, where the disk is full Unwritable, where nothing can be written.
+    """
+    try:
+        return Lock(path.with_name(f"{path.name}.lock"), f"another run writes {path}")
+    except OSError as error:
+        if error.errno in FULL:
+            raise Unwritable(path, error.errno) from None
+        raise OSError(error.errno, f"{path} cannot be written: {os.strerror(error.errno)}") from None
 
 
 def _set_aside(descriptor: int, begin: int, room: int) -> None:

@@ -7,6 +7,7 @@ xarray opens each group.
 
 import datetime
 import importlib.metadata
+import itertools
 import json
 import logging
 import math
@@ -23,11 +24,13 @@ import h5py
 import numpy as np
 
 from clearance.extremes import ROUNDING, Extreme, Extremes, better
+from clearance.locks import Lock
 
 LOG = logging.getLogger("clearance.files")
 FORMAT = "clearance-result"
 FORMAT_VERSION = 1
 PACKAGES = ("clearance", "numpy", "numba", "h5py")
+_count = itertools.count()
 
 
 def provenance() -> dict:
@@ -53,6 +56,11 @@ def check_replaceable(path: Path) -> None:
         raise ValueError(f"{path} is a device, a pipe or a socket; give the name of a file")
 
 
+def temporary_name(path: Path) -> Path:
+    """A name beside a file that no other writer of it uses."""
+    return path.with_name(f"{path.name}.{os.getpid()}.{next(_count)}.partial")
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """A temporary name to write to; what is there at the end becomes `path`, whole or not at all.
@@ -61,7 +69,7 @@ def replacing(path: Path) -> Iterator[Path]:
     """
     check_replaceable(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f"{path.name}.{os.getpid()}.partial")
+    temporary = temporary_name(path)
     try:
         yield temporary
         os.replace(temporary, path)
@@ -75,22 +83,9 @@ def locked(folder: Path, doing: str) -> Iterator[None]:
 
     doing: what the other one is doing, for the message. Raises ValueError where the folder is in use.
     """
-    try:
-        import fcntl
-    except ImportError:
-        yield
-        return
-    with open(folder / "lock", "a+") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            lock.seek(0)
-            raise ValueError(f"{folder} is in use: {lock.read().strip() or 'another process'} is {doing}") from None
-        except OSError as error:
-            LOG.warning("this file system has no locks (%s): see that nobody else uses %s", error, folder)
-        lock.truncate(0)
-        lock.write(f"process {os.getpid()} on {os.uname().nodename}")
-        lock.flush()
+    with Lock(folder / "lock", f"{folder} is in use: another process is {doing}") as lock:
+        if not lock.held:
+            LOG.warning("this file system has no locks: see that nobody else uses %s", folder)
         yield
 
 

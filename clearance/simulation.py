@@ -10,7 +10,8 @@ import tempfile
 import time as clock_of_the_wall
 import weakref
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 
@@ -18,6 +19,7 @@ import numpy as np
 
 from clearance import checks
 from clearance.checkpoint import PartsSink, restore, state_of
+from clearance.demand import Demand, affordable
 from clearance.extremes import Extremes, along, followed, guides, stretch_length, stretches
 from clearance.film.asking import Answerer
 from clearance.interrupts import Held, ended
@@ -38,6 +40,7 @@ NEWTON_TOLERANCE = 0.05  # error left by Newton's method, of the error tolerance
 LOOSE, TIGHT = 1e-3, 3e-7  # tolerances between which radau5 is the fastest implicit method (clearance work-precision)
 NOT_STIFF = "no film: explicit as long as the scene is not stiff between contacts"
 SAMPLES_PER_TURN = 400
+MOST_SAMPLES = 2**53  # beyond which their times are not told apart
 ROWS = 2048  # samples and ends of steps held in memory between two writes
 LOG_ROWS = 4096
 IMPACT_ROWS = 512
@@ -84,6 +87,7 @@ def simulate(
     channels: Sequence[str] | None = None,
     compression: int = 0,
     checkpoint: float | None = None,
+    force: bool = False,
     progress: Callable[[float], None] | None = None,
     start: Record | str | Path | None = None,
 ) -> Result:
@@ -100,7 +104,8 @@ def simulate(
     channels: paths or patterns of the output to keep, such as "bodies/slider/ax", "joints/B/*" or "solver", the log of
     steps (default all; the events are always kept);
     compression: gzip level of the file's columns (0: none). checkpoint: seconds of wall time between checkpoints beside
-    the file: the same call goes on from the last one after a crash, and gives the same file.
+    the file: the same call goes on from the last one after a crash, and gives the same file. force: begin although the
+    run needs more than 2^31 rows, a day or the free disk (see demand.py).
     start: the result (or the path of its file) of another run, at whose end this one begins, in any scene with the same
     states; or "quasi-static": journals at rest where their films carry the joint forces (default: as the scene says).
     Raises ValueError for bad arguments and impossible scenes before anything runs, SimulationError for a run that fails
@@ -112,9 +117,10 @@ def simulate(
     if checkpoint is not None:
         checkpoint = checks.positive("checkpoint", checkpoint)
     filters(compression)
+    demanded = None if force else partial(_affordable, channels, compression, checkpoint, path)
     run = prepare(
-        scene, turns=turns, until=until, rtol=rtol, method=method, samples_per_turn=samples_per_turn, samples=samples,
-        energy=energy, max_step=max_step, max_steps=max_steps, start=start,
+        scene, demanded, turns=turns, until=until, rtol=rtol, method=method, samples_per_turn=samples_per_turn,
+        samples=samples, energy=energy, max_step=max_step, max_steps=max_steps, start=start,
     )  # fmt: skip
     chosen(run.mechanism.structure.channels, channels)
     for warning in foreseen(run.mechanism):
@@ -122,8 +128,16 @@ def simulate(
     return run.to_file(path, progress, channels, compression, checkpoint)
 
 
+def _affordable(channels, compression: int, checkpoint: float | None, path, mechanism: Mechanism, demand: Demand):
+    """Raise ValueError where a run and its file are too large; checkpoints are joined, which takes the room twice."""
+    columns = 1 + len(chosen(mechanism.structure.channels, channels))
+    runs = 1 if checkpoint is None else 2
+    affordable(replace(demand, columns=columns, compressed=compression > 0, runs=runs), path)
+
+
 def prepare(
     scene: Scene,
+    demanded: Callable[[Mechanism, Demand], None] | None = None,
     *,
     turns: float | None = None,
     until: float | None = None,
@@ -136,7 +150,10 @@ def prepare(
     max_steps: int | None = None,
     start: Record | str | Path | None = None,
 ) -> "Run":
-    """The run of a scene, all checked and compiled, not begun; arguments and errors are those of `simulate`."""
+    """The run of a scene, all checked and compiled, not begun; arguments and errors are those of `simulate`.
+
+    demanded: called with what the run needs, before anything is compiled.
+    """
     if not isinstance(scene, Scene):
         raise TypeError(f"simulate needs a Scene, got {scene!r}; cl.load_case makes one from a case name")
     rtol = checks.positive("rtol", rtol)
@@ -149,9 +166,12 @@ def prepare(
     if method not in ("auto", "radau", *METHODS):
         raise ValueError(f"method must be one of auto, radau, {', '.join(METHODS)}; got {method!r}")
     mechanism = build(scene, ledger=energy)
+    span = span_of(scene, turns=turns, until=until, samples=samples, samples_per_turn=samples_per_turn)
+    if demanded is not None:
+        steps = span.until / (max_step or longest_step(mechanism, span))
+        demanded(mechanism, Demand(span.samples, min(steps, max_steps or steps)))
     if not store.is_known("rhs", mechanism.structure.texts["rhs"]):
         LOG.info("compiling: a structure this machine has not seen (the very first run also compiles the time loop)")
-    span = span_of(scene, turns=turns, until=until, samples=samples, samples_per_turn=samples_per_turn)
     run = Run(mechanism, span, rtol, choose_method(mechanism, method, rtol), max_step, max_steps)
     if start is not None:
         run.start_from(start)
@@ -178,9 +198,12 @@ def span_of(scene: Scene, *, turns, until, samples, samples_per_turn=SAMPLES_PER
     until = checks.positive("until", until)
     if samples is None:
         every = checks.positive("samples_per_turn", samples_per_turn)
-        samples = max(round(every * until / turn), 1) + 1 if turn else SAMPLES_PER_TURN + 1
+        wanted = checks.finite("samples", every * until / turn) if turn else SAMPLES_PER_TURN
+        samples = max(round(wanted), 1) + 1
     if checks.finite("samples", samples) < 2:
         raise ValueError(f"samples must be at least 2, got {samples!r}")
+    if samples > MOST_SAMPLES:
+        raise ValueError(f"samples must be at most 2^53, got {samples:.6g}")
     return Span(until, int(samples))
 
 
@@ -243,6 +266,21 @@ def _left(sink, path) -> str:
     return f"{path} was not written" if sink is None else sink.left
 
 
+def longest_step(mechanism: Mechanism, span: Span) -> float:
+    """A share of a turn, or of the span; films with a memory are first order in it and need it short.
+
+    Prescribed motions may have corners that a long step would not see: no longer than the way between two samples,
+    and where nothing else moves, which costs next to nothing, a tenth of it.
+    """
+    share = REMEMBERED_SHARE if mechanism.structure.remembering else LARGEST_SHARE
+    if mechanism.size == 0:  # no error bounds the step, and extremes are looked for step by step
+        share = PRESCRIBED_SHARE
+    longest = min(mechanism.scene.turn or span.until, span.until) * share
+    if any(getattr(load, "motion", None) is not None for load in mechanism.scene.loads):
+        longest = min(longest, span.until / (span.samples - 1) * (1.0 if mechanism.size else 0.1))
+    return longest
+
+
 class Run:
     """The arrays of one integration and the calls that advance it."""
 
@@ -276,7 +314,7 @@ class Run:
             source.reset()
         self.budget = SLOW_BUDGET if online else BUDGET
         self.clock[state.SAMPLE_EVERY] = span.until / (span.samples - 1)
-        self.clock[state.LARGEST] = max_step or self._largest_step()
+        self.clock[state.LARGEST] = max_step or longest_step(mechanism, span)
         self.place[state.SAMPLES] = span.samples
         self.place[state.STEP_LIMIT] = max_steps or STEP_LIMIT
         self.place[state.COMMITS] = mechanism.structure.commits
@@ -344,20 +382,6 @@ class Run:
     def _extreme(self, name: str) -> float:
         """Largest or smallest value of a followed quantity so far."""
         return self.extremes.of(name).value
-
-    def _largest_step(self) -> float:
-        """A share of a turn, or of the span; films with a memory are first order in it and need it short.
-
-        Prescribed motions may have corners that a long step would not see: no longer than the way between two samples,
-        and where nothing else moves, which costs next to nothing, a tenth of it.
-        """
-        share = REMEMBERED_SHARE if self.mechanism.structure.remembering else LARGEST_SHARE
-        if self.mechanism.size == 0:  # no error bounds the step, and extremes are looked for step by step
-            share = PRESCRIBED_SHARE
-        longest = min(self.mechanism.scene.turn or self.span.until, self.span.until) * share
-        if any(getattr(load, "motion", None) is not None for load in self.mechanism.scene.loads):
-            longest = min(longest, self.clock[self.state.SAMPLE_EVERY] * (1.0 if self.mechanism.size else 0.1))
-        return longest
 
     def start_from(self, start: Record | str | Path) -> None:
         """Begin in another state than the scene's. Raises ValueError as `state_from` does."""
@@ -592,14 +616,14 @@ class Run:
             if isinstance(source, Answerer) and source.failure is not None:
                 return f"at t = {self.clock[self.state.TIME]:.9g} s: {joint.label()}: its film: {source.failure}"
         joints, moving = self.mechanism.scene.clearance_joints, self.mechanism.eccentric
-        count = len(self.mechanism.structure.plan.free)
+        count = len(self.mechanism.plan.free)
         states = [
             f"{j.name}: eccentricity ratio {math.hypot(*self.y[count + 2 * i : count + 2 * i + 2]) / j.clearance:.9f}"
             for i, j in enumerate(moving)
         ]
         states += [
             f"{c.body.name} {c.what} = {v:.6g}"
-            for c, v in zip(self.mechanism.structure.plan.free, self.y, strict=False)
+            for c, v in zip(self.mechanism.plan.free, self.y, strict=False)
         ]
         ended = self.place[self.state.FAILED_JOINT]
         thin = [i for i, j in enumerate(joints) if j.contact is None and j in moving and self._gap(j) < THIN]
@@ -646,7 +670,7 @@ class Run:
         if deep := [*filter(None, (depth_warning(j, depth) for j, depth in self._depths().items()))]:
             return "; ".join(deep)
         found = []
-        if any(g.closures for g in self.mechanism.structure.plan.groups):
+        if any(g.closures for g in self.mechanism.plan.groups):
             found.append("a loop passed a dead centre and changed its branch")
         if any(getattr(load, "motion", None) is not None for load in self.mechanism.scene.loads):
             found.append("a prescribed motion jumped")
@@ -698,8 +722,8 @@ class Run:
 
     def _identity(self, channels, compression: int) -> dict:
         """What two runs must share for one to go on where the other stopped."""
-        for joint in self.mechanism.structure.remembering:
-            raise ValueError(f"{joint.label()}: its film has a memory that no checkpoint keeps; leave out checkpoint")
+        for name in self.mechanism.structure.remembering:
+            raise ValueError(f"joint {name}: its film has a memory that no checkpoint keeps; leave out checkpoint")
         found = {n: getattr(self, n) for n in ("rtol", "method")} | vars(self.span)
         found["start"] = self.y[: self.mechanism.size].tolist()
         more = {"max_step": self.clock[self.state.LARGEST], "max_steps": int(self.place[self.state.STEP_LIMIT])}

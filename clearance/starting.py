@@ -20,17 +20,17 @@ PHASE = 1e-6  # of a turn: a drive that stands further from its start there begi
 def state_names(mechanism: Mechanism) -> list[str]:
     """Names of the states of a mechanism without its ledger, in their order."""
     structure = mechanism.structure
-    coordinates = [f"bodies/{c.body.name}/{c.what}" for c in structure.plan.free]
+    coordinates = [f"bodies/{c.body.name}/{c.what}" for c in mechanism.plan.free]
     coordinates += [f"joints/{j.name}/eccentricity_{axis}" for j in mechanism.eccentric for axis in "xy"]
-    bristles = [f"joints/{j.name}/bristle_deflection" for j in structure.bristles]
-    warmings = [f"joints/{j.name}/warming" for j in structure.warm]
+    bristles = [f"joints/{name}/bristle_deflection" for name in structure.bristles]
+    warmings = [f"joints/{name}/warming" for name in structure.warm]
     return [*coordinates, *(f"rate of {name}" for name in coordinates), *bristles, *warmings]
 
 
 def end_state(mechanism: Mechanism, y: np.ndarray, work: np.ndarray, time: float) -> dict:
     """Attributes of a result file that another run can start from."""
     joints = len(mechanism.scene.clearance_joints)
-    carried = work[joints : joints + len(mechanism.structure.kinematics.remembered)]
+    carried = work[joints : joints + len(mechanism.structure.carried)]
     return {"names": state_names(mechanism), "values": y[: mechanism.size], "carried": carried, "time": time}
 
 
@@ -63,7 +63,7 @@ def state_from(mechanism: Mechanism, start: Record | str | Path) -> tuple[np.nda
 
 def _carried(mechanism: Mechanism) -> np.ndarray:
     joints = len(mechanism.scene.clearance_joints)
-    return mechanism.work0[joints : joints + len(mechanism.structure.kinematics.remembered)]
+    return mechanism.work0[joints : joints + len(mechanism.structure.carried)]
 
 
 def _check_phase(mechanism: Mechanism, name: str, time: float, record: Record) -> None:

@@ -13,6 +13,7 @@ from clearance.postprocess.sections import bifurcation, section, section_times
 
 from clearance.results import Record
 from clearance.sweeping.index import Sweep
+from clearance.sweeping.metrics import FEWEST as TURNS
 
 #: metrics that a picture shows by itself, the first of each line that the sweep has; force: of a clearance joint
 TELLING = (
@@ -37,6 +38,7 @@ PANEL = (2.9, 1.8)
 MARKS = {
     "failed": {"facecolor": "white", "edgecolor": "0.25", "hatch": "////"},
     "endless": {"facecolor": "0.8", "edgecolor": "white", "hatch": "xx"},
+    "unsettled": {"facecolor": "0.9", "edgecolor": "0.5", "hatch": "\\\\"},
     "without": {"facecolor": "white", "edgecolor": "0.6", "hatch": ".."},
 }
 
@@ -96,9 +98,10 @@ class Choice:
     free: list[tuple[tuple[str, ...], np.ndarray]]
     drawn: tuple[str, ...]
     fixed: dict
+    only_settled: bool = False
 
     @classmethod
-    def of(cls, sweep: Sweep, at: dict | None) -> "Choice":
+    def of(cls, sweep: Sweep, at: dict | None, only_settled: bool = False) -> "Choice":
         points = sweep.definition.points
         for name, value in (at or {}).items():
             if name in points.drawn and sweep.columns[name].dtype.kind in "iuf":
@@ -114,7 +117,13 @@ class Choice:
             for (names, _), place in zip(points.axes, places, strict=True)
             if len(np.unique(place)) > 1
         ]
-        return cls(sweep, chosen, free, points.drawn, {n: sweep.columns[n][chosen[0]] for n in at or {}})
+        found = cls(sweep, chosen, free, points.drawn, {n: sweep.columns[n][chosen[0]] for n in at or {}}, only_settled)
+        if only_settled and not (np.isfinite(found.period) & found.done).any():
+            raise ValueError(
+                f"no run of {sweep.folder} is known to have settled: a period is told of runs of at least "
+                f"{TURNS} whole turns after --settle, with clearance joints"
+            )
+        return found
 
     @property
     def names(self) -> list[str]:
@@ -173,8 +182,23 @@ class Choice:
         return ", ".join(words + ([f"{missing} of {len(status)} not run yet"] if missing else []))
 
     def values(self, metric: str) -> np.ndarray:
-        """Values of a metric at the chosen points, NaN where a run was not done."""
-        return np.where(self.sweep.done, self.sweep.metrics[metric], np.nan)[self.points]
+        """Values of a metric at the chosen points, NaN where a run is not done or left out."""
+        shown = self.done & ~self.unsettled
+        return np.where(shown, self.sweep.metrics[metric][self.points], np.nan)
+
+    @property
+    def done(self) -> np.ndarray:
+        return self.sweep.done[self.points]
+
+    @property
+    def period(self) -> np.ndarray:
+        """Turns after which the motion comes back; inf where it does not within the run, NaN where nobody can tell."""
+        return self.sweep.metrics.get("period", np.full(len(self.sweep), np.nan))[self.points]
+
+    @property
+    def unsettled(self) -> np.ndarray:
+        """Finished points to be left out: their motion is not known to come back to itself within the run."""
+        return self.done & ~np.isfinite(self.period) & self.only_settled
 
     @property
     def failed(self) -> np.ndarray:
@@ -260,16 +284,18 @@ def maps(
     y: str | None = None,
     log: bool | str = "auto",
     at: dict | None = None,
+    only_settled: bool = False,
 ) -> Path:
     """Colour maps of metrics over two swept parameters, a panel each, saved under `path`.
 
     metrics: names or patterns (default: up to six telling ones); x, y: parameters along the axes; a third one has a
     panel for each of its values; at: values (SI) of parameters that are held, numbers the nearest that was swept; log:
     whether colours are logarithmic ("auto": where a metric is positive and spans decades). Cells of failed runs are
-    hatched, points not run yet are blank. Raises ValueError for unknown metrics and parameters, and for sweeps of
+    hatched, points not run yet are blank; only_settled: so are those whose motion did not come back to itself within
+    the run (no finite `period`). Raises ValueError for unknown metrics and parameters, and for sweeps of
     samples or of fewer than two parameters.
     """
-    choice = Choice.of(sweep, at)
+    choice = Choice.of(sweep, at, only_settled)
     names = chosen_metrics(sweep, metrics, choice.points)
     if log not in ("auto", True, False):
         raise ValueError(f'log must be "auto", True or False, got {log!r}')
@@ -348,9 +374,10 @@ def _maps(
     if log is True and finite.size and not finite.min() > 0.0:
         raise ValueError(f"log: {name} is not positive everywhere, its smallest value is {finite.min():g} {units}")
     norm = figures.scale(values, figures.wide(values) if log == "auto" else log, whole=units == "turns")
-    done = choice.sweep.done[choice.points]
+    done = choice.done & ~choice.unsettled
     states = {"failed": choice.failed, "endless": done & np.isinf(values), "without": done & np.isnan(values)}
-    says = {"failed": "failed", "endless": _endless(units), "without": "no value"}
+    states["unsettled"] = choice.unsettled
+    says = {"failed": "failed", "endless": _endless(units), "without": "no value", "unsettled": "not settled"}
     borders = tuple(edges(axis.at, axis.log) for axis in plane)
     for axes, (title, there) in zip(row, panels, strict=True):
         mesh = figures.cells(axes, borders, _table(plane, values, there), norm)
@@ -417,14 +444,16 @@ def curves(
     metrics: str | Iterable[str] | None = None,
     x: str | None = None,
     at: dict | None = None,
+    only_settled: bool = False,
 ) -> Path:
     """Metrics over a swept parameter, a panel each, saved under `path`; of samples, over each parameter.
 
     metrics: names or patterns (default: up to six telling ones); x: the parameter (default: the first with numbers);
     a second one has a curve for each of its values; at: values (SI) of parameters that are held, numbers the nearest
-    that was swept. Crosses at the bottom: failed runs. Raises ValueError for unknown metrics and parameters.
+    that was swept; only_settled: leave out points whose motion did not come back to itself within the run (no finite
+    `period`). Crosses at the bottom: failed runs. Raises ValueError for unknown metrics and parameters.
     """
-    choice = Choice.of(sweep, at)
+    choice = Choice.of(sweep, at, only_settled)
     names = chosen_metrics(sweep, metrics, choice.points)
     if not choice.free:
         raise ValueError(f"nothing varies among the points of {sweep.folder} that are left")

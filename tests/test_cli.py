@@ -289,3 +289,41 @@ def test_a_run_that_keeps_little_is_summed_up_all_the_same(kept, tmp_path, capsy
     assert some["energy_residual"] == whole["energy_residual"] > 0.0
     assert some["contacts"] == whole["contacts"]
     assert some["joints"]["C"] == whole["joints"]["C"]
+
+
+IDEAL_RUN = ["run", "slider_crank", "-p", "model=ideal", "--turns", "1"]
+
+
+def test_R10_a_replaced_result_is_told(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main([*IDEAL_RUN, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["replaced"] is False
+    assert cli.main([*IDEAL_RUN, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["replaced"] is True
+    assert cli.main(IDEAL_RUN) == 0
+    assert "slider_crank.h5 (it replaced an earlier one)" in capsys.readouterr().out
+
+
+def test_R10_an_option_whose_value_is_two_dashes(capsys):
+    with pytest.raises(SystemExit, match="2"):
+        cli.main([*IDEAL_RUN, "--rtol=--"])
+    assert capsys.readouterr().err == "clearance: argument --rtol: expected a value, got '--'\n"
+
+
+def test_R10_more_starts_than_can_end():
+    from clearance.identify.fit import fit
+
+    with pytest.raises(ValueError, match="starts must be a whole number from 1 to 10000, got 99999999999999999999"):
+        fit(None, "curve", starts=99999999999999999999)
+
+
+def test_compiling_is_told_in_logs_too(tmp_path):
+    """Also where the output is redirected: the first run of a structure takes a while."""
+    code = (
+        "import sys; from clearance.mechanism import store; from clearance.cli import entry\n"
+        "store.is_known = lambda role, text: False\n"
+        f"sys.argv[1:] = {[*IDEAL_RUN, '-o', str(tmp_path / 'run.h5')]!r}\nentry()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0
+    assert done.stderr.startswith("clearance: compiling: a structure this machine has not seen")

@@ -9,6 +9,7 @@ ROOT = Path(__file__).parent.parent
 #: lowest first; a module may import its own layer and those before it
 LAYERS = [
     ["clearance.checks", "clearance.units", "clearance.extremes", "clearance.interrupts"],
+    ["clearance.locks", "clearance.demand"],
     ["clearance.materials"],
     ["clearance.laws"],
     ["clearance.scene", "clearance.joints", "clearance.loads"],

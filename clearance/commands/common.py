@@ -60,6 +60,13 @@ def add_length(command: argparse.ArgumentParser) -> None:
     length.add_argument("--until", type=quantity_of("s"), metavar="S", help="length in seconds")
 
 
+def add_force(command: argparse.ArgumentParser) -> None:
+    """--force, for requests that `clearance.demand` refuses."""
+    command.add_argument(
+        "--force", action="store_true", help="begin even what needs more than 2^31 rows, a day or the free disk"
+    )
+
+
 def length_of(options, scene) -> dict[str, float | None]:
     """Turns or seconds: as asked for, else two turns, else two seconds where nothing turns at constant speed."""
     if options.turns is None and options.until is None:

@@ -15,7 +15,7 @@ OF_RUNS = {
     "animation": ("turns", "frames", "magnify"),
 }  # fmt: skip
 OF_SWEEPS = {
-    "map": ("metrics", "x", "y", "at"), "curves": ("metrics", "x", "at"),
+    "map": ("metrics", "x", "y", "at", "only_settled"), "curves": ("metrics", "x", "at", "only_settled"),
     "bifurcation": ("x", "channels", "settle", "angle", "at"),
 }  # fmt: skip
 #: kinds that lay several runs over each other
@@ -66,6 +66,10 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument("--frames", type=int, metavar="N", help=f"animation (default {FRAMES}, or all samples)")
     p.add_argument("--magnify", type=number, help="clearances over the mechanism: animation (default as fits)")
     p.add_argument("--metrics", metavar="NAMES", help="comma list of metrics or patterns: map, curves")
+    p.add_argument(
+        "--only-settled", action="store_true", default=None,
+        help="leave out points whose motion did not come back to itself within the run: map, curves",
+    )  # fmt: skip
     p.add_argument("--x", metavar="NAME", help="parameter along the axis: map, curves, bifurcation")
     p.add_argument("--y", metavar="NAME", help="parameter along the other axis: map")
     p.add_argument(
@@ -116,7 +120,7 @@ def _check(options, kind: str) -> None:
     for name in OPTIONS:
         if getattr(options, name) is not None and name not in KINDS[kind]:
             belongs = ", ".join(k for k, own in KINDS.items() if name in own)
-            raise ValueError(f"--{name} does not belong to {kind}; it belongs to {belongs}")
+            raise ValueError(f"--{name.replace('_', '-')} does not belong to {kind}; it belongs to {belongs}")
 
 
 def _given(options, *names: str) -> dict:
@@ -258,9 +262,10 @@ def _of_sweep(options, folder: Path, kind: str | None) -> Path:
         return maps.bifurcation_of(
             sweep, output, parameter=options.x, channels=listed(options.channels), at=at, **more
         )  # fmt: skip
+    settled = _given(options, "only_settled")
     if kind == "curves":
-        return maps.curves(sweep, output, metrics=listed(options.metrics), x=options.x, at=at)
-    return maps.maps(sweep, output, metrics=listed(options.metrics), x=options.x, y=options.y, at=at)
+        return maps.curves(sweep, output, metrics=listed(options.metrics), x=options.x, at=at, **settled)
+    return maps.maps(sweep, output, metrics=listed(options.metrics), x=options.x, y=options.y, at=at, **settled)
 
 
 def _at(sweep, texts: list[str]) -> dict:

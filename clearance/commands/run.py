@@ -15,6 +15,7 @@ from clearance.commands.common import (
     FAILED,
     add_case,
     add_command,
+    add_force,
     add_length,
     channel_patterns,
     complain,
@@ -44,6 +45,7 @@ def add(commands) -> argparse.ArgumentParser:
         "--checkpoint", type=quantity_of("s"), metavar="S",
         help="keep a checkpoint every so many seconds of wall time: the same command goes on from it after a crash",
     )  # fmt: skip
+    add_force(p)
     p.add_argument("-o", dest="output", metavar="FILE.h5", help="result file (default CASE.h5)")
     p.add_argument(
         "--settle", type=number, metavar="N",
@@ -66,13 +68,14 @@ def run(options) -> int:
     with terminable():
         case, values, scene = scene_of(options)
         output = _output(options, case)
+        replaced = output.exists()
         began = time.perf_counter(), time.process_time()
         with _noted(f"{output} was not written"):
             result, failure = _simulated(options, scene, output)
         if result is None:
             return complain(options, failure, FAILED)
         with _noted(f"the run is kept in {output}"):
-            summary = _summary(case, values, result, began, options.settle)
+            summary = _summary(case, values, result, began, options.settle) | {"replaced": replaced}
             if failure is None:
                 summary |= _comparable(scene, result, options.rtol)
             if options.plot:
@@ -109,14 +112,14 @@ def _simulated(options, scene, output: Path):
 
     watched = not options.json and sys.stderr.isatty()
     bar = ProgressBar() if watched else None
-    if watched:
-        logging.basicConfig(level=logging.INFO, format="%(message)s")
+    if not options.json:
+        logging.basicConfig(level=logging.INFO, format="clearance: %(message)s")
     try:
         result = simulate(
             scene, **length_of(options, scene), rtol=options.rtol, method=options.method,
             max_step=options.max_step, samples_per_turn=options.samples_per_turn, path=output, progress=bar,
             channels=channel_patterns(options.channels), compression=options.compression,
-            checkpoint=options.checkpoint, start=options.start,
+            checkpoint=options.checkpoint, force=options.force, start=options.start,
         )  # fmt: skip
     except SimulationError as error:
         return error.result, str(error)
@@ -305,7 +308,9 @@ def _readable(summary: dict) -> str:
         lines.append(f"  statistics   mean and standard error over {s['statistics_turns']} turns, the first left out")
         lines += [f"    {n:<32} {m['mean']:.5g} +- {m['standard_error']:.2g}" for n, m in s["statistics"].items()]
     lines += [f"  warning      {w}" for w in s["warnings"]]
-    lines += [f"  file         {s['file']}"] + ([f"  picture      {s['plot']}"] if "plot" in s else [])
+    replaced = " (it replaced an earlier one)" if s["replaced"] else ""
+    lines.append(f"  file         {s['file']}{replaced}")
+    lines += [f"  picture      {s['plot']}"] if "plot" in s else []
     return "\n".join(lines)
 
 

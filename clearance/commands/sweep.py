@@ -11,6 +11,7 @@ from clearance.commands.common import (
     DONE,
     FAILED,
     add_command,
+    add_force,
     channel_patterns,
     complain,
     given,
@@ -45,8 +46,8 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument("-p", dest="parameters", metavar="NAME=VALUES", action="append", default=[], help="see below")
     p.add_argument("--zip", action="append", default=[], metavar="A,B", help="parameters whose lists go together")
     p.add_argument("--sample", type=int, metavar="N", help="N points drawn from the ranges instead of a grid")
-    p.add_argument("--kind", default="latin", help="how points are drawn: latin (hypercube) or random (default latin)")
-    p.add_argument("--seed", type=int, default=0, help="of the draw: the same seed, the same points (default 0)")
+    p.add_argument("--kind", help="how points are drawn: latin (hypercube) or random (default latin)")
+    p.add_argument("--seed", type=int, help="of the draw: the same seed, the same points (default 0)")
     length = p.add_mutually_exclusive_group()
     length.add_argument("--turns", type=number, help="length of each run in turns of the drive (default 2)")
     length.add_argument("--until", type=quantity_of("s"), metavar="S", help="length of each run in seconds")
@@ -66,6 +67,11 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
     p.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask scheduler whose workers run the points")
     p.add_argument("--retry-failed", action="store_true", help="also run again what failed")
+    p.add_argument(
+        "--accept-changes", action="store_true",
+        help="go on although the package, a law or an imported file has changed since the finished points were run",
+    )  # fmt: skip
+    add_force(p)
     p.add_argument("--quiet", action="store_true", help="no progress, no summary")
     p.add_argument("-o", dest="output", metavar="DIR", help="sweep directory (default CASE_sweep)")
     return p
@@ -92,7 +98,8 @@ def run(options) -> int:
                 options.case, points, options.output or f"{case.name}_sweep", fixed=fixed,
                 channels=channel_patterns(options.channels), compression=options.compression, settle=options.settle,
                 metrics=options.metric, workers=options.workers, scheduler=options.scheduler,
-                retry_failed=options.retry_failed, progress=shown, turns=options.turns, until=options.until,
+                retry_failed=options.retry_failed, accept_changes=options.accept_changes, force=options.force,
+                progress=shown, turns=options.turns, until=options.until,
                 rtol=options.rtol, method=options.method, max_step=options.max_step, max_steps=options.max_steps,
                 samples_per_turn=options.samples_per_turn,
             )  # fmt: skip
@@ -118,13 +125,17 @@ def _points(options, case):
 
     texts = given(options, case.parameters)
     together = [tuple(n.strip() for n in group.split(",")) for group in options.zip]
-    if options.sample is not None:
+    if options.sample is None:
+        for name, value in (("--kind", options.kind), ("--seed", options.seed)):
+            if value is not None:
+                raise ValueError(f"{name} {value} belongs to --sample N: points that are drawn")
+    else:
         if together:
             raise ValueError("--zip belongs to grids, not to --sample")
         ranges = {n: range_from_words(case.parameters[n], _listed(case, texts, n)) for n in texts}
         fixed = {n: r[0] for n, r in ranges.items() if isinstance(r, list) and len(r) == 1}
         drawn = {n: r for n, r in ranges.items() if n not in fixed}
-        return sampled(options.sample, kind=options.kind, seed=options.seed, **drawn), fixed
+        return sampled(options.sample, kind=options.kind or "latin", seed=options.seed or 0, **drawn), fixed
     values = {n: from_words(case.parameters[n], _listed(case, texts, n)) for n in texts}
     for name in (n for group in together for n in group):
         if name not in values:
@@ -209,6 +220,7 @@ def summary(found) -> dict:
         "points": len(found), "done": int(found.done.sum()), "failed": int(found.failed.sum()),
         "lost": int((found.status == "lost").sum()), "missing": int((found.status == "missing").sum()),
         "reasons": [_reason(found, i) for i in bad],
+        "metrics_missing": [_reason(found, i) for i in range(len(found)) if found.done[i] and found.reason[i]],
         "loop_s": float(found.costs["loop"].sum()), "metrics": extremes, "index": str(Path(found.folder) / "sweep.h5"),
     }  # fmt: skip
 
@@ -228,15 +240,27 @@ def readable(document: dict) -> list[str]:
     ]
     for name, m in list(d["metrics"].items())[:SHOWN]:
         units = "" if m["units"] == "1" else f" {m['units']}"
-        lines.append(f"  {name:<38} {m['min']:.5g} to {m['max']:.5g}{units}, largest at {_words(m['max_at'])}")
+        lines.append(f"  {name:<38} {m['min']:.5g} to {m['max']:.5g}{units}, {_extreme(name, m)}")
     if len(d["metrics"]) > SHOWN:
         lines.append(f"  and {len(d['metrics']) - SHOWN} more metrics")
     lines += [f"  {r['status']} at {_words(r['values'])}: {r['reason']}" for r in d["reasons"][:5]]
     if len(d["reasons"]) > 5:
         lines.append(f"  and {len(d['reasons']) - 5} more that are not done")
+    lines += [f"  at {_words(r['values'])}: {r['reason']}" for r in d["metrics_missing"][:5]]
+    if len(d["metrics_missing"]) > 5:
+        lines.append(f"  and {len(d['metrics_missing']) - 5} more points with a metric missing")
     if d["failed"]:
         lines.append("  --retry-failed tries failed points again")
     return [*lines, f"  directory    {d['folder']}"]
+
+
+def _extreme(name: str, metric: dict) -> str:
+    """The end that tells more and where it is: of minima the smallest, else the largest in size."""
+    if name.endswith("_min"):
+        return f"smallest at {_words(metric['min_at'])}"
+    if abs(metric["min"]) > abs(metric["max"]):
+        return f"{metric['min']:.5g} at {_words(metric['min_at'])}"
+    return f"largest at {_words(metric['max_at'])}"
 
 
 def _words(values: dict) -> str:

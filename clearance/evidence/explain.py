@@ -29,12 +29,12 @@ def explain(scene: Scene) -> dict:
         "states": _states(mechanism),
         "joints": {j.name: _joint(j) for j in scene.joints},
         "loads": {load.name: type(load).__name__ for load in scene.loads},
-        "plan": [{"bodies": g.label(), "solved": _solved(g)} for g in structure.plan.groups],
+        "plan": [{"bodies": g.label(), "solved": _solved(g)} for g in mechanism.plan.groups],
         "kernels": {r: _kernel(r, t) for r, t in structure.texts.items() if r in roles},
         "left_out": _left_out(mechanism, roles),
         "warnings": scene_warnings(mechanism),
         "parameters": len(structure.index),
-        "derived_parameters": len(structure.slots.order),
+        "derived_parameters": structure.derived,
         "channels": [c.path for c in structure.channels],
         "store": str(folder()),
         "method": method,
@@ -49,13 +49,13 @@ def scene_warnings(mechanism: Mechanism) -> list[str]:
 
 
 def _states(mechanism: Mechanism) -> list[str]:
-    plan = mechanism.structure.plan
+    plan, structure = mechanism.plan, mechanism.structure
     names = [f"{c.body.name} {c.what}" for c in plan.free]
     names += [f"{j.name} eccentricity {a}" for j in mechanism.eccentric for a in "xy"]
-    own = [f"{j.name} bristle deflection" for j in mechanism.structure.bristles]
-    own += [f"{j.name} oil temperature" for j in mechanism.structure.warm]
-    ledger = ["energy input"] if mechanism.structure.ledger else []
-    ledger += [f"{part.name} energy dissipated" for part in mechanism.structure.dissipated]
+    own = [f"{name} bristle deflection" for name in structure.bristles]
+    own += [f"{name} oil temperature" for name in structure.warm]
+    ledger = ["energy input"] if structure.ledger else []
+    ledger += [f"{name} energy dissipated" for name in structure.dissipated]
     return [*names, *(f"rate of {n}" for n in names), *own, *ledger]
 
 
@@ -100,18 +100,18 @@ def _left_out(mechanism: Mechanism, roles: list[str]) -> list[str]:
     if not joints:
         missing += ["clearance states", "contact events", "contact, film and all other laws of clearance joints"]
     structure = mechanism.structure
-    if not structure.rubbing.efforts:
+    if not structure.rubs:
         missing.append("friction of joints without clearance")
-    elif structure.rubbing.iterations is None:
+    elif not structure.iterates:
         missing.append("iteration of joint friction (no friction acts back on what makes it)")
-    if not structure.reactions.across:
+    if not structure.spatial:
         missing.append("loads out of the plane")
     for slot in PARTS if joints else ():
         if not any(getattr(j, slot) is not None for j in joints):
             missing.append(slot)
     if "jacobian" not in roles:
         missing.append("jacobian kernel (explicit stepper)")
-    if all(g.form != "newton" for g in mechanism.structure.plan.groups):
+    if all(g.form != "newton" for g in mechanism.plan.groups):
         missing.append("Newton loops")
     if not any(scene.gravity):
         missing.append("gravity")

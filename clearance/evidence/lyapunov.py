@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance import checks
+from clearance.demand import Demand, affordable
 from clearance.evidence.problem import NotSolved
 from clearance.evidence.statistics import FEWEST, mean
 from clearance.mechanism.build import Mechanism, build
@@ -154,6 +155,7 @@ def lyapunov(
     if mechanism.structure.remembering:
         raise ValueError("a film with a memory has more than its state to differ in: no exponent can be found")
     until = (settle + turns) * turn
+    affordable(Demand(settle + turns, 3.0 * STOPS * (settle + turns)))
     motion = _Motion(mechanism, until, rtol)
     companions = [_Companion(mechanism, until, rtol, d, LASTING * turn) for d in (distance, WIDER * distance)]
     growth = np.zeros((2, settle + turns))

@@ -48,7 +48,7 @@ class Problem:
                 "this scene has no degree of freedom: there is nothing to integrate and no error to measure"
             )
         self.times = np.linspace(0.0, until, samples)
-        free, moving = len(self.mechanism.structure.plan.free), len(self.mechanism.eccentric)
+        free, moving = len(self.mechanism.plan.free), len(self.mechanism.eccentric)
         self.compared = np.arange(free, free + 2 * moving) if moving else np.arange(free)
         self.measure = "eccentricity / clearance" if moving else "coordinate / natural size"
 

@@ -15,14 +15,16 @@ from pathlib import Path
 import numpy as np
 
 from clearance import checks
+from clearance.demand import Demand, affordable
 from clearance.evidence.exudyn import EXUDYN_STEPS, Exudyn
 from clearance.evidence.peers import PEERS
 from clearance.evidence.problem import DISPLACEMENT, NotSolved, Problem, parting
 from clearance.evidence.statistics import Mean, over_turns
+from clearance.loads import Drive
 from clearance.mechanism import store
 from clearance.results import save_tables
 from clearance.scene import Scene
-from clearance.simulation import METHODS, SimulationError, choose_method, simulate
+from clearance.simulation import LARGEST_SHARE, METHODS, SimulationError, choose_method, simulate
 
 RTOLS = tuple(10.0**-k for k in range(3, 13))
 LEVELS = tuple(10.0**-k for k in range(2, 9))
@@ -88,11 +90,13 @@ def work_precision(
     if turns is not None and until is not None:
         raise ValueError("give either turns or until, not both")
     if until is None:
+        _moving(scene)
         if turns is not None and scene.turn is None:
             raise ValueError("turns needs a constant-speed rotating drive with speed != 0; give until=SECONDS instead")
         until = (2.0 if turns is None else checks.positive("turns", turns)) * (scene.turn or 1.0)
-    began = time.perf_counter()
-    problem, remarks = Problem(scene, checks.positive("until", until)), []
+    until, began = checks.positive("until", until), time.perf_counter()
+    affordable(Demand(0, until / (scene.turn or until) / LARGEST_SHARE))
+    problem, remarks = Problem(scene, until), []
     if problem.mechanism.structure.remembering:
         raise ValueError("a film with a memory makes no initial value problem that solvers could share")
     known = store.is_known("rhs", problem.mechanism.structure.texts["rhs"])
@@ -124,6 +128,17 @@ def work_precision(
         title, problem.measure, problem.until, problem.until / turn if turn else None, problem.reference_methods, doubt,
         curves, remarks, statistics,
     )  # fmt: skip
+
+
+def _moving(scene: Scene) -> None:
+    """Raise ValueError for a scene whose drives all stand still: it has no error to measure over a default length."""
+    drives = [load for load in scene.loads if isinstance(load, Drive)]
+    if drives and all(d.speed == 0.0 for d in drives):
+        names = ", ".join(d.name for d in drives)
+        raise ValueError(
+            f"this scene does not move: the speed of drive {names} is 0; give it a speed, or give until=SECONDS where "
+            "something else moves"
+        )
 
 
 def _statistics(scene: Scene, progress: Callable[[str], None]) -> dict[float, dict[str, Mean]]:

@@ -28,6 +28,7 @@ FOLLOWED = 3  # starts that are followed on all samples
 NEAR, ENOUGH = 0.005, 0.2  # starts agree within this NRMSE; doubted where fewer than this share of them do
 HUGE = 1e100  # N m, whose square is a number
 LEVEL = 1e-9  # weight of neighbouring knots being equal, over that of all samples: what holds knots without samples
+MOST_STARTS = 10_000
 STARTS = 20  # of a nonlinear fit, where nothing else is asked for
 ROUNDING = 1e-8  # of singular values of slopes whose columns have the norm 1, after their products were taken
 BLIND = 1e-12  # share of a parameter in the cost's curvature below which the samples do not see it

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.identify import doubts, models
-from clearance.identify.estimation import ESTIMATES, STARTS, axes_of
+from clearance.identify.estimation import ESTIMATES, MOST_STARTS, STARTS, axes_of
 from clearance.identify.models import AXES, LuGre, Model
 from clearance.results import open_checked, save_tables
 
@@ -178,6 +178,8 @@ def fit(
     bounds by the seed. progress: called with the done share. Raises ValueError for roles that no trial has, a trial
     without motion or measured axis, a torque or rate that is not a number, and an unknown model.
     """
+    if not 1 <= starts <= MOST_STARTS:
+        raise ValueError(f"starts must be a whole number from 1 to {MOST_STARTS}, got {starts}")
     model = models.model(model) if isinstance(model, str) else model
     roles = (roles,) if isinstance(roles, str) else tuple(roles)
     trials = [t for t in measurement.trials if t.role in roles]
@@ -187,8 +189,6 @@ def fit(
         raise ValueError(
             f"no trial has a role of {', '.join(absent) or 'none'}; there are {', '.join(there) or 'none'}"
         )
-    if starts < 1:
-        raise ValueError(f"starts must be at least 1, got {starts}")
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
         raise ValueError(f"seed must be a whole number from 0 on, got {seed!r}")
     for trial in trials:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from clearance.demand import Demand, affordable
 from clearance.inverse import multipliers
 from clearance.inverse.explicit import Explicit
 from clearance.loads import TorsionSpring
@@ -107,4 +108,5 @@ def _times(scene: Scene, until, turns, samples, time) -> np.ndarray:
             raise ValueError("time must be growing finite times [s], one after the other")
         return times
     span = span_of(scene, turns=turns, until=until, samples=samples)
+    affordable(Demand(span.samples, span.samples))
     return np.linspace(0.0, span.until, span.samples)

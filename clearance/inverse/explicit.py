@@ -49,7 +49,7 @@ class Explicit:
     def _places(self) -> np.ndarray:
         """Columns of positions, speeds and accelerations, in turn, of the bodies that close loops."""
         place = {c.path: i for i, c in enumerate(self.channels)}
-        closing = [a.body.name for g in self.structure.plan.groups if g.closures for a in g.attachments]
+        closing = [a.body.name for g in self.mechanism.plan.groups if g.closures for a in g.attachments]
         names = [f"bodies/{b}/{n}" for b in closing for x in "xy" for n in (x, "v" + x, "a" + x)]
         return np.array([place[n] for n in names], np.int64)
 
@@ -77,7 +77,7 @@ def _built(scene: Scene) -> Mechanism:
         raise ValueError(f"no drive prescribes {names}: inverse dynamics needs a motion for every degree of freedom")
     mechanism = build(scene, ledger=False)
     if bristles := mechanism.structure.bristles:
-        joint = bristles[0]
+        joint = next(j for j in scene.joints if j.name == bristles[0])
         raise ValueError(
             f"{joint.label()}: friction {joint.friction.law.name} has a state that time integrates; use cl.simulate"
         )

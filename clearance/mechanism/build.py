@@ -14,7 +14,7 @@ from clearance.mechanism.assembly import Start, assemble
 from clearance.mechanism.kinematics import Kinematics, Pose
 from clearance.mechanism.loops import check_reach, mode
 from clearance.mechanism.numbers import Numbers
-from clearance.mechanism.structure import Structure
+from clearance.mechanism.structure import Structure, Tracing
 from clearance.mechanism.topology import Plan, closed_plan, cut_plan
 from clearance.mechanism.trace import Trace
 from clearance.regimes import facts
@@ -30,6 +30,7 @@ class Mechanism:
 
     scene: Scene
     structure: Structure
+    plan: Plan
     start: Start
     par: np.ndarray
     y0: np.ndarray
@@ -78,7 +79,7 @@ class Mechanism:
     @cached_property
     def places(self) -> dict:
         """Where in the state each joint's eccentricity stands, for those that are coordinates."""
-        first = len(self.structure.plan.free)
+        first = len(self.plan.free)
         return {j: first + 2 * i for i, j in enumerate(self.eccentric)}
 
     @cached_property
@@ -86,9 +87,11 @@ class Mechanism:
         """Natural size of each state: clearance for eccentricities, 1 rad for angles, the size for lengths; rates times
         the frequency; of bristles what their law says, of the oil's warming 10 K.
         """
-        lengths = [1.0 if c.what == "angle" else self.start.size for c in self.structure.plan.free]
+        lengths = [1.0 if c.what == "angle" else self.start.size for c in self.plan.free]
         lengths += [j.clearance for j in self.eccentric for _ in range(2)]
-        deflections = [j.friction.law.size(j.friction.values) for j in self.structure.bristles]
+        frictions = {j.name: j.friction for j in self.scene.joints}
+        bristles = (frictions[name] for name in self.structure.bristles)
+        deflections = [friction.law.size(friction.values) for friction in bristles]
         warmings = [WARMING] * len(self.structure.warm)
         return np.array(lengths + [x * self.frequency for x in lengths] + deflections + warmings)
 
@@ -103,18 +106,18 @@ def build(scene: Scene, ledger: bool = True) -> Mechanism:
     measured = tuple(j.name for j in start.measured)
     signature = (numbers.signature, plan.signature, cut.signature, measured, ledger)
     if signature not in _structures:
-        _structures[signature] = Structure(scene, numbers, plan, cut, start.measured, ledger)
+        _structures[signature] = Tracing(scene, numbers, plan, cut, start.measured, ledger).structure()
     structure = _structures[signature]
     _check_friction(scene, structure)
     values = _values(scene, structure, plan, numbers, start)
     sources = {j: j.film.source(facts(j)) for j in scene.clearance_joints if j.film and isinstance(j.film.law, DataLaw)}
     data = _data(sources, structure, values)
-    par = np.zeros(len(values) + len(structure.slots.order))
+    par = np.zeros(len(values) + structure.derived)
     par[: len(values)] = values
     par[len(values) :] = structure.derive(list(par))[len(values) :]
     par = np.concatenate([par, *data])
-    y0 = _state(scene, plan, start, len(structure.state_rate))
-    mechanism = Mechanism(scene, structure, start, par, y0, _work(scene, structure, start), sources)
+    y0 = _state(scene, plan, start, structure.length)
+    mechanism = Mechanism(scene, structure, plan, start, par, y0, _work(scene, structure, start), sources)
     for i, joint in enumerate(scene.clearance_joints):
         if joint.contact is not None and not joint.impacts:  # no first touch: a typical speed instead
             mechanism.work0[i] = max(mechanism.work0[i], joint.clearance * mechanism.frequency)
@@ -134,7 +137,7 @@ def _check_friction(scene: Scene, structure: Structure) -> None:
 
 def _data(sources: dict, structure: Structure, values: list[float]) -> list[np.ndarray]:
     """Numbers that laws read as a whole, such as film tables; they stand behind all others, shared ones once."""
-    end, found = len(values) + len(structure.slots.order), {}
+    end, found = len(values) + structure.derived, {}
     for joint, source in sources.items():
         if id(source) not in found:
             found[id(source)] = (end, source.numbers)
@@ -186,7 +189,7 @@ def _work(scene: Scene, structure: Structure, start: Start) -> np.ndarray:
     joints = {j.name: j for j in scene.joints}
     carried = [
         angles[name] if what == "angle" else start.slide(joints[name])[0]
-        for what, name in structure.kinematics.remembered
+        for what, name in structure.carried
     ]
-    carried += [0.0] * (len(structure.remembering) + structure.rubbing.scratch)
+    carried += [0.0] * (len(structure.remembering) + structure.scratch)
     return np.array([math.hypot(*j.eccentricity_rate) for j in scene.clearance_joints] + carried)

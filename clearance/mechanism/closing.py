@@ -60,7 +60,7 @@ def _outputs(mechanism: Mechanism, work: np.ndarray, time: float, y: np.ndarray 
 
 def what_is_lost(mechanism: Mechanism, lost: dict[str, float], known: dict[str, float] | None = None) -> str:
     """The first group that has no position any more, or what else has no value; known: outputs of the place before."""
-    for group in mechanism.structure.plan.groups:
+    for group in mechanism.plan.groups:
         bodies = [a.body.name for a in group.attachments]
         if group.closures and not all(
             np.isfinite(lost[f"bodies/{b}/{n}"]) for b in bodies for n in ("x", "omega", "alpha")

@@ -11,15 +11,15 @@ from clearance.mechanism.store import kernel, plain
 '''
 
 
-def kernel_text(structure, role: str, outputs: dict) -> str:
+def kernel_text(tracing, role: str, outputs: dict) -> str:
     """Source of one kernel: `outputs` maps positions of the output vector to traced values."""
-    trace, slots = structure.trace, structure.slots
+    trace, slots = tracing.trace, tracing.slots
     target = "work" if role == "commit" else "out"
-    merged = _merged(structure, outputs)
+    merged = _merged(tracing, outputs)
     body = trace.statements(outputs.values(), slots, merged)
     body += [f"{target}[{i}] = {text(v)}" for i, v in sorted(outputs.items())]
     called = [n.args[0] for n in slots.cut(outputs.values()) if n.op == "call" and n not in merged]
-    functions = structure.library.sources(dict.fromkeys(called))
+    functions = tracing.library.sources(dict.fromkeys(called))
     header = HEADER.format(role=role)
     if not any("FilmJoint" in line for line in body):
         header = header.replace("from clearance.laws.law import FilmJoint\n", "")
@@ -27,20 +27,20 @@ def kernel_text(structure, role: str, outputs: dict) -> str:
         header = header.replace(", plain", "")
     if any("ask(" in f for f in functions):
         header = header.replace("import kernel", "import ask, kernel")
-    names = {f"par[{i}]": name for name, i in structure.index.items()}
+    names = {f"par[{i}]": name for name, i in tracing.index.items()}
     lines = [header, *(f"\n@plain\n{f}\n" for f in functions)]
     lines += [f"\n@kernel\ndef {role}(t, y, par, work, out):\n"]
     lines += ["    " + _commented(line, names) + "\n" for line in body or ["pass"]]
     return "".join(lines)
 
 
-def _merged(structure, outputs: dict) -> dict:
+def _merged(tracing, outputs: dict) -> dict:
     """Calls of a function whose derivative is called with the same arguments: that one returns the values too."""
-    calls = [n for n in structure.slots.cut(outputs.values()) if n.op == "call"]
+    calls = [n for n in tracing.slots.cut(outputs.values()) if n.op == "call"]
     plain = {(n.args[0], n.args[1], *map(id, n.args[3:])): n for n in calls}
     found = {}
     for n in calls:
-        base = structure.library.derived.get(n.args[0])
+        base = tracing.library.derived.get(n.args[0])
         first = plain.get((base, n.args[1], *map(id, n.args[3:])))
         if first is not None and first not in found:
             found[first] = n

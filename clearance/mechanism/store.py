@@ -8,16 +8,19 @@ import hashlib
 import importlib.util
 import math
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 
 import numba
 import numba.extending
 from numba import float64, njit, types, void
+
+from clearance.locks import Lock
 
 VECTOR = float64[::1]
 KERNEL_SIGNATURE = void(float64, VECTOR, VECTOR, VECTOR, VECTOR)
@@ -109,9 +112,14 @@ def folder() -> Path:
 
 @lru_cache(maxsize=1024)
 def key(text: str) -> str:
-    """Name of the file for a kernel text."""
-    own = Path(__file__).read_bytes()
-    return hashlib.sha256(b"\0".join((text.encode(), own, numba.__version__.encode()))).hexdigest()[:24]
+    """Name of the file for a kernel text: the same whatever joints and bodies are called, which comments say."""
+    made_by = Path(__file__).read_bytes(), numba.__version__.encode()
+    return hashlib.sha256(b"\0".join((bare(text).encode(), *made_by))).hexdigest()[:24]
+
+
+def bare(text: str) -> str:
+    """A kernel text without its comments."""
+    return re.sub(r" *#[^\n]*", "", text)
 
 
 def load(role: str, text: str) -> Callable:
@@ -166,7 +174,6 @@ def compile_here(name: str) -> None:
     path = _path(name)
     with alone(path):
         _imported(name, path)
-        _lock(path).unlink(missing_ok=True)
 
 
 @contextmanager
@@ -176,21 +183,13 @@ def alone(path: Path) -> Iterator[None]:
     Elsewhere two may make the same file of the store, and either will do.
     """
     try:
-        import fcntl
-
         path.parent.mkdir(parents=True, exist_ok=True)
-        held = open(_lock(path), "w")  # noqa: SIM115 - closed below
-    except (ImportError, OSError):
+        lock = Lock(path.with_suffix(".lock"), wait=True)
+    except OSError:  # nothing can be written there
         yield
         return
-    with held:
-        with suppress(OSError):  # a file system without locks
-            fcntl.flock(held, fcntl.LOCK_EX)
+    with lock:
         yield
-
-
-def _lock(path: Path) -> Path:
-    return path.with_suffix(".lock")
 
 
 def _imported(name: str, path: Path):

@@ -10,11 +10,14 @@ work = [impact speed of each clearance joint, negative in free flight | angles a
 starts there) | times up to which films with a memory remember].
 """
 
+import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 from clearance.laws.law import BoundLaw, bristle, joint_bristle, memory_film
 from clearance.loads import Drive
-from clearance.mechanism import emission
+from clearance.mechanism import emission, store
 from clearance.mechanism.dynamics import Dynamics
 from clearance.mechanism.joint_forces import Calls, Memory
 from clearance.mechanism.kinematics import Kinematics, Propagation
@@ -39,8 +42,54 @@ class Channel:
     wrapped: bool = False
 
 
+@dataclass(frozen=True, eq=False)
 class Structure:
-    """Traced once per structure. `texts[role]` is the source of each kernel, `derive` fills derived parameters."""
+    """All that scenes of one structure share, by names: it holds no scene and none of its numbers.
+
+    texts: source of each kernel by role. index: place of each number in the parameter vector;
+    derive fills the `derived` parameters behind these. size: second-order degrees of freedom;
+    states: first-order states without the ledger; length: with it.
+    bristles, warm, remembering: joints with such a state. dissipated: joints and loads in the ledger.
+    found: joints with friction whose rate is found from forces.
+    carried: angles and slides that a step carries to the next. scratch: places at the end of `work`.
+    rubs, iterates: joint friction, and such as is solved for. spatial: loads out of the plane.
+    """
+
+    texts: dict[str, str]
+    channels: list[Channel]
+    index: dict[str, int]
+    modes: tuple[str, ...]
+    derive: Callable
+    derived: int
+    size: int
+    states: int
+    length: int
+    ledger: bool
+    bristles: tuple[str, ...]
+    warm: tuple[str, ...]
+    remembering: tuple[str, ...]
+    dissipated: tuple[str, ...]
+    found: frozenset[str]
+    carried: tuple[tuple[str, str], ...]
+    scratch: int
+    rubs: bool
+    iterates: bool
+    spatial: bool
+
+    @property
+    def commits(self) -> int:
+        """Number of things that an accepted step carries to the next."""
+        return len(self.carried) + len(self.remembering)
+
+    @cached_property
+    def digest(self) -> str:
+        """Equal for structures whose kernels compute the same: of their texts without comments."""
+        texts = "".join(map(store.bare, self.texts.values()))
+        return hashlib.sha256(texts.encode()).hexdigest()[:16]
+
+
+class Tracing:
+    """Traces the mechanics of a scene and writes the kernels of its structure."""
 
     def __init__(self, scene: Scene, numbers: Numbers, plan: Plan, cut: Plan, measured: tuple, ledger: bool):
         self.scene, self.ledger, self.measured = scene, ledger, measured
@@ -55,6 +104,31 @@ class Structure:
         self.calls = Calls(self.trace, self.number, self.library)
         self._trace()
         self._write()
+
+    def structure(self) -> Structure:
+        """What was found, without the scene."""
+        return Structure(
+            texts=self.texts,
+            channels=self.channels,
+            index=self.index,
+            modes=tuple(self.modes),
+            derive=self.derive,
+            derived=len(self.slots.order),
+            size=self.size,
+            states=self.states,
+            length=len(self.state_rate),
+            ledger=self.ledger,
+            bristles=tuple(j.name for j in self.bristles),
+            warm=tuple(j.name for j in self.warm),
+            remembering=tuple(j.name for j in self.remembering),
+            dissipated=tuple(part.name for part in self.dissipated),
+            found=frozenset(self.found),
+            carried=tuple(self.kinematics.remembered),
+            scratch=self.rubbing.scratch,
+            rubs=bool(self.rubbing.efforts),
+            iterates=self.rubbing.iterations is not None,
+            spatial=bool(self.reactions.across),
+        )
 
     def number(self, name: str):
         """A scene number: folded where its value is part of the structure."""
@@ -89,11 +163,6 @@ class Structure:
     def states(self) -> int:
         """Number of first-order states without the ledger."""
         return 2 * self.size + len(self.bristles) + len(self.warm)
-
-    @property
-    def commits(self) -> int:
-        """Number of things that an accepted step carries to the next."""
-        return len(self.kinematics.remembered) + len(self.remembering)
 
     def _trace(self) -> None:
         trace, size, everyone = self.trace, self.size, self.scene.clearance_joints

@@ -5,32 +5,40 @@ import logging
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from clearance import checks
 from clearance.catalogue import find_case, library
+from clearance.demand import Demand, affordable
+from clearance.mechanism import store
+from clearance.mechanism.build import Mechanism, build
 from clearance.recording import chosen, filters
-from clearance.results import locked
-from clearance.simulation import prepare
+from clearance.results import locked, open_result
+from clearance.simulation import Run, Span, choose_method, prepare
 from clearance.sweeping import definition as definitions
 from clearance.sweeping.definition import Definition
 from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.index import Sweep, outcomes, verified
 from clearance.sweeping.journal import DONE, FAILED, LOST, WAITING, Journal, Outcome
+from clearance.sweeping.made import common, common_differences, made, modules_of, point_differences
 from clearance.sweeping.order import Queue, shuffled
 from clearance.sweeping.points import Points, plain
 from clearance.sweeping.teams import Dask, Processes, prepare_start
-from clearance.sweeping.worker import NO_SPACE, load_function
+from clearance.sweeping.worker import NO_SPACE, files_of, load_function
 
 LOG = logging.getLogger("clearance.sweep")
+SHOWN = logging.getLogger("clearance")  # beside the progress
+MOST_STRUCTURES = 32  # that are looked for among the points and compiled before any is run
 TRIED = 16  # points that are built before any is run
 ATTEMPTS = 3  # times that a point may lose its worker
 LOOK = 0.2  # seconds between two reports of the progress
 SAVE = 30.0  # seconds between two writings of the index
 REAL = ("turns", "until", "rtol", "samples_per_turn", "max_step")
 OPTIONS = tuple(prepare.__kwdefaults__)  # of a run, by name
+RTOL = prepare.__kwdefaults__["rtol"]
 
 
 class SweepError(RuntimeError):
@@ -72,6 +80,8 @@ def sweep(
     workers: int | None = None,
     scheduler: str | None = None,
     retry_failed: bool = False,
+    accept_changes: bool = False,
+    force: bool = False,
     progress: Callable[[Progress], None] | None = None,
     **options,
 ) -> Sweep:
@@ -84,7 +94,10 @@ def sweep(
     turns (seconds, without a turn) left out of the metrics, default the first where there is a second; metrics: your
     own, functions at the top level of a file, or "file.py:name" (see metrics.py).
     workers: processes, default one a core; scheduler: address of a Dask scheduler instead. The same call again runs
-    only what is missing; retry_failed: also what failed. progress: called with a `Progress` now and then.
+    only what is missing; retry_failed: also what failed. Where points are missing and the package, a law, a module that
+    the case imports or the scene's numbers have changed since the others were run, it is refused; accept_changes: go on
+    all the same. force: begin although a run needs more than 2^31 rows or a day, or all files more than the free disk.
+    progress: called with a `Progress` now and then.
     Raises ValueError or TypeError for wrong input before anything runs, also where the folder holds another sweep or
     is in use; SweepError where it cannot go on (a full disk, workers that all die). A point that fails is no error:
     see `status` and `reason` of the sweep.
@@ -98,13 +111,17 @@ def sweep(
     existing = _existing(folder, definition)
     if scheduler is None:
         prepare_start()
-    _try_first(definition)
+    _try_first(definition, None if force else partial(_affordable, definition, folder))
     folder.mkdir(parents=True, exist_ok=True)
     with locked(folder, "sweeping it"), _logged(folder):
         if existing != definition:  # there is none, or its files have moved
             definitions.write(definition, folder)
         (folder / "runs").mkdir(exist_ok=True)
-        return _Driver(definition, folder, progress).run(workers, scheduler, retry_failed)
+        for half in (folder / "runs").glob("*.h5.*.partial"):  # of workers that were killed as they wrote
+            half.unlink(missing_ok=True)
+        return _Driver(definition, folder, progress).run(
+            workers, scheduler, retry_failed, accept_changes
+        )  # fmt: skip
 
 
 def _existing(folder: Path, definition: Definition) -> Definition | None:
@@ -178,7 +195,18 @@ def _reference(function: Callable | str) -> tuple[str, str]:
     return reference
 
 
-def _try_first(definition: Definition) -> None:
+def _affordable(definition: Definition, folder: Path, mechanism: Mechanism, demand: Demand) -> None:
+    """Raise ValueError where a run takes too long, or the files of all need more than the free disk."""
+    channels, count = mechanism.structure.channels, len(definition.points)
+    if definition.files:
+        columns = 1 + len(chosen(channels, definition.keep))
+        missing = count - sum(1 for _ in (folder / "runs").glob("*.h5"))
+        compressed = definition.compression > 0
+        demand = replace(demand, columns=columns, compressed=compressed, runs=max(missing, 0))
+    affordable(demand, folder)
+
+
+def _try_first(definition: Definition, demanded: Callable | None) -> None:
     """Build and compile what the first points need: wrong input shows here, before anything is written.
 
     A point that cannot be built will be recorded as failed; where none of some points all over can, the input is wrong.
@@ -187,7 +215,7 @@ def _try_first(definition: Definition) -> None:
     first = dict.fromkeys([0, *shuffled(list(range(len(definition.points))))[:TRIED]])
     for index in first:
         try:
-            run = prepare(case.scene(**definition.values(index)), **definition.options)
+            run = prepare(case.scene(**definition.values(index)), demanded, **definition.options)
             chosen(run.mechanism.structure.channels, definition.keep or None)
             _check_settle(definition, run)
             ideal_motion(run.mechanism.scene, run.span, json.loads(run.attributes()["scene"]))  # compiled here, once
@@ -195,6 +223,31 @@ def _try_first(definition: Definition) -> None:
         except ValueError as error:
             failure = failure or error
     raise failure
+
+
+def _compile(definition: Definition, pending: list[int]) -> None:
+    """Compile all structures that the store has not got before workers wait for them, and tell of each.
+
+    Points that differ in texts, switches or zeros may differ in structure. Of very many such groups workers compile the
+    rest. A point that cannot be built will be recorded as failed.
+    """
+    case, structures, options = find_case(definition.path), {}, definition.options
+    groups = {_group(definition.points[i]): i for i in reversed(pending)}
+    for index in sorted(groups.values())[:MOST_STRUCTURES]:
+        with suppress(ValueError, TypeError):
+            mechanism = build(case.scene(**definition.values(index)), options.get("energy", True))
+            structures.setdefault(mechanism.structure.digest, (index, mechanism))
+    for k, (index, mechanism) in enumerate(structures.values(), 1):
+        if not store.is_known("rhs", mechanism.structure.texts["rhs"]):
+            SHOWN.info("compiling structure %d of %d (%s)", k, len(structures), definition.says(index))
+            rtol = options.get("rtol", RTOL)
+            with suppress(ValueError, TypeError):
+                Run(mechanism, Span(1.0, 2), rtol, choose_method(mechanism, options.get("method", "auto"), rtol))
+
+
+def _group(values: dict) -> tuple:
+    """What of a point's values may belong to the structure: all but the size of numbers."""
+    return tuple((n, v != 0.0 if isinstance(v, float) else v) for n, v in values.items())
 
 
 def _check_settle(definition: Definition, run) -> None:
@@ -220,6 +273,13 @@ def _logged(folder: Path):
         handler.close()
 
 
+def _examples(done: list[Outcome]) -> list[Outcome]:
+    """One outcome of each structure, and some of all over the sweep."""
+    spread = [done[i] for i in shuffled(list(range(len(done))))]
+    one_each = {o.made["text"]: o for o in spread}
+    return list({o.index: o for o in (*one_each.values(), *spread[:TRIED])}.values())
+
+
 def _cores() -> int:
     """Processors that this process may use: of a job on a cluster those it was given."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -238,8 +298,12 @@ class _Driver:
         self.in_a_row = 0  # workers that died since a run ended
         self.stop = ""
 
-    def run(self, workers: int | None, scheduler: str | None, retry_failed: bool) -> Sweep:
-        pending, found = self._pending(retry_failed)
+    def run(self, workers: int | None, scheduler: str | None, retry_failed: bool, accept_changes: bool) -> Sweep:
+        done, pending = self._pending(retry_failed)
+        found = [o for o in done if o.recovered]
+        self.now = common(modules_of(files_of(self.definition.path, self.definition.own)))
+        if pending:
+            self._compare([o for o in done if o.status == DONE], accept_changes)
         self.before = len(self.definition.points) - len(pending)
         LOG.info("%s: %d points, %d to run", self.definition.case, len(self.definition.points), len(pending))
         interrupted = True  # until the work has ended
@@ -258,8 +322,41 @@ class _Driver:
             raise SweepError(self.stop, result)
         return result
 
-    def _pending(self, retry_failed: bool) -> tuple[list[int], list[Outcome]]:
-        """Points that are to be run, and outcomes that only run files tell of."""
+    def _compare(self, done: list[Outcome], accept_changes: bool) -> None:
+        """Finished points and those to come must be of one physics.
+
+        Version and modules of every outcome are compared; some points, one of each structure among them, are built
+        again. Raises ValueError that names the changes, unless they are accepted.
+        """
+        changed = dict.fromkeys(c for o in done for c in common_differences(o.made, self.now))
+        for outcome in _examples([o for o in done if o.made]):
+            if differences := self._rebuilt(outcome):
+                where = self.definition.says(outcome.index)
+                changed |= dict.fromkeys(f"at {where}: {d}" for d in differences)
+                break
+        if not changed:
+            return
+        words = f"{self.folder} has {len(done)} finished points, and since then: {'; '.join(changed)}"
+        if not accept_changes:
+            more = "with --accept-changes (accept_changes=True) the rest is run all the same"
+            raise ValueError(f"{words}. Give another directory; {more}")
+        LOG.warning("%s; accepted", words)
+
+    def _rebuilt(self, outcome: Outcome) -> list[str]:
+        """What a finished point would be run with now that is different."""
+        case, index = find_case(self.definition.path), outcome.index
+        try:
+            mechanism = build(case.scene(**self.definition.values(index)), self.definition.options.get("energy", True))
+        except (ValueError, TypeError) as error:
+            return [f"the scene can no longer be built: {error}"]
+        kept, path = None, self.folder / "runs" / f"{outcome.key}.h5"
+        if self.definition.files and path.exists():
+            with open_result(path) as run:
+                kept = str(run.file.attrs["scene"])
+        return point_differences(outcome.made, made(mechanism, {}), kept, mechanism.scene.to_json())
+
+    def _pending(self, retry_failed: bool) -> tuple[list[Outcome], list[int]]:
+        """Outcomes that are known, and points that are to be run."""
         known, _ = outcomes(self.folder, self.definition)
         done = {}
         for outcome in verified(self.folder, self.definition, known):
@@ -271,9 +368,11 @@ class _Driver:
         for i in pending:
             if i in done and done[i].status != LOST:
                 self.counts[done[i].status] -= 1
-        return pending, [o for o in done.values() if o.recovered]
+        return list(done.values()), pending
 
     def _work(self, pending: list[int], workers: int | None, scheduler: str | None) -> None:
+        if scheduler is None:
+            _compile(self.definition, pending)
         queue = Queue(self.definition.points, pending)
         stamp = definitions.digest(self.folder / "sweep.json")
         if scheduler is not None:
@@ -292,13 +391,17 @@ class _Driver:
                 for outcome in team.wait(LOOK):
                     hand.discard(outcome.index)
                     self._take(outcome, queue)
-                self._report(len(hand))
+                self._report(team.running)
         finally:
             team.close()
 
     def _take(self, outcome: Outcome, queue: Queue) -> None:
         """Keep an outcome; a point that was lost with its worker is tried again."""
         index = outcome.index
+        if outcome.made and (changed := common_differences(outcome.made, self.now)):
+            self.stop = f"a worker runs something else than the driver: {'; '.join(changed)}"
+            (self.folder / "runs" / f"{self.definition.keys[index]}.h5").unlink(missing_ok=True)
+            return
         if outcome.status == WAITING:
             queue.put_back(index)
             return
@@ -326,6 +429,10 @@ class _Driver:
         self.counts[outcome.status] += 1
         if outcome.status != DONE:
             words = f"{outcome.status} {self.definition.says(index)}: {outcome.reason}"
+            LOG.warning("%s", words)
+            self.news.append(words)
+        elif outcome.reason:  # a metric of the user's own
+            words = f"{self.definition.says(index)}: {outcome.reason}"
             LOG.warning("%s", words)
             self.news.append(words)
 

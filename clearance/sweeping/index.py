@@ -138,13 +138,17 @@ class Sweep:
             chosen &= fits
         return np.flatnonzero(chosen)
 
-    def run(self, index: int | None = None, **values) -> Result:
+    def run(self, index: int | None = None, method: str | None = None, **values) -> Result:
         """One run, by its place or by parameter values: opened, read lazily.
+
+        method: "nearest" takes the numbers that were swept nearest to these.
 
         Raises ValueError where the values fit no or several points, or the point has no file.
         """
+        if method not in (None, "nearest"):
+            raise ValueError(f'method must be "nearest" or None, got {method!r}')
         if index is None:
-            found = self.select(**values)
+            found = self.select(nearest=method == "nearest", **values)
             if len(found) != 1:
                 raise ValueError(f"{len(found)} points fit {values}; name a value of each of {', '.join(self.columns)}")
             index = int(found[0])
@@ -269,12 +273,12 @@ def from_file(path: Path, index: int, key: str) -> Outcome | None:
                 return None
             says = json.loads(about["known"])
             solver = run.solver
-            reason = "" if run.complete else run.status.removeprefix("partial: ")
+            reason = about.get("missing", "") if run.complete else run.status.removeprefix("partial: ")
             return Outcome(
                 index, key, DONE if run.complete else FAILED, reason,
                 {n: float(v) for n, v in facts.items()}, {n: tuple(k) for n, k in says.items()}, len(run.warnings),
                 float(solver["wall_s"]), float(solver["loop_s"]), int(solver["steps"]), *checked(path),
-                recovered=True,
+                made=json.loads(about.get("made", "{}")), recovered=True,
             )  # fmt: skip
     except (OSError, ValueError, KeyError):
         return None

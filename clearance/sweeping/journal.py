@@ -18,9 +18,11 @@ class Outcome:
     """How one point ended.
 
     key: the point's name, "" where no worker tells but its team. status: done; failed (the run itself, which will fail
-    again); lost (a worker died, a disk was full: try again). metrics: values by name; known: units and text of metrics
+    again); lost (a worker died, a disk was full: try again). reason: why, or which own metrics of a run are missing.
+    metrics: values by name; known: units and text of metrics
     that this journal has not named before. wall: seconds in all, loop: of these in the compiled loop; size and check:
-    bytes and CRC-32 of the run's file; recovered: told by the run's file or the index, the journal does not know it.
+    bytes and CRC-32 of the run's file; made: what it was run with, see made.py;
+    recovered: told by the run's file or the index, the journal does not know it.
     """
 
     index: int
@@ -35,6 +37,7 @@ class Outcome:
     steps: int = 0
     size: int = 0
     check: int = 0
+    made: dict = field(default_factory=dict)
     recovered: bool = False
 
     @property

@@ -24,7 +24,7 @@ and joint names:
 
 Without a turn, rates are per second: impacts_per_second [1/s], dissipated_power [W]. A run that ended early is seen as
 the one it should have become: the first turn does not count, nor does a part of one. A user's own function
-`name(run) -> {"metric": value}` or `{"metric": (value, units, text)}` adds to them; `run` reads like a result.
+`name(run) -> value`, `{"metric": value}` or `{"metric": (value, units, text)}` adds to them; `run` reads like a result.
 """
 
 import math
@@ -302,11 +302,13 @@ def _change(states: np.ndarray, shift: float) -> np.ndarray:
 
 
 def own(function: Callable, record: Record) -> dict[str, Metric]:
-    """Metrics of a user's function. Raises ValueError for one that gives something else than numbers by name."""
+    """Metrics of a user's function. Raises ValueError for one that gives neither a number nor numbers by name."""
     given = function(record)
     name = getattr(function, "__name__", "metric")
+    if hasattr(given, "__float__") or isinstance(given, tuple):
+        given = {name: given}
     if not isinstance(given, dict):
-        raise ValueError(f"metric {name}: expected a dictionary of numbers, got {given!r}")
+        raise ValueError(f"metric {name}: expected a number or a dictionary of numbers, got {given!r}")
     found = {}
     for key, entry in given.items():
         checks.identifier(f"metric {name}: its name", key)

@@ -47,6 +47,11 @@ class Processes:
         self.workers = [_Process(self.context, folder, stamp) for _ in range(count)]
         self.places = QUEUED * count
 
+    @property
+    def running(self) -> int:
+        """Workers that have something to run."""
+        return sum(bool(worker.hand) for worker in self.workers)
+
     def give(self, index: int) -> None:
         """Have a point run by the worker with the least in hand."""
         min(self.workers, key=lambda w: len(w.hand)).give(index)
@@ -187,6 +192,11 @@ class Dask:
         if time.monotonic() - self.asked > EVERY:
             self.asked, self.size = time.monotonic(), sum(self.client.nthreads().values())
         return max(QUEUED * self.size, 1)
+
+    @property
+    def running(self) -> int:
+        """Workers that have something to run."""
+        return min(len(self.hand), self.size)
 
     def give(self, index: int) -> None:
         # impure: asked twice it is run twice, so that a restart never gets an old answer

@@ -20,6 +20,7 @@ from clearance.sweeping.definition import Definition
 from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.index import checked
 from clearance.sweeping.journal import DONE, FAILED, LOST, Outcome
+from clearance.sweeping.made import made, modules_of
 from clearance.sweeping.metrics import Metric, metrics, own
 
 NO_SPACE = "no space left for its file"
@@ -30,13 +31,14 @@ LARGE = 8_000_000  # numbers in a run's file above which it is written as the ru
 class Keeper:
     """A sink that keeps a run in memory for its metrics, and in a file where one is wanted."""
 
-    def __init__(self, run: Run, definition: Definition, key: str, path: Path | None):
+    def __init__(self, run: Run, definition: Definition, key: str, path: Path | None, made: dict):
         channels, attributes = run.mechanism.structure.channels, run.attributes()
-        self.run, self.definition, self.key = run, definition, key
+        self.run, self.definition, self.key, self.made = run, definition, key, made
         self.memory = MemorySink(channels, attributes)
         sink = ImageSink if run.span.samples * len(channels) < LARGE else FileSink
         self.file = path and sink(path, channels, attributes, definition.keep, definition.compression, run.span.samples)
         self.found: dict[str, Metric] = {}
+        self.missing: list[str] = []  # metrics of the user's own that failed, and why
         self.flush = self.memory.flush
 
     def _own(self, found: dict[str, Metric]) -> dict[str, Metric]:
@@ -72,11 +74,18 @@ class Keeper:
         ideal = ideal_motion(scene, self.run.span, record.scene)
         self.found = metrics(record, self.definition.settle, ideal)
         for reference in self.definition.own:
-            self.found |= self._own(own(load_function(*reference), record))
+            function = load_function(*reference)
+            try:
+                self.found |= self._own(own(function, record))
+            except BaseException as error:  # noqa: BLE001 - a metric does not cost the run, whatever it does
+                words = _explained(error)
+                self.missing.append(words if words.startswith("metric ") else f"metric {function.__name__}: {words}")
         if self.file:
             known = json.dumps({n: (m.units, m.text) for n, m in self.found.items()})
             about = {"metrics": {n: m.value for n, m in self.found.items()}}
-            about["sweep"] = {"key": self.key, "known": known}
+            about["sweep"] = {
+                "key": self.key, "known": known, "made": json.dumps(self.made), "missing": "; ".join(self.missing),
+            }  # fmt: skip
             self.file.close(status, solver, warnings, facts | about, ranges)
 
 
@@ -121,6 +130,17 @@ def _case(path: str, source: str) -> Case:
     if definitions.digest(case.path) != source:
         raise Changed(f"case file {case.path} is not the one that this sweep was defined with")
     return case
+
+
+@lru_cache(maxsize=8)
+def _modules(definition_path: str, source: str, own: tuple) -> dict[str, str]:
+    """Modules that the case file and the metrics import, as they were when this process loaded them."""
+    return modules_of(files_of(definition_path, own))
+
+
+def files_of(path: str, own: tuple) -> list[Path]:
+    """Files with a user's code: the case, and those of the metrics."""
+    return [find_case(path).path, *(Path(reference.rpartition(":")[0]) for reference, _ in own)]
 
 
 def run_point(folder: str, stamp: str, index: int) -> Outcome:
@@ -168,14 +188,15 @@ def _is_full(error: BaseException) -> bool:
 def _attempt(definition: Definition, index: int, key: str, path: Path | None, began: float) -> Outcome:
     scene: Scene = _case(definition.path, definition.source).scene(**definition.values(index))
     run = prepare(scene, **definition.options)
-    keeper = Keeper(run, definition, key, path)
+    modules = _modules(definition.path, definition.source, definition.own)
+    keeper = Keeper(run, definition, key, path, made(run.mechanism, modules))
     failure = run.record(keeper)
     return Outcome(
-        index, key, DONE if failure is None else FAILED, failure or "",
+        index, key, DONE if failure is None else FAILED, failure or "; ".join(keeper.missing),
         {n: float(m.value) for n, m in keeper.found.items()},
         {n: (m.units, m.text) for n, m in keeper.found.items()},
         len(keeper.memory.record.warnings), time.perf_counter() - began, run.wall,
-        int(keeper.memory.record.solver["steps"]), *keeper.written,
+        int(keeper.memory.record.solver["steps"]), *keeper.written, keeper.made,
     )  # fmt: skip
 
 

@@ -747,17 +747,22 @@ def test_no_ideal_motion_where_nothing_slides_or_there_is_not_one(scene):
 
 
 # --- a user's own
+def clock(run):
+    return 3
+
+
 def test_own_metrics_are_numbers_by_name():
     found = own(lambda run: {"mean": np.float32(2.0), "rate": (3, "1/s", "a rate"), "none": math.inf}, clocked(1.0))
     assert (found["mean"].value, found["mean"].units, found["mean"].text) == (2.0, "?", "mean")
     assert (found["rate"].value, found["rate"].units, found["rate"].text) == (3.0, "1/s", "a rate")
     assert found["none"].value == math.inf
+    assert own(clock, clocked(1.0))["clock"].value == 3.0
 
 
 @pytest.mark.parametrize(
     ("given", "reason"),
     [
-        (3.0, "expected a dictionary of numbers, got 3.0"),
+        ("3.0", "expected a number or a dictionary of numbers, got '3.0'"),
         ({"bad": "text"}, "bad is no number: 'text'"),
         ({"bad": None}, "bad is no number: None"),
         ({"bad": [1.0, 2.0]}, r"bad is no number: \[1.0, 2.0\]"),

@@ -279,7 +279,8 @@ def test_a_metric_of_ones_own(tmp_path):
     bad = cl.sweep(
         CASE, points, tmp_path / "bad", fixed=FIXED, metrics=[f"{tmp_path / 'mine.py'}:bad"], workers=1, **OPTIONS
     )
-    assert bad.failed.all()
+    assert bad.done.all()
+    assert "bad" not in bad.metrics
     assert "metric bad: bad is no number: 'text'" in bad.reason[0]
     with pytest.raises(ValueError, match="top level of a file"):
         cl.sweep(CASE, points, tmp_path / "never", metrics=[lambda run: {}], **OPTIONS)
@@ -517,7 +518,7 @@ def test_a_metric_may_fail_as_it_likes(end, tmp_path):
         CASE, cl.grid(speed=[20.0]), tmp_path / "out", fixed=FIXED, channels=[], workers=1,
         metrics=[f"{tmp_path / 'mine.py'}:mine"], **OPTIONS,
     )  # fmt: skip
-    assert found.status.tolist() == ["failed"]
+    assert found.status.tolist() == ["done"]
     assert "mine.py, line" in found.reason[0]
 
 

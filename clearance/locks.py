@@ -1,0 +1,84 @@
+"""One process at a time: locks that end with the process that holds them."""
+
+import os
+from contextlib import suppress
+from pathlib import Path
+from typing import IO
+
+try:
+    import fcntl
+except ImportError:  # a system without file locks
+    fcntl = None
+
+
+class InUse(ValueError):
+    """Somebody else holds the lock."""
+
+
+class Lock:
+    """A file that one holder at a time locks: a process, or a thread of one. It is removed when it is released.
+
+    The file of a killed holder is locked by nobody and is taken over. `held` is False where the system or the file
+    system has no locks. Raises InUse where another one holds it, unless `wait` is set; OSError where the file cannot
+    be made.
+    """
+
+    def __init__(self, path: Path, message: str = "", wait: bool = False):
+        self.path = path
+        self.file: IO | None = None
+        while fcntl is not None and self.file is None:
+            file = open(path, "a+")  # noqa: SIM115 - held until `release`
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+            except BlockingIOError:
+                raise InUse(f"{message} ({_holder(file)})") from None
+            except OSError:  # a file system without locks
+                file.close()
+                path.unlink(missing_ok=True)
+                return
+            if self._is_ours(file):
+                self.file = file
+            else:  # its last holder has removed it
+                file.close()
+        self._sign()
+
+    @property
+    def held(self) -> bool:
+        """The lock is this one's."""
+        return self.file is not None
+
+    def _is_ours(self, file: IO) -> bool:
+        """The file still stands under its name."""
+        try:
+            return os.path.samestat(os.fstat(file.fileno()), os.stat(self.path))
+        except FileNotFoundError:
+            return False
+
+    def _sign(self) -> None:
+        """Write who holds it. A full disk leaves it unsigned."""
+        if self.file is not None:
+            with suppress(OSError):
+                if os.fstat(self.file.fileno()).st_size:  # truncating a new file makes some file systems write it out
+                    self.file.truncate(0)
+                self.file.write(f"process {os.getpid()} on {os.uname().nodename}")
+                self.file.flush()
+
+    def release(self) -> None:
+        """Remove the file, then let go of it: nobody else can hold a file that is removed here."""
+        if self.file is not None:
+            file, self.file = self.file, None
+            self.path.unlink(missing_ok=True)
+            with suppress(OSError):  # a full disk
+                file.close()
+
+    def __enter__(self) -> "Lock":
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.release()
+
+
+def _holder(file: IO) -> str:
+    with file:
+        file.seek(0)
+        return file.read().strip() or "another process"

@@ -1,0 +1,140 @@
+"""What a point was run with: version, files the case imports, text of its kernels, numbers of its scene.
+
+The definition of a sweep says what was asked for. Each outcome says what was run, so that a sweep that goes on after an
+imported file, a law or the package has changed does not put two physics in one table.
+"""
+
+import ast
+import hashlib
+import importlib.metadata
+import importlib.util
+import json
+import sysconfig
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from functools import lru_cache
+from pathlib import Path
+
+from clearance.mechanism.build import Mechanism
+from clearance.sweeping.definition import digest
+
+#: modules in these folders come with Python, a package or this one: their versions tell them apart
+FOREIGN = tuple(Path(sysconfig.get_path(n)) for n in ("stdlib", "platstdlib", "purelib", "platlib"))
+FOREIGN += (Path(__file__).resolve().parent.parent,)
+
+
+def made(mechanism: Mechanism, modules: dict[str, str]) -> dict:
+    """What the runs of a mechanism are made with, as plain data; modules: see `modules_of`."""
+    scene = json.dumps(sorted(numbers(mechanism.scene.to_json()).items()))
+    return common(modules) | {"text": mechanism.structure.digest, "numbers": _digest(scene)}
+
+
+def common(modules: dict[str, str]) -> dict:
+    """The part of it that all points share."""
+    return {"version": _version()} | ({"modules": modules} if modules else {})
+
+
+@lru_cache(maxsize=1)
+def _version() -> str:
+    return importlib.metadata.version("clearance")
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+
+def numbers(scene: str) -> dict[str, str]:
+    """All values of a scene's JSON by name: "joints C contact restitution" -> "0.9", numbers to nine digits."""
+    found: dict[str, str] = {}
+    for key, value in json.loads(scene).items():
+        _name(found, key, value)
+    return found
+
+
+def _name(found: dict[str, str], name: str, value: object) -> None:
+    if isinstance(value, dict):
+        for key, entry in value.items():
+            _name(found, f"{name} {key}", entry)
+    elif isinstance(value, list):
+        for i, entry in enumerate(value):
+            _name(found, f"{name} {entry.get('name', i) if isinstance(entry, dict) else i}", entry)
+    elif name.endswith(" law"):  # a case file's module is called otherwise in each process
+        found[name] = str(value).rpartition(":")[2]
+    else:
+        found[name] = f"{value:.9g}" if isinstance(value, float) else str(value)
+
+
+def common_differences(before: dict, now: dict) -> list[str]:
+    """What has changed of what all points share, in words."""
+    if not before:
+        return ["its points do not say what they were run with (version 0.1 wrote them)"]
+    found = []
+    if before["version"] != now["version"]:
+        found.append(f"clearance {before['version']}, here {now['version']}")
+    one, two = before.get("modules", {}), now.get("modules", {})
+    changed = [n for n in sorted({*one, *two}) if one.get(n) != two.get(n)]
+    return found + [f"the imported module {n} has been changed" for n in changed]
+
+
+def point_differences(before: dict, now: dict, kept: str | None, scene: str) -> list[str]:
+    """What has changed of a point, in words; kept: JSON of the scene that was run, where its file says it."""
+    found = ["the law or kernel text has been changed"] if before.get("text") != now["text"] else []
+    if before.get("numbers") == now["numbers"]:
+        return found
+    one, two = numbers(kept) if kept else {}, numbers(scene)
+    changed = [n for n in dict.fromkeys([*one, *two]) if one.get(n) != two.get(n)] if kept else []
+    if not changed:
+        return [*found, "the scene's numbers have been changed"]
+    first = changed[0]
+    more = f" (and {len(changed) - 1} more)" if len(changed) > 1 else ""
+    return [*found, f"{first} was {one.get(first, 'not there')}, is now {two.get(first, 'not there')}{more}"]
+
+
+def modules_of(paths: Iterable[Path]) -> dict[str, str]:
+    """Digests of the user's own modules that files import, directly or not, by name; the files themselves left out."""
+    found: dict[str, str] = {}
+    todo = [(Path(path), "") for path in paths]
+    while todo:
+        path, package = todo.pop()
+        for name in _imported(path, package):
+            place = None if name in found else _own_file(name)
+            if place is not None:
+                found[name] = digest(place)
+                todo.append((place, name if place.name == "__init__.py" else name.rpartition(".")[0]))
+    return dict(sorted(found.items()))
+
+
+def _imported(path: Path, package: str) -> Iterator[str]:
+    """Names that may be modules in the import statements of a file."""
+    for node in ast.walk(ast.parse(path.read_bytes())):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            base = _absolute(node, package)
+            names = [base, *(f"{base}.{alias.name}" for alias in node.names)]
+        else:
+            continue
+        for name in names:
+            parts = name.split(".")
+            yield from (".".join(parts[: i + 1]) for i in range(len(parts)))
+
+
+def _absolute(node: ast.ImportFrom, package: str) -> str:
+    """The module that `from ... import` names."""
+    if not node.level:
+        return node.module or ""
+    with suppress(ImportError):
+        return importlib.util.resolve_name("." * node.level + (node.module or ""), package)
+    return node.module or ""
+
+
+def _own_file(name: str) -> Path | None:
+    """The file of a user's own module; None for others and for what is no module."""
+    place = None
+    with suppress(ImportError, AttributeError, ValueError):
+        place = importlib.util.find_spec(name)
+    if place is None or not place.has_location or not str(place.origin).endswith(".py"):
+        return None
+    path = Path(place.origin)
+    foreign = any(path.is_relative_to(f) or path.resolve().is_relative_to(f) for f in FOREIGN)
+    return None if foreign else path

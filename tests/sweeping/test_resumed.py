@@ -1,0 +1,177 @@
+"""A sweep that goes on after something has changed does not put two physics in one table."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance.sweeping import made
+
+CASE = """
+import clearance as cl
+import helper
+
+def scene(*, length: float = 0.1) -> cl.Scene:
+    \"\"\"A pendulum.
+
+    length: of the pendulum [m]
+    \"\"\"
+    body = cl.Body("arm", mass=helper.MASS, inertia=1e-3, points={"pin": (-length, 0.0)})
+    return cl.Scene(cl.Revolute(cl.ground, body["pin"], name="P"), cl.Torque(body, torque=helper.push(size=1e-3)))
+"""
+HELPER = """
+import clearance as cl
+
+MASS = 1.0
+
+@cl.signal
+def push(time, size):
+    return size * time
+"""
+POINTS = cl.grid(length=[0.1, 0.2, 0.3])
+
+
+@pytest.fixture
+def begun(tmp_path, monkeypatch):
+    """A sweep of three points one of which is missing, and the call that goes on with it."""
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "helper", raising=False)
+    (tmp_path / "mine.py").write_text(CASE)
+    (tmp_path / "helper.py").write_text(HELPER)
+    folder = tmp_path / "out"
+
+    def go(**more):
+        sys.modules.pop("helper", None)
+        for name in [n for n in sys.modules if n.startswith("clearance_case_mine")]:
+            del sys.modules[name]
+        return cl.sweep(tmp_path / "mine.py", POINTS, folder, until=0.1, samples=11, workers=1, **more)
+
+    go()
+    lose(folder, 1)
+    yield folder, go
+    sys.modules.pop("helper", None)
+
+
+def lines(folder):
+    return [json.loads(line) for line in (folder / "journal.jsonl").read_text().splitlines()]
+
+
+def rewrite(folder, outcomes):
+    (folder / "journal.jsonl").write_text("".join(json.dumps(o) + "\n" for o in outcomes))
+
+
+def lose(folder, index):
+    rewrite(folder, [o for o in lines(folder) if o["index"] != index])
+    (folder / "runs" / f"{cl.open_sweep(folder).definition.keys[index]}.h5").unlink(missing_ok=True)
+
+
+def edit(folder, old, new):
+    helper = folder.parent / "helper.py"
+    helper.write_text(helper.read_text().replace(old, new))
+
+
+def test_R2_unchanged_it_goes_on(begun):
+    folder, go = begun
+    assert go().done.all()
+    assert {o["made"]["version"] for o in lines(folder)} == {made.common({})["version"]}
+    assert all(list(o["made"]["modules"]) == ["helper"] for o in lines(folder))
+
+
+def test_R2_a_changed_helper_is_named_and_refused(begun):
+    """An imported file that changes a number: the file, the point, the number and both values are said."""
+    folder, go = begun
+    edit(folder, "MASS = 1.0", "MASS = 2.5")
+    before = (folder / "journal.jsonl").read_bytes()
+    with pytest.raises(ValueError, match="imported module helper has been changed.*bodies arm mass was 1, is now 2.5"):
+        go()
+    assert (folder / "journal.jsonl").read_bytes() == before
+    found = go(accept_changes=True)
+    assert found.done.all()
+    assert len({json.dumps(o["made"]) for o in lines(folder)}) == 3
+    with found.run(1) as run:
+        assert json.loads(run.file.attrs["scene"])["bodies"][0]["mass"] == 2.5
+
+
+def test_R2_a_law_that_no_file_tells_of_is_noticed(begun):
+    """Kernel texts are compared too: the digests of the files are made equal here."""
+    folder, go = begun
+    edit(folder, "size * time", "size * time * time")
+    digests = made.modules_of([folder.parent / "mine.py"])
+    rewrite(folder, [o | {"made": o["made"] | {"modules": digests}} for o in lines(folder)])
+    with pytest.raises(ValueError, match=r"at length=0\.\d: the law or kernel text has been changed"):
+        go()
+
+
+def test_R2_another_version_is_refused(begun):
+    folder, go = begun
+    rewrite(folder, [o | {"made": o["made"] | {"version": "0.0.1"}} for o in lines(folder)])
+    with pytest.raises(ValueError, match=r"clearance 0\.0\.1, here "):
+        go()
+    assert go(accept_changes=True).done.all()
+
+
+def test_R2_a_journal_of_version_0_1_is_refused(begun):
+    """Its points do not say what they were run with, so nobody can tell."""
+    folder, go = begun
+    rewrite(folder, [{n: v for n, v in o.items() if n != "made"} for o in lines(folder)])
+    with pytest.raises(ValueError, match="do not say what they were run with"):
+        go()
+    assert go(accept_changes=True).done.all()
+
+
+def test_R2_a_finished_sweep_is_read_whatever_has_changed(begun):
+    """Nothing is run, so nothing is mixed."""
+    folder, go = begun
+    go()
+    edit(folder, "MASS = 1.0", "MASS = 2.5")
+    assert go().done.all()
+
+
+def test_R2_a_worker_that_runs_something_else_stops_the_sweep(begun, monkeypatch):
+    """A cluster's worker of another version: its point is not kept."""
+    from clearance.sweeping import driver
+
+    folder, go = begun
+    now = made.common({}) | {"version": "0.0.1"}
+    monkeypatch.setattr(driver, "common", lambda modules: now | {"modules": modules})
+    with pytest.raises(
+        driver.SweepError, match=r"a worker runs something else than the driver: clearance .*here 0\.0\.1"
+    ):
+        go(accept_changes=True)
+    assert sorted(o["index"] for o in lines(folder)) == [0, 2]
+
+
+def test_R2_what_was_run_survives_the_journal(begun):
+    """The run's own file tells it too."""
+    folder, go = begun
+    (folder / "journal.jsonl").unlink()
+    assert go().done.all()
+    assert all(o["made"]["modules"] for o in lines(folder))
+
+
+def test_R2_modules_of_modules(tmp_path, monkeypatch):
+    """Packages, relative imports and imports of imports; not the standard library, packages or clearance itself."""
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "kit").mkdir()
+    (tmp_path / "kit" / "__init__.py").write_text("from . import numbers_\n")
+    (tmp_path / "kit" / "numbers_.py").write_text("import json\nfrom .deep import y\n")
+    (tmp_path / "kit" / "deep.py").write_text("y = 1\n")
+    (tmp_path / "beside_.py").write_text("import numpy\nimport clearance\n")
+    (tmp_path / "mine.py").write_text("def f():\n    import beside_\n    from kit.numbers_ import y\n")
+    assert list(made.modules_of([tmp_path / "mine.py"])) == ["beside_", "kit", "kit.deep", "kit.numbers_"]
+
+
+def test_R2_the_last_digit_of_a_number_is_no_change():
+    """Nine digits: another machine's sine does not make another scene."""
+    one, two = (json.dumps({"joints": [{"name": "C", "x": x}]}) for x in (0.1, np.nextafter(0.1, 1.0)))
+    assert made.numbers(one) == made.numbers(two) == {"joints C name": "C", "joints C x": "0.1"}
+
+
+def test_R9_what_killed_workers_left_is_cleaned_up(begun):
+    folder, go = begun
+    (folder / "runs" / "0123456789abcdef.h5.77.0.partial").write_bytes(b"half a file")
+    assert go().done.all()
+    assert sorted(p.suffix for p in (folder / "runs").iterdir()) == [".h5"] * 3
+    assert not (folder / "lock").exists()

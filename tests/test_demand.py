@@ -1,0 +1,94 @@
+"""Requests that cannot end are refused with their numbers before anything runs; usual ones never are."""
+
+import json
+import re
+
+import pytest
+
+import clearance as cl
+from clearance import cli, demand
+from clearance.demand import Demand, affordable
+
+IDEAL = ["slider_crank", "-p", "model=ideal"]
+
+
+def ideal(**more):
+    return cl.load_case("slider_crank", model="ideal", **more)
+
+
+@pytest.mark.parametrize(
+    ("request_", "why"),
+    [
+        (["--samples-per-turn", "1e12"], r"2e\+12 rows of output \(2\^31 are allowed\)"),
+        (["--samples-per-turn", "1e20"], "samples must be at most 2\\^53"),
+        (["--samples-per-turn", "1e300", "--turns", "1e10"], "samples must be finite"),
+        (["--turns", "2147483648"], r"8\.59e\+11 rows"),
+        (["--turns", "1e300"], "samples must be at most"),
+        (["--until", "1e9"], r"at least 2e\+12 steps of a microsecond or more, 23\.1 days \(one is allowed\)"),
+        (["--max-step", "1e-14"], r"at least 2\.4e\+12 steps"),
+    ],
+)
+def test_R9_run_refuses_what_cannot_end(request_, why, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["run", *IDEAL, *request_]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert re.search(why, said), said
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("more", [{"samples": 10**20}, {"samples": 3 * 10**9}, {"until": 1e12}])
+def test_R9_simulate_and_sweep_refuse_it_too(more, tmp_path):
+    length = {} if "until" in more else {"turns": 2.0}
+    with pytest.raises(ValueError, match="samples must be at most|rows of output|steps of a microsecond"):
+        cl.simulate(ideal(), **length, **more)
+    with pytest.raises(ValueError, match="samples must be at most|rows of output|steps of a microsecond"):
+        cl.sweep(
+            "slider_crank", cl.grid(speed=[1.0, 2.0]), tmp_path / "out", fixed={"model": "ideal"}, **length, **more
+        )
+    assert not (tmp_path / "out").exists()
+
+
+def test_R9_what_the_disk_cannot_hold_is_refused(tmp_path, monkeypatch):
+    """By all the channels that are kept, at eight bytes a number; --force and force=True begin all the same."""
+    monkeypatch.setattr(demand.shutil, "disk_usage", lambda path: type("", (), {"free": 100_000})())
+    with pytest.raises(ValueError, match=r"files of .* bytes \(1e\+05 are free in .*--force \(force=True\)"):
+        cl.simulate(ideal(), turns=2, path=tmp_path / "run.h5")
+    assert not list(tmp_path.iterdir())
+    cl.simulate(ideal(), turns=2, path=tmp_path / "run.h5", channels=["bodies/slider/x"]).close()
+    cl.simulate(ideal(), turns=2, path=tmp_path / "run.h5", force=True).close()
+    assert cli.main(["run", *IDEAL, "-o", str(tmp_path / "run.h5"), "--force", "--json"]) == 0
+    call = {"fixed": {"model": "ideal"}, "turns": 2.0, "workers": 1}
+    points, kept = cl.grid(speed=[10.0, 20.0]), {"channels": ["bodies/slider/x"]}
+    with pytest.raises(ValueError, match="files of"):
+        cl.sweep("slider_crank", points, tmp_path / "never", **call)
+    assert cl.sweep("slider_crank", points, tmp_path / "out", **call, **kept).done.all()
+
+
+def test_R9_usual_requests_are_never_refused():
+    """The bounds are lower ones: a run of 20,000 turns with all channels takes a second of steps at least."""
+    affordable(Demand(rows=8_000_001, steps=480_000.0, columns=80))
+    assert Demand(rows=8_000_001, steps=480_000.0).seconds < 1.0
+    with pytest.raises(ValueError, match="3e\\+09 rows"):
+        affordable(Demand(rows=3_000_000_000, steps=1.0))
+
+
+def test_R9_a_compressed_file_is_given_the_benefit_of_the_doubt(monkeypatch):
+    monkeypatch.setattr(demand.shutil, "disk_usage", lambda path: type("", (), {"free": 8_000_000})())
+    affordable(Demand(rows=1_000_000, steps=1.0, columns=9, compressed=True))
+    with pytest.raises(ValueError, match="files of 7.2e\\+07 bytes"):
+        affordable(Demand(rows=1_000_000, steps=1.0, columns=9))
+
+
+def test_R9_lyapunov_and_inverse_refuse_it(capsys):
+    assert cli.main(["lyapunov", "slider_crank", "--turns", "100000000000000000000"]) == 2
+    assert "this needs 1e+20 rows of output" in capsys.readouterr().err
+    with pytest.raises(ValueError, match="rows of output"):
+        cl.inverse_dynamics(ideal(), turns=1, samples=10**10)
+
+
+def test_R9_work_precision_of_a_scene_that_does_not_move(capsys):
+    """Nothing but gravity on a slider at rest: it bounces on its bearing without end."""
+    assert cli.main(["work-precision", "slider_crank", "-p", "speed=0", "--json"]) == 2
+    told = json.loads(capsys.readouterr().out)
+    assert told["message"].startswith("this scene does not move: the speed of drive ")

@@ -1,0 +1,82 @@
+"""Scenes share a structure and nothing else: neither numbers nor names pass from one to another."""
+
+import numpy as np
+
+import clearance as cl
+from clearance.mechanism import build as building
+from clearance.mechanism import store
+from clearance.mechanism.build import build
+
+
+def pendulum(stiffness, hinge="P", arm="arm"):
+    body = cl.Body(arm, mass=1.0, inertia=1e-3, points={"pin": (-0.1, 0.0)})
+    numbers = {"static": 0.3, "kinetic": 0.2, "stribeck_rate": 0.1, "damping": 0.01, "viscous": 0.1}
+    friction = cl.joint_lugre(stiffness=stiffness, **numbers)
+    return cl.Scene(cl.Revolute(cl.ground, body["pin"], name=hinge, friction=friction))
+
+
+def test_A1_a_run_does_not_depend_on_what_was_built_before(monkeypatch):
+    """Natural sizes come from the scene at hand: bit for bit the same alone and after a stiffer scene."""
+    monkeypatch.setattr(building, "_structures", {})
+    alone = cl.simulate(pendulum(50.0), until=0.05, samples=11)
+    monkeypatch.setattr(building, "_structures", {})
+    stiff = build(pendulum(5e6))
+    after = cl.simulate(pendulum(50.0), until=0.05, samples=11)
+    assert build(pendulum(50.0)).structure is stiff.structure
+    assert after.solver["steps"] == alone.solver["steps"]
+    np.testing.assert_array_equal(after["arm"].theta, alone["arm"].theta)
+    np.testing.assert_array_equal(after.solver["atol"], alone.solver["atol"])
+
+
+def test_A1_a_structure_holds_no_scene():
+    """Only names, kinds and text, none of which leads back to a scene or its joints."""
+    structure = build(pendulum(50.0)).structure
+    plain = (str, int, bool, dict, list, tuple, frozenset)
+    assert all(isinstance(v, plain) or n == "derive" for n, v in vars(structure).items())
+    for name in ("bristles", "warm", "remembering", "dissipated", "found"):
+        assert all(isinstance(v, str) for v in getattr(structure, name)), name
+
+
+def crank(bodies, joints):
+    """A slider-crank with a mixed clearance joint, a dyad and a spring, under any names."""
+    k, r, s = (cl.Body(n, 0.3, 1e-4, points={"p": (0.0, 0.0), "q": (0.1, 0.0)}) for n in bodies)
+    law = cl.lankarani_nikravesh(stiffness=1e9, restitution=0.9, exponent=1.5)
+    film = {"film": cl.pinkus_sternlicht(), "length": 0.01, "lubricant": cl.Lubricant(viscosity=0.05)}
+    gap = {"radius": 0.01, "clearance": 1e-4, "contact": law, "friction": cl.coulomb(coefficient=0.1)}
+    return cl.Scene(
+        cl.Revolute(cl.ground, k["p"], name=joints[0]),
+        cl.Revolute(k["q"], r["p"], name=joints[1]),
+        cl.ClearanceRevolute(
+            r["q"], s["p"], name=joints[2], transition=cl.load_sharing(), roughness=1e-6, **gap, **film
+        ),
+        cl.Prismatic(cl.ground, s["p"], name=joints[3]),
+        cl.SpringDamper(cl.ground, s["p"], stiffness=10.0, damping=1.0, free_length=0.1, name=joints[4]),
+        cl.Drive(k, speed=10.0, start=0.3, name=joints[5]),
+        name="crank",
+    )
+
+
+def test_A3_renaming_compiles_nothing():
+    """The store's key is of the text without comments; the text itself goes by the new names."""
+    one = build(crank(("crank", "rod", "slider"), ("A", "B", "C", "G", "spring", "drive"))).structure
+    two = build(crank(("one", "two", "three"), ("Z1", "Y", "X", "W", "V", "U"))).structure
+    assert [c.path for c in one.channels] != [c.path for c in two.channels]
+    assert one.texts["rhs"] != two.texts["rhs"]
+    assert "# joint.X.clearance" in two.texts["rhs"]
+    for role, text in one.texts.items():
+        assert store.key(text) == store.key(two.texts[role]), role
+    assert one.digest == two.digest
+
+
+def test_A3_a_renamed_run_gives_the_same_numbers():
+    """Through the same compiled kernel, bit for bit; the file carries the text with its own names."""
+    one = cl.simulate(pendulum(50.0), until=0.05, samples=11)
+    two = cl.simulate(pendulum(50.0, "hinge", "rod"), until=0.05, samples=11)
+    np.testing.assert_array_equal(one["arm"].theta, two["rod"].theta)
+    assert "joint.P." in one.file.attrs["kernel"]
+    assert "joint.hinge." in two.file.attrs["kernel"]
+
+
+def test_A3_what_is_no_comment_is_part_of_the_key():
+    assert store.key("a = 1  # one") == store.key("a = 1  # two")
+    assert store.key("a = 1  # one") != store.key("a = 2  # one")
