@@ -439,6 +439,8 @@ class Run:
             self.mechanism.structure.channels, sink, self.span.until, self.mechanism.scene.turn, self._watch(),
             self.rtol * self._energy_scale(),
         )  # fmt: skip
+        for joint in self.mechanism.scene.joints:
+            writer.know(f"joints/{joint.name}", **joint.facts)
         if every is not None and (kept := sink.begin()) is not None:
             restore(self, writer, kept)
             LOG.info("going on from t = %.6g s", self.clock[self.loop.TIME])
