@@ -142,11 +142,15 @@ class Reader:
             if data.external or data.is_virtual:
                 raise Damaged(f"{self.path}: /{place} points to another file")
             if data.nbytes > PACKED * data.id.get_storage_size():
-                raise Damaged(f"{self.path}: /{place} claims {data.size} values, more than the file holds")
+                raise Damaged(
+                    f"{self.path}: /{place} claims {data.size} values, more than the file holds"
+                )
             if h5py.check_string_dtype(data.dtype):
                 return np.asarray(data.asstr()[()]).astype(str)
             if data.dtype.kind not in "biuf":
-                raise Damaged(f"{self.path}: /{place} holds {data.dtype}, neither numbers nor texts")
+                raise Damaged(
+                    f"{self.path}: /{place} holds {data.dtype}, neither numbers nor texts"
+                )
             return data[()]
 
     def attribute(self, place: str, name: str):
@@ -159,8 +163,10 @@ class Reader:
             check = holder.attrs.get(f"{name}_crc32") if name in CHECKED else None
         where = f"{self.path}: /{place}: attribute {name}"
         kind = NUMBER if place == "metrics" else KINDS.get(name)
+        if isinstance(value, str) and not _is(TEXT, value):
+            raise Damaged(f"{where} is no UTF-8 text")
         if kind is not None and not _is(kind, value):
-            raise Damaged(f"{where} must be {kind}, got {value!r}")
+            raise Damaged(f"{where} must be {kind}, got {value!r:.80}")
         if check is not None and check != zlib.crc32(value.encode()):
             raise Damaged(f"{where} is not what was written: its checksum differs")
         return value
@@ -169,7 +175,9 @@ class Reader:
         """All attributes of a group or dataset."""
         with _reading(self.path, place):
             names = list(self.item(place).attrs)
-        return Entries(f"{self.path}: /{place}", ((name, self.attribute(place, name)) for name in names))
+        return Entries(
+            f"{self.path}: /{place}", ((name, self.attribute(place, name)) for name in names)
+        )
 
     def document(self, place: str, name: str, kind: type = dict) -> dict | list:
         """An attribute that is a JSON object, or a JSON array where `kind` is list."""
@@ -196,7 +204,7 @@ class Reader:
 def _is(kind: str, value) -> bool:
     """Whether an attribute's value is of a kind."""
     if kind == TEXT:
-        return isinstance(value, str)
+        return isinstance(value, str) and value == value.encode(errors="replace").decode()
     array = np.asarray(value)
     return array.dtype.kind in "biuf" and array.ndim == (kind == ROW)
 

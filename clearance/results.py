@@ -70,6 +70,10 @@ def replacing(path: Path) -> Iterator[Path]:
     try:
         yield temporary
         os.replace(temporary, path)
+    except OSError as error:
+        if error.errno and not error.filename:  # the system does not say what it could not write
+            error.filename = str(path)
+        raise
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -373,6 +377,22 @@ class Result(Record):
             raise Damaged(f"{self.path}: the columns of /events differ in length")
         return Entries(f"{self.path}: /events", columns)
 
+    def to_xarray(self):
+        """All of it as an xarray DataTree in memory, with the groups, units and attributes of the file."""
+        xarray = extra("xarray")
+        groups = [f"{kind}/{n}" for kind in ("bodies", "joints", "springs", "drives") for n in self.names(kind)]
+        found = {"/": xarray.Dataset(attrs=self.attributes)}
+        for group in [*groups, "energy", "friction", *DIMENSIONS]:
+            if not (names := self.names(group)):
+                continue
+            along, columns = DIMENSIONS.get(group, "time"), {}
+            for name in ("time", *names):
+                values, about = self.reader.column(f"{group}/{name}"), self.reader.attributes(f"{group}/{name}")
+                columns[name] = (along, values, {n: about[n] for n in ("units", "long_name")})
+            data = xarray.Dataset(columns, attrs=self.reader.attributes(group))
+            found[f"/{group}"] = data.set_coords("time")
+        return xarray.DataTree.from_dict(found)
+
     def save(self, path: str | Path) -> Path:
         """Copy the file to `path`, under a temporary name until it is whole."""
         path = Path(path)
@@ -392,6 +412,14 @@ class Result(Record):
 
     def __repr__(self) -> str:
         return f"<Result {self.path.name}: {self._samples} samples, {self.status}>"
+
+
+def extra(package: str):
+    """A package of the extra xarray. Raises ImportError saying how it is installed."""
+    try:
+        return importlib.import_module(package)
+    except ImportError:
+        raise ImportError(f"{package} is not installed: pip install 'clearance[xarray]'") from None
 
 
 def _turns(target: str | dict) -> bool:

@@ -30,7 +30,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.checks import identifier
-from clearance.reading import Reader, open_checked
+from clearance.reading import Damaged, Reader, open_checked
 from clearance.results import provenance, replacing, save_tables
 
 FORMAT = "clearance-measurement"
@@ -249,6 +249,8 @@ def _checked(path: Path, trusted: bool, load: Callable[[dict[str, Where]], Measu
         measurement = load(rows)
         if not trusted:
             check_units(measurement, lambda trial: rows.get(trial, "row {}".format))
+    except Damaged:
+        raise
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
     return measurement

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.reading import Damaged, NewerFormat, open_checked
-from clearance.results import Result, open_result, save_tables
+from clearance.results import Result, extra, open_result, save_tables
 from clearance.sweeping import definition as definitions
 from clearance.sweeping import journal as journals
 from clearance.sweeping.journal import DONE, FAILED, Outcome
@@ -95,7 +95,7 @@ class Sweep:
     @cached_property
     def table(self):
         """Parameters, status and metrics, a row a point, as a pandas DataFrame."""
-        pandas = _extra("pandas")
+        pandas = extra("pandas")
         frame = pandas.DataFrame(self.columns | {"status": self.status, "reason": self.reason} | self.metrics)
         frame.attrs["units"] = self.definition.units | {n: u for n, (u, _) in self.known.items()}
         return frame
@@ -105,7 +105,7 @@ class Sweep:
         """Metrics over the swept parameters, as an xarray Dataset: a grid has a dimension for each parameter, lists
         that go together share one, samples have the dimension `run`.
         """
-        xarray = _extra("xarray")
+        xarray = extra("xarray")
         dims, coordinates = [], {}
         for i, (names, count) in enumerate(self.definition.points.axes):
             single = len(names) == 1 and names[0] in self.definition.points.columns
@@ -176,15 +176,6 @@ class Sweep:
 
 def _size(path: Path) -> int:
     return path.stat().st_size if path.exists() else 0
-
-
-def _extra(package: str):
-    from importlib import import_module
-
-    try:
-        return import_module(package)
-    except ImportError:
-        raise ImportError(f"{package} is not installed: pip install 'clearance[xarray]'") from None
 
 
 #: status, reason, costs, metrics, and units and text of each metric

@@ -18,6 +18,7 @@ import tempfile
 import traceback
 from collections import Counter
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -40,19 +41,36 @@ OF_RUNS = (
     ("plot", "{}", "efforts", "-o", "{out}.png"),
     ("plot", "{}", "sketch", "-o", "{out}.png"),
     ("plot", "{}", "animation", "--frames", "2", "-o", "{out}.gif"),
-    ("film", "snapshots", "{}", "--count", "1", "--mesh", "8x2"),
+    ("film", "snapshots", "{}", "--count", "1", "--mesh", "16x2"),
     ("report", "{}", "-o", "{out}.html"),
 )
 #: what reads the directory of a sweep
 OF_SWEEPS = (
     ("plot", "{}", "map", "--metrics", "slider_acceleration_max", "-o", "{out}.png"),
     ("plot", "{}", "curves", "--metrics", "slider_acceleration_max", "-o", "{out}.png"),
-    ("plot", "{}", "bifurcation", "--x", "speed", "--channels", "slider.vx", "-o", "{out}.png"),
+    (
+        "plot",
+        "{}",
+        "bifurcation",
+        "--x",
+        "speed",
+        "--at",
+        "clearance=1e-4",
+        "--channels",
+        "C.gap",
+        "-o",
+        "{out}.png",
+    ),
     ("report", "{}", "-o", "{out}.html"),
 )
 OF_MEASUREMENTS = (("identify", "--data", "{}", "--model", "curve", "-o", "{out}"),)
 #: what takes any file for a case
-OF_CASES = (("run", "{}"), ("sweep", "{}", "-p", "speed=1,2", "-o", "{out}"), ("lyapunov", "{}"), ("explain", "{}"))
+OF_CASES = (
+    ("run", "{}"),
+    ("sweep", "{}", "-p", "speed=1,2", "-o", "{out}"),
+    ("lyapunov", "{}"),
+    ("explain", "{}"),
+)
 
 Damage = Callable[[Path, random.Random], str]
 
@@ -87,7 +105,9 @@ def _one_of(file: h5py.File, rng: random.Random, kind=object) -> str:
 
 def _attribute(file: h5py.File, rng: random.Random) -> tuple[h5py.AttributeManager, str, str]:
     names = [(item, name) for item in _items(file) for name in sorted(file[item].attrs)]
-    item, name = rng.choice([n for n in names if n[1] not in ("DIMENSION_LIST", "REFERENCE_LIST", "CLASS", "NAME")])
+    item, name = rng.choice(
+        [n for n in names if n[1] not in ("DIMENSION_LIST", "REFERENCE_LIST", "CLASS", "NAME")]
+    )
     return file[item].attrs, name, f"{item}@{name}"
 
 
@@ -103,7 +123,9 @@ def other_attribute(path: Path, rng: random.Random) -> str:
     """An attribute of another kind."""
     with h5py.File(path, "a") as file:
         attributes, name, where = _attribute(file, rng)
-        value = rng.choice([3.5, -1, "a text", np.arange(3.0), np.zeros((2, 2)), [], h5py.Empty("f8")])
+        value = rng.choice(
+            [3.5, -1, "a text", np.arange(3.0), np.zeros((2, 2)), [], h5py.Empty("f8")]
+        )
         del attributes[name]
         attributes[name] = value
     return f"{where} = {value!r}"
@@ -119,10 +141,20 @@ def less_items(path: Path, rng: random.Random) -> str:
 
 def other_item(path: Path, rng: random.Random) -> str:
     """A dataset of another kind or shape."""
-    others = [3.5, "a text", np.zeros(1), np.zeros((3, 2)), np.array([b"a", b"b"]), np.zeros(3, complex), None]
+    others = [
+        3.5,
+        "a text",
+        np.zeros(1),
+        np.zeros((3, 2)),
+        np.array([b"a", b"b"]),
+        np.zeros(3, complex),
+        None,
+    ]
     with h5py.File(path, "a") as file:
         name = _one_of(file, rng, h5py.Dataset)
-        attributes = {n: v for n, v in file[name].attrs.items() if n in ("units", "long_name", "actual_range")}
+        attributes = {
+            n: v for n, v in file[name].attrs.items() if n in ("units", "long_name", "actual_range")
+        }
         value = rng.choice(others)
         del file[name]
         made = file.create_group(name) if value is None else file.create_dataset(name, data=value)
@@ -134,7 +166,9 @@ def endless_item(path: Path, rng: random.Random) -> str:
     """A dataset that claims more values than any machine has room for."""
     with h5py.File(path, "a") as file:
         name = _one_of(file, rng, h5py.Dataset)
-        attributes = {n: v for n, v in file[name].attrs.items() if n in ("units", "long_name", "actual_range")}
+        attributes = {
+            n: v for n, v in file[name].attrs.items() if n in ("units", "long_name", "actual_range")
+        }
         del file[name]
         file.create_dataset(name, (10**12,), "f8", chunks=(1024,)).attrs.update(attributes)
     return f"{name} of 10^12 values"
@@ -174,7 +208,21 @@ def other_json(path: Path, rng: random.Random) -> str:
 def other_text(path: Path, rng: random.Random) -> str:
     """A text into which something is put that does not belong there."""
     text = path.read_text()
-    put = rng.choice(['"', "\n#=\n", "\n# = x\n", ",,,", "\0", "\n\n", "1e400", "# x = [1,a]\n", "\ud7ff", ";", "nan"])
+    put = rng.choice(
+        [
+            '"',
+            "\n#=\n",
+            "\n# = x\n",
+            ",,,",
+            "\0",
+            "\n\n",
+            "1e400",
+            "# x = [1,a]\n",
+            "\ud7ff",
+            ";",
+            "nan",
+        ]
+    )
     place = rng.randrange(len(text))
     path.write_text(text[:place] + put + text[place:])
     return f"{put!r} at {place}"
@@ -190,14 +238,27 @@ def sources(folder: Path) -> dict[str, tuple[Path, str, tuple[Damage, ...], tupl
     dry, wet = folder / "dry.h5", folder / "wet.h5"
     few = {"turns": 1.0, "samples_per_turn": 40}
     cl.simulate(cl.load_case("slider_crank", friction="coulomb"), path=dry, **few).close()
-    cl.simulate(cl.load_case("slider_crank", model="lubricated", film="harmonic"), path=wet, **few).close()
+    cl.simulate(
+        cl.load_case("slider_crank", model="lubricated", film="harmonic"), path=wet, **few
+    ).close()
     points = cl.grid(speed=[20.0, 30.0], clearance=[1e-4, 2e-4])
     fixed = {"model": "lubricated", "film": "harmonic"}
-    cl.sweep("slider_crank", points, folder / "sweep", fixed=fixed, workers=1, turns=2.0, samples_per_turn=40)
-    whole = bench(seed=0)
-    few_trials = Measurement(whole.trials[:2], whole.facts)
-    write(folder / "bench.h5", few_trials)
-    write(folder / "bench.csv", few_trials)
+    cl.sweep(
+        "slider_crank",
+        points,
+        folder / "sweep",
+        fixed=fixed,
+        workers=1,
+        turns=2.0,
+        samples_per_turn=40,
+    )
+    trials = bench(seed=0).of("training").trials[:2]
+    short = (
+        replace(t, time=t.time[:300], rate=t.rate[:300], torque=t.torque[:300]) for t in trials
+    )
+    measurement = Measurement(tuple(short), {"bench": "none"})
+    write(folder / "bench.h5", measurement)
+    write(folder / "bench.csv", measurement)
     key = sorted(p.name for p in (folder / "sweep" / "runs").iterdir())[0]
     return {
         "dry run": (dry, "", (*OF_HDF5, other_scene), OF_RUNS),
@@ -212,7 +273,9 @@ def sources(folder: Path) -> dict[str, tuple[Path, str, tuple[Damage, ...], tupl
     }
 
 
-def damaged(source: Path, inside: str, damage: Damage, rng: random.Random, folder: Path) -> tuple[Path, str]:
+def damaged(
+    source: Path, inside: str, damage: Damage, rng: random.Random, folder: Path
+) -> tuple[Path, str]:
     """A damaged copy, and what was done to it."""
     copy = folder / source.name
     shutil.rmtree(copy) if copy.is_dir() else copy.unlink(missing_ok=True)
@@ -242,9 +305,21 @@ def told(arguments: list[str]) -> str | None:
 def numbers(path: Path) -> dict:
     """All numbers of a result file, by place."""
     with cl.open_result(path) as run:
-        places = {p: run.values(p) for p in _channels(run)} | {f"events/{n}": v for n, v in run.events.items()}
-        for group in ("", "solver", "energy", *(f"joints/{j}" for j in run.names("joints")), *_channels(run)):
-            places |= {f"{group}@{n}": v for n, v in run.facts(group).items() if not isinstance(v, str | np.ndarray)}
+        places = {p: run.values(p) for p in _channels(run)} | {
+            f"events/{n}": v for n, v in run.events.items()
+        }
+        for group in (
+            "",
+            "solver",
+            "energy",
+            *(f"joints/{j}" for j in run.names("joints")),
+            *_channels(run),
+        ):
+            places |= {
+                f"{group}@{n}": v
+                for n, v in run.facts(group).items()
+                if not isinstance(v, str | np.ndarray)
+            }
         return places | {"scene": json.dumps(run.scene)}
 
 
@@ -291,7 +366,9 @@ def flips(seed: int, cases: int, source: Path, folder: Path) -> Iterator[tuple[s
 def parsed(arguments: list[str] | None = None) -> int:
     """Try many cases and say which failed."""
     parser = argparse.ArgumentParser(description="damaged files, and what is made of them")
-    parser.add_argument("--cases", type=int, default=400, help="damaged files for commands, and flipped bits (400)")
+    parser.add_argument(
+        "--cases", type=int, default=400, help="damaged files for commands, and flipped bits (400)"
+    )
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args(arguments)
     counts, failed = Counter(), 0
@@ -303,11 +380,15 @@ def parsed(arguments: list[str] | None = None) -> int:
         tried += [flips(options.seed, options.cases, files["dry run"][0], folder)]
         for results in tried:
             for label, wrong in results:
-                counts[label.partition(":")[0].partition(",")[0] if ", " in label else "flipped bits"] += 1
+                counts[
+                    label.partition(":")[0].partition(",")[0] if ", " in label else "flipped bits"
+                ] += 1
                 if wrong is not None:
                     failed += 1
                     print(f"FAILED {label}\n{wrong}", flush=True)
-    print(f"{sum(counts.values())} cases, {failed} failed: {', '.join(f'{n} {c}' for n, c in counts.items())}")
+    print(
+        f"{sum(counts.values())} cases, {failed} failed: {', '.join(f'{n} {c}' for n, c in counts.items())}"
+    )
     return int(failed > 0)
 
 
