@@ -172,6 +172,20 @@ def test_R5_nothing_is_read_from_another_file(dry, tmp_path):
                 run.values(f"joints/C/{name}")
 
 
+def test_nothing_of_a_strangers_sweep_is_executed(files, tmp_path, capsys):
+    """What the guide says: the case and the metrics that sweep.json names are not imported."""
+    folder = shutil.copytree(files["sweep.json"][0], tmp_path / "sweep")
+    code = tmp_path / "code.py"
+    code.write_text(f"open({str(tmp_path / 'ran')!r}, 'w')")
+    document = json.loads((folder / "sweep.json").read_text())
+    document |= {"path": str(code), "own": [[f"{code}:metric", "0"]]}
+    (folder / "sweep.json").write_text(json.dumps(document))
+    assert cl.open_sweep(folder).done.all()
+    assert main(["plot", str(folder), "curves", "--metrics", "slider_acceleration_max"]) == 0
+    assert main(["report", str(folder)]) == 0
+    assert not (tmp_path / "ran").exists()
+
+
 # --- tables of sweeps and measurements
 @pytest.mark.parametrize(
     ("line", "text"),
