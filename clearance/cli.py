@@ -85,7 +85,7 @@ def _words(error: OSError) -> str:
 
 
 def _full(error: OSError) -> bool:
-    """Whether the disk is full: the input was right, and another try may do."""
+    """The disk is full: the input was right, and another try may do."""
     from clearance.recording import FULL
 
     return error.errno in FULL

@@ -91,6 +91,8 @@ def _reading(path: Path, place: str) -> Iterator[None]:
         yield
     except Damaged:
         raise
+    except MemoryError as error:
+        raise Damaged(f"{path}: /{place} does not fit into memory: {error}") from None
     except Exception as error:
         reason = error.args[0] if isinstance(error, KeyError) else error
         raise Damaged(f"{path}: /{place} cannot be read, the file is damaged: {reason}") from None
@@ -107,7 +109,9 @@ class Reader:
         self.path, self.file = path, file
 
     def has(self, place: str) -> bool:
-        """Whether there is a dataset or group of this name; the root is ""."""
+        """There is a dataset or group of this name; the root is ""."""
+        if not self.file:
+            raise ValueError(f"{self.path} has been closed")
         with _reading(self.path, place):
             return not place or place in self.file
 
@@ -202,7 +206,7 @@ class Reader:
 
 
 def _is(kind: str, value) -> bool:
-    """Whether an attribute's value is of a kind."""
+    """The value of an attribute is of this kind."""
     if kind == TEXT:
         return isinstance(value, str) and value == value.encode(errors="replace").decode()
     array = np.asarray(value)

@@ -189,5 +189,5 @@ def _check(document: object, kinds: dict) -> None:
 
 
 def _is_row(value: object, *kinds: type) -> bool:
-    """Whether a value is a list of entries of these kinds."""
+    """The value is a list of entries of these kinds."""
     return isinstance(value, list) and len(value) == len(kinds) and all(map(isinstance, value, kinds))
