@@ -108,12 +108,18 @@ def read(path: Path) -> Iterator[Outcome]:
 def _outcome(document: dict) -> Outcome:
     """The outcome that a line holds. Raises ValueError or TypeError for what is none."""
     found = Outcome(**document)
-    texts = found.key, found.status, found.reason
-    counts = found.index, found.warnings, found.steps, found.size, found.check
-    if not all(isinstance(v, str) for v in texts) or not all(type(v) is int and v >= 0 for v in counts):
+    if not all(isinstance(text, str) for text in (found.key, found.status, found.reason)):
         raise TypeError
     if found.status not in (DONE, FAILED, LOST):
         raise ValueError
     known = {name: (str(units), str(text)) for name, (units, text) in found.known.items()}
     metrics = {name: float(value) for name, value in found.metrics.items()}
-    return replace(found, known=known, metrics=metrics, wall=float(found.wall), loop=float(found.loop))
+    counts = {name: _count(getattr(found, name)) for name in ("index", "warnings", "steps", "size", "check")}
+    return replace(found, known=known, metrics=metrics, wall=float(found.wall), loop=float(found.loop), **counts)
+
+
+def _count(value) -> int:
+    """A whole number from 0 on, also one that was kept as 3.0. Raises ValueError or TypeError for what is none."""
+    if isinstance(value, str | bool) or value != int(value) or value < 0:
+        raise ValueError
+    return int(value)
