@@ -105,6 +105,8 @@ def find_case(name: str | Path) -> Case:
     if path.suffix == ".py" or len(path.parts) > 1:
         if not path.is_file():
             raise ValueError(f"no case file {name}")
+        if path.suffix != ".py":
+            raise ValueError(f"{name} is no case file: the name of one ends in .py")
     elif str(name) in case_names():
         path = library() / f"{name}.py"
     else:

@@ -8,6 +8,7 @@ import json
 import os
 import re
 import sys
+from pathlib import Path
 
 from clearance.commands import (
     bench_data,
@@ -70,10 +71,27 @@ def main(arguments: list[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of our output has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
-    except (ValueError, TypeError, OSError, ImportError) as error:
+    except OSError as error:
+        return complain(options, _words(error), FAILED if _full(error) else WRONG)
+    except (ValueError, TypeError, ImportError) as error:
         return complain(options, str(error), WRONG)
     except KeyboardInterrupt as request:
         return complain(options, "; ".join([ended(request), *getattr(request, "__notes__", [])]), FAILED)
+
+
+def _words(error: OSError) -> str:
+    """What the system refused, and of which file; of a temporary one the directory."""
+    if not error.filename or not error.strerror:
+        return str(error)
+    path = Path(str(error.filename))
+    return f"{f'directory {path.parent}' if '.partial' in path.suffixes else path}: {error.strerror}"
+
+
+def _full(error: OSError) -> bool:
+    """The disk is full: the input was right, and another try may do."""
+    from clearance.recording import FULL
+
+    return error.errno in FULL
 
 
 def _joined(arguments: list[str]) -> list[str]:

@@ -1,7 +1,7 @@
 """How bodies are joined, and for each joint how real it is."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from clearance import checks
 from clearance.laws.law import (
@@ -50,6 +50,18 @@ class Joint:
     def bodies(self) -> tuple[Body, Body]:
         """The two bodies it joins."""
         return self.a.body, self.b.body
+
+    @property
+    def facts(self) -> dict[str, float | str]:
+        """Its kind, numbers and the names of its laws, which result files keep as attributes of the joint."""
+        found = {"type": type(self).__name__}
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, float):
+                found[field.name] = value
+            elif isinstance(value, BoundLaw):
+                found[field.name] = value.law.name
+        return found
 
 
 class FrictionJoint(Joint):
@@ -264,6 +276,11 @@ class ClearanceRevolute(Joint):
         return [
             f"{self.label()}: {s if s.startswith(law.law.name) else f'{law.law.name}: {s}'}" for law, s in said if s
         ]
+
+    @property
+    def facts(self) -> dict[str, float | str]:
+        oil = {} if self.lubricant is None else {"viscosity": self.viscosity}
+        return super().facts | oil
 
     @property
     def impacts(self) -> bool:

@@ -20,12 +20,25 @@ import numpy as np
 
 from clearance.extremes import Extremes
 from clearance.locks import Lock
+from clearance.reading import CHECKED, FACT_UNITS
 from clearance.regimes import Regime, regime
-from clearance.results import Record, check_replaceable, provenance, replacing, temporary_name
+from clearance.results import (
+    DIMENSIONS,
+    LIBVER,
+    Record,
+    check_replaceable,
+    create_column,
+    image_of,
+    in_memory,
+    provenance,
+    replacing,
+    temporary_name,
+)
 
 #: extremes of the whole run that are attributes of joints
 JOINT_EXTREMES = {"force_max": "peak_force", "gap_min": "smallest_gap"}
 CHUNK = 2048  # rows
+NO_VALUES = f"This is a netCDF dimension but not a netCDF variable. {0:9d}"  # netCDF's way to say so
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # how a system says that there is no room
 NODES = 4096  # bytes of the index of a column that a piece may add, beside 64 for each chunk
 CLOSING, CLOSING_COLUMN = 2**18, 2**12  # bytes that closing a file needs at most: contacts cut off, facts; extremes
@@ -39,6 +52,7 @@ EVENT_COLUMNS = {
     "duration": ("s", "duration of the contact"),
     "separation_speed": ("m/s", "speed of separation at the end"),
 }
+CONTACT_KINDS = ("contact", "open_contact")
 EVENT_TEXTS = {"joint": "joint in contact", "kind": "contact, or open_contact: not over at the end"}
 SOLVER_COLUMNS = {
     "time": ("s", "end of the step"),
@@ -247,7 +261,7 @@ class FileSink:
         if self.path.is_dir():
             raise ValueError(f"result file {self.path} is a directory; give the name of a file")
         check_replaceable(self.path)
-        self.kept = chosen(channels, keep)
+        self.channels, self.kept = channels, chosen(channels, keep)
         self.logs = keep is None or any(fits_path(STEP_LOG, p) for p in keep)
         self.layout = filters(compression) | {"chunks": (min(max(expected, 1), CHUNK),)}
         self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -274,13 +288,14 @@ class FileSink:
         """Make the file, with the room that it needs to be closed in order."""
         self.closing = CLOSING + CLOSING_COLUMN * len(self.kept)
         about = provenance() | attributes | {"status": "partial: still running"}
+        about |= {f"{n}_crc32": zlib.crc32(about[n].encode()) for n in CHECKED if n in about}
         room = self.closing + OPENING_COLUMN * len(self.kept) + 2 * sum(len(str(v)) for v in about.values())
         self.file = self._open(room)
         with self._writing():
             self._claim(room)
             self.due = room - self.closing
             self.file.attrs.update(about)
-            self._create([channels[i] for i in self.kept])
+            self._create()
 
     def _open(self, room: int) -> h5py.File:
         """Columns stay open, each with a chunk cache: a small one, for rows are only appended."""
@@ -290,7 +305,7 @@ class FileSink:
             except OSError as error:
                 self.partial.unlink()
                 raise Unwritable(self.path, error.errno) from None
-        return h5py.File(self.partial, "w", rdcc_nbytes=2 * CHUNK * 8)
+        return h5py.File(self.partial, "w", libver=LIBVER, rdcc_nbytes=2 * CHUNK * 8)
 
     def _claim(self, room: int) -> None:
         """Have so many bytes set aside behind what has been flushed. Raises OSError where they are not there."""
@@ -344,7 +359,8 @@ class FileSink:
             return f"{self.path} was not written"
         return f"what {'fitted' if self.full else 'was computed'} is kept in {self.path}"
 
-    def _create(self, channels: list) -> None:
+    def _create(self) -> None:
+        channels = [self.channels[i] for i in self.kept]
         self.time = scale = self._dataset("time", "s", "time")  # kept open, as all columns are
         scale.make_scale("time")
         self.columns = [self._dataset(c.path, c.units, c.long_name) for c in channels]
@@ -353,21 +369,36 @@ class FileSink:
             group = column.parent
             if "time" not in group:
                 group["time"] = scale  # the same dataset under a second name: each group opens with its times
+        joints = [c.path.split("/")[1] for c in self.channels if c.path.startswith("joints/")]
+        texts = {"joint": joints, "kind": CONTACT_KINDS}
         self.tables = {}
         for group, columns in (("events", EVENT_COLUMNS), ("solver", SOLVER_COLUMNS)):
             made = {n: self._dataset(f"{group}/{n}", units, what) for n, (units, what) in columns.items()}
             if group == "events":
-                made |= {n: self._dataset(f"events/{n}", "1", w, h5py.string_dtype()) for n, w in EVENT_TEXTS.items()}
-            own = made["time"]
-            own.make_scale("time")
-            for name in list(made)[1:]:
-                made[name].dims[0].attach_scale(own)
+                made |= {n: self._texts(f"events/{n}", what, texts[n]) for n, what in EVENT_TEXTS.items()}
             self.tables[group] = made
+            self._along(group, list(made.values()))
 
     def _dataset(self, path: str, units: str, what: str, dtype=np.float64):
         data = self.file.create_dataset(path, (0,), dtype, maxshape=(None,), **self.layout)
         data.attrs["units"], data.attrs["long_name"] = units, what
         return data
+
+    def _texts(self, path: str, what: str, longest_of: Sequence[str]):
+        """A column of texts of one length, for checksums do not cover others."""
+        length = max([1, *(len(text.encode()) for text in longest_of)])
+        data = self._dataset(path, "1", what, h5py.string_dtype("utf-8", length))
+        data.attrs["_Encoding"] = "utf-8"  # for xarray
+        return data
+
+    def _along(self, group: str, columns: list) -> None:
+        """Give the columns of a table a dimension of their own, which has no values; time is a coordinate along it."""
+        own = self._dataset(f"{group}/{DIMENSIONS[group]}", "1", f"dimension of the columns of /{group}", ">f4")
+        own.make_scale(NO_VALUES)
+        for column in columns:
+            column.dims[0].attach_scale(own)
+            if not column.name.endswith("/time"):
+                column.attrs["coordinates"] = "time"
 
     def rows(self, times: np.ndarray, rows: np.ndarray) -> None:
         self._append([self.time, *self.columns], [times, *(rows[:, i] for i in self.kept)])
@@ -375,7 +406,8 @@ class FileSink:
     def impacts(self, joints: list[str], rows: np.ndarray, kind: str) -> None:
         table = self.tables["events"]
         columns = [table[n] for n in (*EVENT_COLUMNS, "joint", "kind")]
-        self._append(columns, [*rows.T[1:], joints, [kind] * len(rows)])
+        texts = (np.char.encode(t, "utf-8") for t in (joints, [kind] * len(rows)))
+        self._append(columns, [*rows.T[1:], *texts])
 
     def steps(self, log: np.ndarray) -> None:
         if self.logs:
@@ -418,7 +450,9 @@ class FileSink:
             self.file.attrs.create("warnings", warnings, dtype=h5py.string_dtype(), shape=(len(warnings),))
             self.file["solver"].attrs.update(solver)
             for group, known in facts.items():
-                self.file.require_group(group).attrs.update(known)
+                self.file.require_group(group).attrs.update(known | _units(group, known))
+            for group, table in self.tables.items():
+                self.file[f"{group}/{DIMENSIONS[group]}"].resize(table["time"].shape)
             if ranges is not None:
                 self._state(ranges)
             self.file.attrs["status"] = status
@@ -446,15 +480,14 @@ def write_extremes(file: h5py.File, extremes: Extremes) -> None:
     """The group /extremes: values and their times over the stretches of the run and the quantities."""
     group = file.create_group("extremes")
     columns = {
-        "quantity": np.array(extremes.names, dtype=object),
-        "units_of": np.array(extremes.units, dtype=object),
+        "quantity": np.array(extremes.names, dtype=str),
+        "units_of": np.array(extremes.units, dtype=str),
         "stretch": extremes.length * np.arange(len(extremes.values)),
         "value": extremes.values,
         "when": extremes.times,
     }
     for name, values in columns.items():
-        text = h5py.string_dtype() if values.dtype == object else None
-        data = group.create_dataset(name, data=values, dtype=text)
+        data = create_column(group, name, values)
         data.attrs["units"], data.attrs["long_name"] = EXTREME_COLUMNS[name]
     for scale in ("quantity", "stretch"):
         group[scale].make_scale(scale)
@@ -479,7 +512,7 @@ class ImageSink(FileSink):
         self.partial = temporary_name(self.path)
 
     def _open(self, room: int) -> h5py.File:
-        return h5py.File(self.partial, "w", driver="core", backing_store=False)
+        return in_memory(self.partial)
 
     def _claim(self, room: int) -> None:
         """Memory is not a disk."""
@@ -488,8 +521,7 @@ class ImageSink(FileSink):
         """There is nothing that writes to a disk."""
 
     def _place(self) -> None:
-        self.file.flush()
-        image = self.file.id.get_file_image()
+        image = image_of(self.file)
         self.file.close()
         self.size, self.check = len(image), zlib.crc32(image)
         with replacing(self.path) as temporary:
@@ -572,7 +604,14 @@ def filters(compression: int) -> dict:
     """Settings of a column. Raises ValueError for what is no gzip level."""
     if isinstance(compression, bool) or not isinstance(compression, int) or not 0 <= compression <= 9:
         raise ValueError(f"compression must be a whole number from 0 (none) to 9, got {compression!r}")
-    return {"compression": "gzip", "compression_opts": compression, "shuffle": True} if compression else {}
+    packed = {"compression": "gzip", "compression_opts": compression, "shuffle": True} if compression else {}
+    return {"fletcher32": True} | packed
+
+
+def _units(group: str, known: dict) -> dict[str, str]:
+    """Units of what is known of a group as a whole, as NAME_units."""
+    told = group.partition("/")[0] in ("joints", "energy")
+    return {f"{n}_units": FACT_UNITS[n] for n in known if n in FACT_UNITS} if told else {}
 
 
 def lock_of(path: Path) -> Lock:
@@ -604,14 +643,13 @@ def _room(data, values) -> int:
     old, (chunk,) = data.shape[0], data.chunks
     added = -(-(old + len(values)) // chunk) - -(-old // chunk)
     moved = data.compression is not None  # a chunk that is compressed anew no longer fits its place
-    texts = sum(64 + len(str(v).encode()) for v in values) + NODES if data.dtype.kind == "O" else 0
-    return (added + moved) * (chunk * data.dtype.itemsize + 64) + NODES + texts
+    return (added + moved) * (chunk * data.dtype.itemsize + 64) + NODES
 
 
 def _append(data, values) -> None:
     old = data.shape[0]
     data.resize((old + len(values),))
-    data[old:] = values
+    data[old:] = np.asarray(values).astype(data.dtype)
 
 
 class LedgerWatch:

@@ -1,8 +1,8 @@
 """The result file: one HDF5 file a run, written as the run goes, complete or honestly partial.
 
 Layout (SI units; every dataset has `units` and `long_name`): /time, /bodies, /joints, /springs, /drives, /energy
-along time; /events with one row per contact; /solver with one row per step. Times are dimension scales, so that
-xarray opens each group.
+along time; /events with one row per contact; /solver with one row per step. Along each goes a dimension of its own, so
+that xarray opens the whole file as a tree. Columns carry checksums: a file that was damaged says where when it is read.
 """
 
 import datetime
@@ -25,12 +25,17 @@ import numpy as np
 
 from clearance.extremes import ROUNDING, Extreme, Extremes, better
 from clearance.locks import Lock
+from clearance.reading import FACT_UNITS, Damaged, Entries, Reader, open_checked
 
 LOG = logging.getLogger("clearance.files")
 FORMAT = "clearance-result"
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 PACKAGES = ("clearance", "numpy", "numba", "h5py")
 _count = itertools.count()
+#: dimension of each table of a result file, a dataset beside its columns; along all other groups goes time
+DIMENSIONS = {"events": "event", "solver": "step_number"}
+#: of HDF5: from 1.8 (2008) on, what describes the columns has checksums, too
+LIBVER = ("v108", "v108")
 
 
 def provenance() -> dict:
@@ -73,6 +78,10 @@ def replacing(path: Path) -> Iterator[Path]:
     try:
         yield temporary
         os.replace(temporary, path)
+    except OSError as error:
+        if error.errno and not error.filename:  # the system does not say what it could not write
+            error.filename = str(path)
+        raise
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -96,17 +105,39 @@ Table = dict[str, tuple[str, str, np.ndarray]]
 def save_tables(path: str | Path, kind: str, attributes: dict, tables: dict[str, tuple[dict, Table]]) -> Path:
     """Write tables of a study (group -> attributes and columns) into one HDF5 file, whole or not at all."""
     path = Path(path)
-    with replacing(path) as temporary, h5py.File(temporary, "w") as file:
+    with in_memory(path) as file:
         file.attrs.update(provenance() | {"format": kind} | attributes)
         for name, (own, columns) in tables.items():
             group = file.create_group(name, track_order=True)
             group.attrs.update(own)
             for column, (units, what, values) in columns.items():
-                text = np.asarray(values).dtype.kind in "UO"
-                kept = np.asarray(values, dtype=object) if text else values
-                data = group.create_dataset(column, data=kept, dtype=h5py.string_dtype() if text else None)
+                data = create_column(group, column, np.asarray(values))
                 data.attrs["units"], data.attrs["long_name"] = units, what
+        image = image_of(file)
+    with replacing(path) as temporary:
+        temporary.write_bytes(image)
     return path
+
+
+def create_column(group: h5py.Group, name: str, values: np.ndarray) -> h5py.Dataset:
+    """A column of a table with its checksum; texts have one length, for checksums do not cover others."""
+    layout = {"chunks": values.shape, "fletcher32": True} if values.size and values.ndim else {}
+    if values.dtype.kind in "UO":
+        values = np.char.encode(values.astype(str), "utf-8")
+        values = values.astype(h5py.string_dtype("utf-8", max(values.dtype.itemsize, 1)))
+        layout |= {"compression": "gzip"} if layout else {}
+    return group.create_dataset(name, data=values, dtype=values.dtype, **layout)
+
+
+def in_memory(path: Path) -> h5py.File:
+    """An HDF5 file that is made in memory: on a full disk HDF5 can neither write one nor let go of it."""
+    return h5py.File(path, "w", driver="core", backing_store=False, libver=LIBVER)
+
+
+def image_of(file: h5py.File) -> bytes:
+    """The bytes of a file that is made in memory."""
+    file.flush()
+    return file.id.get_file_image()
 
 
 class Channels:
@@ -272,63 +303,105 @@ class Record(ABC):
 
 
 class Result(Record):
-    """A result file, read lazily."""
+    """A result file, read lazily. What of it cannot be read raises Damaged, naming the file and the place."""
 
     def __init__(self, path: str | Path):
         self.path = Path(path)
-        self.file = open_checked(self.path, "clearance result", FORMAT, FORMAT_VERSION)
+        self.reader = open_checked(self.path, "clearance result", FORMAT, FORMAT_VERSION)
+        self.file = self.reader.file
 
     def names(self, group: str) -> tuple[str, ...]:
-        found = self.file.get(group) if group else self.file
-        return tuple(n for n in found if n != "time" or not group) if isinstance(found, h5py.Group) else ()
+        aside = {"time", DIMENSIONS.get(group)} if group else ()
+        return tuple(n for n in self.reader.names(group) if n not in aside)
 
     def values(self, path: str) -> np.ndarray:
-        if not isinstance(self.file.get(path), h5py.Dataset):
+        if not self.reader.has(path):
+            if path == "time":
+                raise Damaged(f"{self.path} has no /time")
             raise KeyError(f"{self.path.name} has no channel {path!r}; it may not have been kept when it was written")
-        return self.file[path][()]
+        found = self.reader.column(path)
+        if found.dtype.kind != "f" or found.ndim != 1:
+            raise Damaged(f"{self.path}: /{path} is no row of numbers, but {found.dtype} of shape {found.shape}")
+        if path.partition("/")[0] not in DIMENSIONS and len(found) != (samples := self._samples):
+            raise Damaged(f"{self.path}: /{path} has {len(found)} values, /time has {samples}")
+        return found
+
+    @cached_property
+    def _samples(self) -> int:
+        return math.prod(self.reader.shape("time"))
 
     def facts(self, group: str) -> dict:
-        return dict(self.file[group].attrs) if group in self.file else {}
+        known = self.reader.attributes(group) if self.reader.has(group) else {}
+        return {n: v for n, v in known.items() if n.removesuffix("_units") not in FACT_UNITS or not isinstance(v, str)}
 
     def units(self, path: str) -> str:
-        return str(self.file[path].attrs["units"])
+        return self.reader.attribute(path, "units")
 
     @property
     def attributes(self) -> dict:
         """Provenance: format, versions, scene JSON, kernel source, status."""
-        return dict(self.file.attrs)
+        return self.reader.attributes()
+
+    @cached_property
+    def scene(self) -> dict:
+        """The scene's description, as plain data."""
+        found = self.reader.document("", "scene")
+        for name in ("bodies", "joints", "loads"):
+            if not isinstance(found[name], list) or not all(isinstance(part, dict) for part in found[name]):
+                raise Damaged(f"{self.path}: attribute scene: {name} must be a list of objects")
+        return found
 
     @property
     def solver(self) -> dict:
         """Method, tolerances, counts and wall time of the run."""
-        return dict(self.file["solver"].attrs)
+        return self.reader.attributes("solver")
 
     @property
     def warnings(self) -> list[str]:
         """What the run wants its reader to know, joint by joint."""
-        return [str(w) for w in self.file.attrs["warnings"]]
+        return [str(w) for w in np.atleast_1d(self.reader.attribute("", "warnings"))]
 
     def range(self, path: str) -> tuple[float, float]:
         """Smallest and largest sample of a channel, without reading it."""
-        low, high = self.file[path].attrs["actual_range"]
+        low, high = self.reader.attribute(path, "actual_range")
         return float(low), float(high)
 
     @cached_property
     def located(self) -> Extremes | None:
         """Extremes that were located as the run went; of files of format 1 those of step ends, without their times."""
-        if "stretch_s" in self.file.attrs:
-            return _extremes_of_format_1(self.file)
-        if "extremes" not in self.file:
+        if "stretch_s" in self.reader.attributes():
+            return _extremes_of_format_1(self.reader)
+        if not self.reader.has("extremes"):
             return None
-        group = self.file["extremes"]
-        names, units = (tuple(group[n].asstr()[()]) for n in ("quantity", "units_of"))
-        return Extremes(float(group.attrs["stretch_s"]), names, units, group["value"][()], group["when"][()])
+        names, units, values, times = (self.reader.column(f"extremes/{n}") for n in ("quantity", "units_of", "value", "when"))
+        if values.shape != times.shape or values.shape[1:] != names.shape or names.shape != units.shape:
+            raise Damaged(f"{self.path}: /extremes holds columns that do not fit one another")
+        length = float(self.reader.attribute("extremes", "stretch_s"))
+        return Extremes(length, tuple(map(str, names)), tuple(map(str, units)), values, times)
 
     @property
     def events(self) -> dict[str, np.ndarray]:
         """The impact table: one entry per column, one row per contact."""
-        columns = {name: data[()] for name, data in self.file["events"].items()}
-        return {k: v.astype(str) if v.dtype == object else v for k, v in columns.items()}
+        columns = {name: self.reader.column(f"events/{name}") for name in ("time", *self.names("events"))}
+        if len({len(column) for column in columns.values()}) > 1:
+            raise Damaged(f"{self.path}: the columns of /events differ in length")
+        return Entries(f"{self.path}: /events", columns)
+
+    def to_xarray(self):
+        """All of it as an xarray DataTree in memory, with the groups, units and attributes of the file."""
+        xarray = extra("xarray")
+        groups = [f"{kind}/{n}" for kind in ("bodies", "joints", "springs", "drives") for n in self.names(kind)]
+        found = {"/": xarray.Dataset(attrs=self.attributes)}
+        for group in [*groups, "energy", "friction", *DIMENSIONS]:
+            if not (names := self.names(group)):
+                continue
+            along, columns = DIMENSIONS.get(group, "time"), {}
+            for name in ("time", *names):
+                values, about = self.reader.column(f"{group}/{name}"), self.reader.attributes(f"{group}/{name}")
+                columns[name] = (along, values, {n: about[n] for n in ("units", "long_name")})
+            data = xarray.Dataset(columns, attrs=self.reader.attributes(group))
+            found[f"/{group}"] = data.set_coords("time")
+        return xarray.DataTree.from_dict(found)
 
     def save(self, path: str | Path) -> Path:
         """Copy the file to `path`, under a temporary name until it is whole."""
@@ -348,50 +421,35 @@ class Result(Record):
         self.close()
 
     def __repr__(self) -> str:
-        return f"<Result {self.path.name}: {self.file['time'].shape[0]} samples, {self.status}>"
+        return f"<Result {self.path.name}: {self._samples} samples, {self.status}>"
 
 
-def _extremes_of_format_1(file: h5py.File) -> Extremes:
+def extra(package: str):
+    """A package of the extra xarray. Raises ImportError saying how it is installed."""
+    try:
+        return importlib.import_module(package)
+    except ImportError:
+        raise ImportError(f"{package} is not installed: pip install 'clearance[xarray]'") from None
+
+
+def _extremes_of_format_1(reader: Reader) -> Extremes:
     """Extremes of step ends, which were attributes of each channel and joint."""
-    columns, units = {}, {}
     ends = {"lowest": "_min", "highest": "_max", "force_highest": "/force_max"}
-
-    def take(path: str, item) -> None:
-        for attribute in ends.keys() & item.attrs.keys():
-            name = path + ends[attribute]
-            columns[name], units[name] = item.attrs[attribute], item.attrs.get("units", "N")
-
-    file.visititems(take)
-    values = np.array(list(columns.values())).T.reshape(-1, len(columns))
-    times = np.full(values.shape, np.nan)
-    return Extremes(float(file.attrs["stretch_s"]), tuple(columns), tuple(units.values()), values, times)
+    groups = [f"{kind}/{name}" for kind in ("bodies", "joints", "springs", "drives") for name in reader.names(kind)]
+    columns, units = {}, {}
+    for place in [*groups, *(f"{group}/{name}" for group in groups for name in reader.names(group))]:
+        about = reader.attributes(place)
+        for attribute in ends.keys() & about.keys():
+            columns[place + ends[attribute]] = about[attribute]
+            units[place + ends[attribute]] = str(about.get("units", "N"))
+    values = np.array(list(columns.values()), dtype=float).T.reshape(-1, len(columns))
+    length = float(reader.attribute("", "stretch_s"))
+    return Extremes(length, tuple(columns), tuple(units.values()), values, np.full(values.shape, np.nan))
 
 
 def _turns(target: str | dict) -> bool:
     """Whether a drive turns its target, the name of a body or a joint, rather than pushing a slide."""
     return isinstance(target, str) or target["type"] != "Prismatic"
-
-
-class NewerFormat(ValueError):
-    """A file that a newer version of clearance wrote."""
-
-
-def open_checked(path: Path, kind: str, form: str, version: int) -> h5py.File:
-    """Open an HDF5 file of ours. Raises FileNotFoundError, or ValueError for other, broken or newer files."""
-    if not path.exists():
-        raise FileNotFoundError(f"no {kind.split()[-1]} file {path}")
-    try:
-        file = h5py.File(path, "r")
-    except OSError as error:
-        raise ValueError(f"{path} is not a readable HDF5 file: {error}") from None
-    found = file.attrs.get("format")
-    if found != form:
-        file.close()
-        raise ValueError(f"{path} is not a {kind} (format {found!r})")
-    if (newer := file.attrs["format_version"]) > version:
-        file.close()
-        raise NewerFormat(f"{path} was written by a newer clearance (format {newer}; this one reads up to {version})")
-    return file
 
 
 def open_result(path: str | Path) -> Result:

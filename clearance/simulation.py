@@ -529,6 +529,8 @@ class Run:
         an interrupt it comes when what was computed before is kept, if it can be.
         """
         writer = Recorder(self.mechanism.structure.channels, sink, True, self.rtol * self._energy_scale())
+        for joint in self.mechanism.scene.joints:
+            writer.know(f"joints/{joint.name}", **joint.facts)
         if every is not None and (kept := sink.begin()) is not None:
             restore(self, writer, kept)
             LOG.info("going on from t = %.6g s", self.clock[self.state.TIME])

@@ -1,6 +1,5 @@
 """What all pictures share: a sheet, lines whose peaks survive, labels with units, saving."""
 
-import os
 import shutil
 from pathlib import Path
 
@@ -13,6 +12,8 @@ from matplotlib.colors import BoundaryNorm, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+from clearance.results import replacing
 
 #: most points drawn per line; of longer records each bin's smallest and largest value is drawn, so no peak is lost
 POINTS = 20000
@@ -32,12 +33,12 @@ def sheet(width: float, height: float) -> Figure:
 
 
 def save(figure: Figure, path: str | Path, dpi: float = 150) -> Path:
-    """Write a picture; its folder is made. Raises ValueError for a kind of file it cannot be."""
+    """Write a picture, whole or not at all; its folder is made. Raises ValueError for a kind of file it cannot be."""
     path = Path(path)
     if path.suffix.lower() not in KINDS:
         raise ValueError(f"picture {path}: its name must end in {', '.join(KINDS)}")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=dpi)
+    with replacing(path) as temporary:
+        figure.savefig(temporary, dpi=dpi, format=path.suffix[1:].lower())
     return path
 
 
@@ -261,20 +262,15 @@ def save_film(figure: Figure, path: str | Path, fps: float, frames: int, show, m
     """
     check_film(path, fps)
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f"{path.stem}.{os.getpid()}.partial{path.suffix}")
-    try:
+    with replacing(path) as partial:
         (_save_mp4 if path.suffix.lower() == ".mp4" else _save_gif)(figure, partial, fps, frames, show, moving)
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
     return path
 
 
 def _save_mp4(figure: Figure, path: Path, fps: float, frames: int, show, _moving) -> None:
     from matplotlib.animation import FFMpegWriter
 
-    writer = FFMpegWriter(fps=fps)
+    writer = FFMpegWriter(fps=fps, extra_args=["-f", "mp4"])
     with writer.saving(figure, str(path), figure.dpi):
         for k in range(frames):
             show(k)
@@ -305,4 +301,4 @@ def _save_gif(figure: Figure, path: Path, fps: float, frames: int, show, moving)
     palette = Image.new("P", (1, 1))
     palette.putpalette([part for colour in list(commonest.values())[:256] for part in colour])
     pictures = (frame(k).quantize(palette=palette, dither=Image.Dither.NONE) for k in range(frames))
-    next(pictures).save(path, save_all=True, append_images=pictures, duration=round(1000.0 / fps), loop=0)
+    next(pictures).save(path, format="GIF", save_all=True, append_images=pictures, duration=round(1000.0 / fps), loop=0)

@@ -8,6 +8,7 @@ from clearance.postprocess import figures
 from clearance.postprocess.channels import abscissa, expand, series
 from clearance.postprocess.labels import axis_label, headline, labels_of, several
 
+from clearance.reading import Damaged
 from clearance.results import Record
 
 MOST_PANELS, COLUMN = 12, 6
@@ -64,6 +65,8 @@ def _panels(records: list[Record], channels: str | Iterable[str]) -> list[str]:
         for record in records:
             try:
                 hits += expand(record, name)
+            except Damaged:
+                raise
             except ValueError as error:
                 missing = error
         if not hits:
@@ -83,6 +86,8 @@ def _panel(axes, records: list[Record], channel: str, labels: list[str], along: 
         style = figures.stroke(i, len(records)) | {"label": label, "marker": "." if len(x) <= FEW else ""}
         try:
             values, units, named = series(record, channel)
+        except Damaged:
+            raise
         except ValueError:
             missing.append(label)
             x, values = np.zeros(0), np.zeros(0)

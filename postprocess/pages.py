@@ -14,6 +14,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from clearance.postprocess.labels import NO_BREAK, SHOWN_IN, shown_in
 
+from clearance.reading import Damaged
 from clearance.results import replacing
 
 DASH, MINUS = "\u2013", "\u2212"
@@ -222,6 +223,8 @@ class Page:
         try:
             with TemporaryDirectory(prefix="clearance-") as folder:
                 shown = self._smaller(draw, Path(folder), said, samples)
+        except Damaged:
+            raise
         except ValueError as error:
             return missing(f"{said}: not shown, for {error}.")
         return element("figure", shown, element("figcaption", said))

@@ -38,6 +38,7 @@ from clearance.postprocess.pages import (
 from clearance.postprocess.spectra import spectra
 from clearance.postprocess.sweep_report import sweep_page
 
+from clearance.reading import Damaged
 from clearance.results import Result, open_result
 from clearance.sweeping.index import Sweep, open_sweep
 from clearance.sweeping.metrics import Metric, Window, metrics
@@ -299,6 +300,8 @@ def _contacts(page: Page, run: Result, joint: str) -> list[Markup]:
     title = element("h3", f"Contacts of joint {joint}")
     try:
         numbers = contact_table(run)[joint]
+    except Damaged:
+        raise
     except ValueError as error:
         return [title, missing(f"Not known: {error}.")]
     if not numbers["contacts"]:

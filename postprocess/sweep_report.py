@@ -29,7 +29,7 @@ from clearance.postprocess.pages import (
     valued,
 )
 
-from clearance.results import open_checked
+from clearance.reading import open_checked
 from clearance.sweeping.definition import FORMAT, FORMAT_VERSION
 from clearance.sweeping.index import Sweep
 
@@ -278,6 +278,7 @@ def _about(index: Path) -> dict:
     """Attributes of an index; none of one that is not there or cannot be read, which a sweep does without."""
     try:
         with open_checked(index, "sweep index", FORMAT, FORMAT_VERSION) as file:
-            return dict(file.attrs)
+            about = file.attributes()
+            return about if {"format_version", "created"} <= set(about) else {}
     except (OSError, ValueError):
         return {}

@@ -15,7 +15,7 @@ LAYERS = [
     ["clearance.scene", "clearance.joints", "clearance.loads"],
     ["clearance.regimes"],
     ["clearance.mechanism", "clearance.stepping", "clearance.film"],
-    ["clearance.results", "clearance.recording", "clearance.checkpoint"],
+    ["clearance.reading", "clearance.results", "clearance.recording", "clearance.checkpoint"],
     ["clearance.simulation", "clearance.inverse"],
     ["clearance.choices", "clearance.catalogue", "clearance.evidence", "clearance.sweeping", "clearance.identify"],
     ["clearance", "clearance.cli", "clearance.commands", "cases", "postprocess", "paper_figures"],
@@ -39,7 +39,7 @@ ONLY_IN = {
     "pandas": {"clearance.sweeping.index"},
     "pinocchio": {"clearance.evidence.pinocchio"},
     "matplotlib": {"postprocess.figures", "clearance.evidence.pictures", "clearance.evidence.film_pictures"},
-    "h5py": {"clearance.results", "clearance.recording"},
+    "h5py": {"clearance.reading", "clearance.results", "clearance.recording"},
     "jax": {"clearance.identify.learn"},
     "optax": {"clearance.identify.learn"},
     "equinox": {"clearance.identify.learn"},
@@ -93,7 +93,8 @@ def test_laws_import_only_math():
 
 
 #: what reads run files, sweep directories, measurements and fits
-FILES = {"clearance.results"} | {f"clearance.sweeping.{name}" for name in ("definition", "index", "metrics")}
+FILES = {"clearance.results", "clearance.reading"}
+FILES |= {f"clearance.sweeping.{name}" for name in ("definition", "index", "metrics")}
 FILES |= {"clearance.identify.records", "clearance.identify.fit"}
 
 

@@ -39,6 +39,14 @@ def test_sweep_examples(blocks, folder, said, tmp_path, monkeypatch, capsys):
     assert said in capsys.readouterr().out
 
 
+def test_result_file_example(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(next(b for b in GUIDE if "open_datatree" in b), "README", "exec"), {})
+    out = capsys.readouterr().out
+    assert "0.0001 m" in out
+    assert "step_number" in out
+
+
 def test_joint_friction_example(capsys):
     exec(compile(next(b for b in GUIDE if "inverse_dynamics(" in b), "README", "exec"), {})
     assert capsys.readouterr().out

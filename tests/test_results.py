@@ -28,7 +28,7 @@ def dry(tmp_path_factory):
 def test_layout(run):
     with h5py.File(run.path) as file:
         assert file.attrs["format"] == "clearance-result"
-        assert file.attrs["format_version"] == 1
+        assert file.attrs["format_version"] == 2
         assert file.attrs["status"] == "complete"
         assert file.attrs["case"] == "six_bar_feeder"
         assert json.loads(file.attrs["parameters"]) == {}
@@ -39,13 +39,14 @@ def test_layout(run):
         assert set(file["joints/A"]) == {"time", "force_x", "force_y"}
         assert file["joints/A/time"] == file["time"]
         assert set(file["joints/B"]) == {
-            "time", "force_x", "force_y", "eccentricity_x", "eccentricity_y", "gap", "film_thickness_ratio",
+            "time", "force_x", "force_y", "eccentricity_x", "eccentricity_y", "eccentricity_ratio", "gap",
+            "film_thickness_ratio",
             "film_radial", "film_tangential", "film_pressure", "side_flow", "power_loss", "dissipated",
         }  # fmt: skip
         assert set(file["drives/crank"]) == {"time", "torque", "power"}
         assert set(file["energy"]) == {"time", "kinetic", "potential", "input", "dissipated", "residual"}
         assert {"time", "joint", "kind", "impact_speed", "peak_force", "duration"} <= set(file["events"])
-        assert set(file["solver"]) == {"time", "step", "error_estimate"}
+        assert set(file["solver"]) == {"time", "step", "error_estimate", "step_number"}
         assert {"method", "rtol", "atol", "steps", "rejected", "evaluations", "jacobians", "wall_s"} <= set(
             file["solver"].attrs
         )

@@ -38,9 +38,11 @@ def number(text: str) -> float:
 
 
 def seed_of(options) -> int:
-    """--seed. Raises ValueError for a negative one."""
+    """--seed. Raises ValueError for a negative one, and for one that no file can keep."""
     if options.seed < 0:
         raise ValueError(f"--seed must be a whole number from 0 on, got {options.seed}")
+    if options.seed >= 2**63:
+        raise ValueError(f"--seed must be less than 2^63, got {options.seed}")
     return options.seed
 
 
@@ -133,8 +135,13 @@ def peak(result, path: str, begin: float = 0.0, end: float = math.inf) -> float:
 
 
 def make_folder(options) -> None:
-    if options.output:
-        Path(options.output).mkdir(parents=True, exist_ok=True)
+    """The folder of -o, where one is given. Raises ValueError where that is a file."""
+    if not options.output:
+        return
+    folder = Path(options.output)
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"-o {folder} is a file; give the name of a folder")
+    folder.mkdir(parents=True, exist_ok=True)
 
 
 def publish(options, lines: list[str], document: dict, save, draw, study, stem: str) -> int:

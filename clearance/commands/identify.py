@@ -46,6 +46,7 @@ def run(options) -> int:
         raise ValueError("--plot needs a folder for the pictures: give -o DIR")
     model = _model(options)
     measurement = read(options.data, trusted=options.trust_units)
+    make_folder(options)
     line = Line(options)
     found = fit(
         measurement, model, starts=options.starts, seed=seed_of(options), roles=listed(options.roles),
@@ -55,7 +56,6 @@ def run(options) -> int:
     document = _document(found, measurement)
     lines = _readable(document)
     if options.output:
-        make_folder(options)
         document["files"] = [str(p) for p in _keep(found, measurement, Path(options.output), options.plot)]
         lines += [f"  wrote        {path}" for path in document["files"]]
         if found.has_law:

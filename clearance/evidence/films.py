@@ -1,6 +1,5 @@
 """What a table holds, and pressure fields along a run: the data behind the pictures of films."""
 
-import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -60,7 +59,7 @@ def snapshots(result: Result, joint: str | None = None, count: int = 6, mesh=Non
     and the temperature of the oil; the force that the run had stands beside it. Raises ValueError for a joint that has
     no film or does not exist, for a film with a memory, which no file keeps, and for a count below 1.
     """
-    scene, name = json.loads(result.attributes["scene"]), joint_with_film(result, joint)
+    scene, name = result.scene, joint_with_film(result, joint)
     if count < 1:
         raise ValueError(f"count must be at least 1, got {count!r}")
     found = next(j for j in scene["joints"] if j["name"] == name)
@@ -91,7 +90,7 @@ def _viscosity(result: Result, joint: dict) -> np.ndarray:
 
 def joint_with_film(result: Result, joint: str | None) -> str:
     """The joint asked for, or the first with a film. Raises ValueError naming those there are."""
-    films = [j["name"] for j in json.loads(result.attributes["scene"])["joints"] if j.get("film")]
+    films = [j["name"] for j in result.scene["joints"] if j.get("film")]
     if not films:
         raise ValueError(f"{result.path}: this run has no joint with a film")
     if joint is not None and joint not in films:
@@ -135,12 +134,12 @@ def _motion(result: Result, joint: dict, scene: dict) -> list[tuple[float, float
 
 
 def _spin(result: Result, body: str) -> np.ndarray:
-    return result[body].omega if body in result.file["bodies"] else np.zeros_like(result.time)
+    return result[body].omega if body in result.names("bodies") else np.zeros_like(result.time)
 
 
 def _velocity(result: Result, point: dict, scene: dict) -> np.ndarray:
     """Velocity of a body's point along time, (n, 2)."""
-    if point["body"] not in result.file["bodies"]:
+    if point["body"] not in result.names("bodies"):
         return np.zeros((len(result.time), 2))
     found = result[point["body"]]
     com = next(b["com"] for b in scene["bodies"] if b["name"] == point["body"])

@@ -8,6 +8,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from clearance.results import replacing
+
 MARKERS = {"ideal": "D", "dry": "s", "lubricated": "o", "mixed": "^"}
 COLOURS = ("#0b3d91", "#c8102e", "#00843d", "#6a1b9a")
 GREYS = ("#7f7f7f", "#b58900", "#2aa198", "#d33682", "#586e75", "#cb4b16", "#6c71c4", "#859900", "#93a1a1", "#000000")
@@ -21,10 +23,10 @@ def sheet(width: float, height: float) -> Figure:
 
 
 def saved(figure: Figure, path: str | Path) -> Path:
-    """Write a picture; its folder is made."""
+    """Write a picture as PNG, whole or not at all; its folder is made."""
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=130)
+    with replacing(path) as temporary:
+        figure.savefig(temporary, dpi=130, format="png")
     return path
 
 

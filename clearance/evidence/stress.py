@@ -5,7 +5,6 @@ and of time; should one bring its process down, the others are run again without
 """
 
 import dataclasses
-import json
 import math
 import multiprocessing
 import os
@@ -275,7 +274,7 @@ def _numbers(result: Result | None) -> dict:
 
 def closure(result: Result) -> float:
     """Largest distance of two points that a joint holds together (less its eccentricity), over the largest position."""
-    scene = json.loads(result.attributes["scene"])
+    scene = result.scene
     centres = {b["name"]: b["com"] for b in scene["bodies"]} | {"ground": (0.0, 0.0)}
     worst, size = 0.0, 1e-300
 

@@ -16,7 +16,8 @@ import numpy as np
 from clearance.identify import doubts, models
 from clearance.identify.estimation import ESTIMATES, MOST_STARTS, STARTS, axes_of
 from clearance.identify.models import AXES, LuGre, Model
-from clearance.results import open_checked, save_tables
+from clearance.reading import Entries, open_checked
+from clearance.results import save_tables
 
 FORMAT = "clearance-friction-fit"
 FORMAT_VERSION = 1
@@ -144,22 +145,20 @@ _STARTS = {"cost": "cost reached [(N m)^2]", "evaluations": "passes over the sam
 def open_fit(path: str | Path) -> Fit:
     """Read what `Fit.save` wrote. Raises FileNotFoundError, or ValueError for other files."""
     with open_checked(Path(path), "clearance fit", FORMAT, FORMAT_VERSION) as file:
-        attributes = dict(file.attrs)
-        table = {n: d[()] for n, d in file["parameters"].items()}
-        names = [n.decode() for n in table["name"]]
+        table = Entries(f"{path}: /parameters", {n: file.column(f"parameters/{n}") for n in file.names("parameters")})
+        names = table["name"].tolist()
         columns = {c: dict(zip(names, table[c].tolist(), strict=True)) for c in ("value", "low", "high") if c in table}
-        roles = [r.decode() for r in file["nrmse/role"][()]]
         return Fit(
-            model=models.model(str(attributes["model"]), **json.loads(attributes["options"])),
+            model=models.model(file.attribute("", "model"), **file.document("", "options")),
             values=columns["value"],
             low=columns.get("low", {}),
             high=columns.get("high", {}),
-            covariance=file["covariance/covariance"][()],
-            nrmse=dict(zip(roles, file["nrmse/nrmse"][()].tolist(), strict=True)),
-            history=file["history/cost"][()],
-            starts={n: d[()] for n, d in file["starts"].items()},
-            facts=json.loads(attributes["facts"]),
-            doubts=tuple(json.loads(attributes["doubts"])),
+            covariance=file.column("covariance/covariance"),
+            nrmse=dict(zip(file.column("nrmse/role").tolist(), file.column("nrmse/nrmse").tolist(), strict=True)),
+            history=file.column("history/cost"),
+            starts={n: file.column(f"starts/{n}") for n in file.names("starts")},
+            facts=file.document("", "facts"),
+            doubts=tuple(file.document("", "doubts", list)),
         )
 
 

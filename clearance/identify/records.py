@@ -23,14 +23,15 @@ Facts of trials are SI: preload [N], amplitude [rad], speed [rad/s], frequency [
 
 import csv
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from clearance.checks import identifier
-from clearance.results import open_checked, provenance, replacing, save_tables
+from clearance.reading import Damaged, Reader, open_checked
+from clearance.results import provenance, replacing, save_tables
 
 FORMAT = "clearance-measurement"
 FORMAT_VERSION = 1
@@ -248,6 +249,8 @@ def _checked(path: Path, trusted: bool, load: Callable[[dict[str, Where]], Measu
         measurement = load(rows)
         if not trusted:
             check_units(measurement, lambda trial: rows.get(trial, "row {}".format))
+    except Damaged:
+        raise
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
     return measurement
@@ -272,30 +275,32 @@ def _trial(name: str, columns: dict[str, np.ndarray], labels: dict, facts: dict,
     return Trial(name, **own | labels, time=time, rate=rate, torque=torque, measured=measured, facts=facts)
 
 
-def _read_hdf5(file) -> Measurement:
-    if "trials" not in file or not len(file["trials"]):
+def _read_hdf5(file: Reader) -> Measurement:
+    if not (names := file.names("trials")):
         raise ValueError("the file has no trials")
-    groups = sorted(file["trials"].items(), key=lambda item: (item[1].attrs.get("order", 0), item[0]))
-    trials = [_hdf5_trial(name, group) for name, group in groups]
+    about = {name: file.attributes(f"trials/{name}") for name in names}
+    names = sorted(names, key=lambda name: (about[name].get("order", 0), name))
+    trials = [_hdf5_trial(file, name, about[name]) for name in names]
     own = {*provenance(), "format"}
-    return Measurement(tuple(trials), {k: plain(v) for k, v in file.attrs.items() if k not in own})
+    return Measurement(tuple(trials), {k: plain(v) for k, v in file.attributes().items() if k not in own})
 
 
-def _hdf5_trial(name: str, group) -> Trial:
+def _hdf5_trial(file: Reader, name: str, about: dict) -> Trial:
     """A trial of a group of datasets, in the units they say."""
-    columns = {}
-    for column in (c for q in UNITS for c in ([q] if q == "time" else [f"{q}_{a}" for a in AXES]) if c in group):
-        data, where = group[column], f"trial {name!r}, column {column}"
-        units, known = str(data.attrs.get("units", "")), UNITS[column.partition("_")[0]]
+    columns, present = {}, file.names(f"trials/{name}")
+    for column in (c for q in UNITS for c in ([q] if q == "time" else [f"{q}_{a}" for a in AXES]) if c in present):
+        place, where = f"trials/{name}/{column}", f"trial {name!r}, column {column}"
+        units, known = file.attributes(place).get("units", ""), UNITS[column.partition("_")[0]]
         if units not in known:
             raise ValueError(f"{where}: its units must be {' or '.join(known)}, got {units!r}")
-        if data.ndim != 1 or data.dtype.kind not in "iuf":
-            raise ValueError(f"{where} must be one row of numbers, got {data.dtype} of shape {data.shape}")
-        columns[column] = np.asarray(data[()], float) * known[units]
+        values = file.column(place)
+        if values.ndim != 1 or values.dtype.kind not in "iuf":
+            raise ValueError(f"{where} must be one row of numbers, got {values.dtype} of shape {values.shape}")
+        columns[column] = np.asarray(values, float) * known[units]
     lengths = {c: len(v) for c, v in columns.items()}
     if len(set(lengths.values())) > 1:
         raise ValueError(f"trial {name!r} has columns of different length: {lengths}")
-    facts = {k: plain(v) for k, v in group.attrs.items() if k != "order"}
+    facts = {k: plain(v) for k, v in about.items() if k != "order"}
     labels = {label: facts.pop(label) for label in LABELS if label in facts}
     return _trial(name, columns, labels, facts)
 
@@ -311,15 +316,17 @@ def _read_csv(path: Path, rows: dict[str, Where]) -> Measurement:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
         raise ValueError(f"not a text file: {error}") from None
+    if any("\0" in t for t in lines):
+        raise ValueError("not a text file: it has a NUL character")
     kept = [(i, t) for i, t in enumerate(lines, 1) if t.strip() and not t.startswith("#")]
     if len(kept) < 2:
         raise ValueError("there are no samples" if kept else "the file is empty")
     header = kept[0][1]
     mark = next((m for m in ";\t" if m in header), ",")
-    names = [n.strip() for n in next(csv.reader([header], delimiter=mark))]
+    names = [n.strip() for n in _csv_cells([header], mark, [kept[0][0]])[0]]
     known = _csv_columns(names)
-    cells = list(csv.reader((t for _, t in kept[1:]), delimiter=mark))
     numbers = np.array([i for i, _ in kept[1:]])
+    cells = _csv_cells([t for _, t in kept[1:]], mark, numbers)
     for line, found in zip(numbers, cells, strict=True):
         if len(found) != len(names):
             raise ValueError(f"line {line}: {len(found)} cells under a header of {len(names)}")
@@ -328,6 +335,20 @@ def _read_csv(path: Path, rows: dict[str, Where]) -> Measurement:
     left = [n for n in names if n not in known and n not in ("trial", *LABELS)]
     trials = [_csv_trial(name, part, table, known, numbers, own, rows) for name, part in _parts(path, table, numbers)]
     return Measurement(tuple(trials), facts | ({"columns_left_aside": left} if left else {}))
+
+
+def _csv_cells(texts: list[str], mark: str, numbers: Sequence[int]) -> list[list[str]]:
+    """Cells of each line. Raises ValueError naming a line that has no end."""
+    reader, cells = csv.reader(texts, delimiter=mark), []
+    try:
+        for row in reader:
+            if reader.line_num > len(cells) + 1:
+                raise csv.Error
+            cells.append(row)
+    except csv.Error as error:
+        reason = "a quote is not closed" if '"' in texts[len(cells)] else error
+        raise ValueError(f"line {numbers[len(cells)]}: {reason}") from None
+    return cells
 
 
 def _csv_columns(names: list[str]) -> dict[str, tuple[str, float]]:
@@ -359,9 +380,9 @@ def _csv_facts(comments: Iterable[str]) -> tuple[dict, dict[str, dict]]:
     own: dict[str, dict] = {}
     for text in comments:
         name, equals, value = text.lstrip("# ").partition("=")
-        if not equals:
-            continue
         trial, dot, short = name.strip().rpartition(".")
+        if not equals or not short:
+            continue
         (own.setdefault(trial, {}) if dot else facts)[short] = _value(value.strip())
     return facts, own
 
@@ -369,12 +390,15 @@ def _csv_facts(comments: Iterable[str]) -> tuple[dict, dict[str, dict]]:
 def _value(text: str):
     """A number, a truth value, a list of numbers in brackets, or the text itself."""
     if text.startswith("[") and text.endswith("]"):
-        return [_value(part.strip()) for part in text[1:-1].split(",")]
+        parts = [_value(part.strip()) for part in text[1:-1].split(",")]
+        return parts if all(isinstance(part, int | float) for part in parts) else text
     for kind in (int, float):
         try:
-            return kind(text)
+            number = kind(text)
         except ValueError:
-            pass
+            continue
+        if kind is float or abs(number) < 2**63:
+            return number
     return {"True": True, "False": False}.get(text, text)
 
 
@@ -439,8 +463,9 @@ def write(path: str | Path, measurement: Measurement) -> Path:
             for column, v in _columns(trial).items()
         }
         labels = {label: getattr(trial, label) for label in LABELS}
-        tables[f"trials/{trial.name}"] = {**labels, "order": order, **trial.facts}, columns
-    return save_tables(path, FORMAT, {**measurement.facts, "format_version": FORMAT_VERSION}, tables)
+        tables[f"trials/{trial.name}"] = {**trial.facts, **labels, "order": order}, columns
+    facts = {k: v for k, v in measurement.facts.items() if k not in provenance()}
+    return save_tables(path, FORMAT, {**facts, "format_version": FORMAT_VERSION}, tables)
 
 
 def _columns(trial: Trial) -> dict[str, np.ndarray]:

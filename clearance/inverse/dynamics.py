@@ -89,6 +89,8 @@ def _recorded(solver: Explicit, times, rows, failure, route: str, wall: float, p
     else:
         sink = FileSink(Path(path), channels, attributes, expected=times.size)
     writer = Recorder(channels, sink)
+    for joint in solver.scene.joints:
+        writer.know(f"joints/{joint.name}", **joint.facts)
     try:
         writer.samples(times, rows)
     except Unwritable:

@@ -112,7 +112,12 @@ def clearance_force(
     polar = _polar(trace, kinematics.number, joint, offset, rate)
     result = JointForce((0.0, 0.0), 0.0, 0.0, 0.0)
     result.penetration, result.penetration_rate = -polar.gap, polar.outward
-    result.channels = {"eccentricity_x": offset[0], "eccentricity_y": offset[1], "gap": polar.gap}
+    result.channels = {
+        "eccentricity_x": offset[0],
+        "eccentricity_y": offset[1],
+        "eccentricity_ratio": polar.distance / kinematics.number(f"{joint.key}.clearance"),
+        "gap": polar.gap,
+    }
     if joint.roughness is not None:
         result.channels["film_thickness_ratio"] = polar.gap / kinematics.number(f"{joint.key}.roughness")
     share = _shares(calls, kinematics.number, joint, polar, result)

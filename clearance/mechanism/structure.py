@@ -386,6 +386,7 @@ class Tracing:
 _JOINT_CHANNELS = {
     "eccentricity_x": ("m", "eccentricity of the journal in the bearing, x"),
     "eccentricity_y": ("m", "eccentricity of the journal in the bearing, y"),
+    "eccentricity_ratio": ("1", "eccentricity of the journal over the radial clearance"),
     "gap": ("m", "nominal minimum film thickness, clearance minus eccentricity"),
     "film_thickness_ratio": ("1", "nominal minimum film thickness over composite roughness"),
     "contact_force": ("N", "normal contact force"),

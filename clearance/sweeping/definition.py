@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from functools import cached_property
 from pathlib import Path
 
@@ -11,6 +11,20 @@ from clearance.sweeping.points import Points
 
 FORMAT = "clearance-sweep"
 FORMAT_VERSION = 1
+#: what sweep.json holds beside its format
+FIELDS = {
+    "case": str,
+    "path": str,
+    "source": str,
+    "points": dict,
+    "fixed": dict,
+    "options": dict,
+    "keep": list | None,
+    "compression": int,
+    "settle": float | int | None,
+    "own": list,
+    "units": dict,
+}
 
 
 @dataclass(frozen=True)
@@ -121,22 +135,59 @@ def read(folder: Path) -> Definition | None:
     if not path.exists():
         return None
     try:
-        document = json.loads(path.read_text())
-        form, version = document.pop("format"), int(document.pop("format_version"))
-    except (KeyError, TypeError, AttributeError, ValueError) as error:
-        raise ValueError(f"{path} is not the definition of a sweep: {error!r}") from None
-    if version > FORMAT_VERSION:
-        raise ValueError(
-            f"{path} was written by a newer clearance (format {version}; this one reads up to {FORMAT_VERSION})"
-        )
+        document = json.loads(path.read_bytes())
+    except ValueError as error:
+        raise ValueError(f"{path} is not the definition of a sweep: {error}") from None
     try:
-        if form != FORMAT:
-            raise KeyError("format")
-        points = document.pop("points")
-        axes = tuple((tuple(names), count) for names, count in points["axes"])
-        columns = {n: tuple(v) for n, v in points["columns"].items()}
-        document["keep"] = None if document["keep"] is None else tuple(document["keep"])
-        document["own"] = tuple(map(tuple, document["own"]))
-        return Definition(points=Points(columns, axes, points["sampled"]), **document)
-    except (KeyError, TypeError, AttributeError, ValueError) as error:
-        raise ValueError(f"{path} is not the definition of a sweep: {error!r}") from None
+        _check(document, {"format": str, "format_version": int})
+        if document["format"] != FORMAT:
+            raise ValueError(f"its format is {document['format']!r}")
+        if document["format_version"] <= FORMAT_VERSION:
+            return _definition(document)
+    except ValueError as error:
+        raise ValueError(f"{path} is not the definition of a sweep: {error}") from None
+    raise ValueError(
+        f"{path} was written by a newer clearance (format {document['format_version']}; "
+        f"this one reads up to {FORMAT_VERSION})"
+    )
+
+
+def _definition(document: dict) -> Definition:
+    """The definition that a document holds. Raises ValueError for what is none."""
+    _check(document, FIELDS)
+    points = document["points"]
+    _check(points, {"axes": list, "columns": dict, "sampled": bool})
+    _check(points["columns"], dict.fromkeys(points["columns"], list))
+    own, keep = document["own"], document["keep"]
+    if not all(_is_row(axis, list, int) and _is_row(axis[0], *[str] * len(axis[0])) for axis in points["axes"]):
+        raise ValueError("axes must be pairs of names and a number")
+    if not all(_is_row(metric, str, str) for metric in own):
+        raise ValueError("own must be pairs of texts")
+    if keep is not None and not all(isinstance(pattern, str) for pattern in keep):
+        raise ValueError("keep must be texts")
+    if any(isinstance(v, dict | list | type(None)) for values in points["columns"].values() for v in values):
+        raise ValueError("columns must be numbers and texts")
+    axes = tuple((tuple(names), count) for names, count in points["axes"])
+    columns = {n: tuple(v) for n, v in points["columns"].items()}
+    values = {f.name: document[f.name] for f in fields(Definition) if f.name in document} | {
+        "points": Points(columns, axes, points["sampled"]),
+        "keep": None if keep is None else tuple(keep),
+        "own": tuple(map(tuple, own)),
+    }
+    return Definition(**values)
+
+
+def _check(document: object, kinds: dict) -> None:
+    """Raises ValueError for a document without an entry of these names and kinds."""
+    if not isinstance(document, dict):
+        raise ValueError(f"it must be a JSON object, got {_short(document)}")
+    for name, kind in kinds.items():
+        if name not in document:
+            raise ValueError(f"it has no {name}")
+        if not isinstance(document[name], kind):
+            raise ValueError(f"{name} cannot be {_short(document[name])}")
+
+
+def _is_row(value: object, *kinds: type) -> bool:
+    """The value is a list of entries of these kinds."""
+    return isinstance(value, list) and len(value) == len(kinds) and all(map(isinstance, value, kinds))

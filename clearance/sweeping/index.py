@@ -4,6 +4,7 @@ The index `sweep.h5` is made from the journal, and where there is none from the 
 """
 
 import json
+import logging
 import os
 import zlib
 from collections.abc import Iterable, Iterator
@@ -12,11 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.results import NewerFormat, Result, open_checked, open_result, save_tables
+from clearance.reading import Damaged, NewerFormat, open_checked
+from clearance.results import Result, extra, open_result, save_tables
 from clearance.sweeping import definition as definitions
 from clearance.sweeping import journal as journals
 from clearance.sweeping.journal import DONE, FAILED, Outcome
 
+LOG = logging.getLogger("clearance.files")
 MISSING = "missing"
 PIECE = 2**24  # bytes of a run's file in memory at a time
 RUN_COLUMNS = {
@@ -92,7 +95,7 @@ class Sweep:
     @cached_property
     def table(self):
         """Parameters, status and metrics, a row a point, as a pandas DataFrame."""
-        pandas = _extra("pandas")
+        pandas = extra("pandas")
         frame = pandas.DataFrame(self.columns | {"status": self.status, "reason": self.reason} | self.metrics)
         frame.attrs["units"] = self.definition.units | {n: u for n, (u, _) in self.known.items()}
         return frame
@@ -102,7 +105,7 @@ class Sweep:
         """Metrics over the swept parameters, as an xarray Dataset: a grid has a dimension for each parameter, lists
         that go together share one, samples have the dimension `run`.
         """
-        xarray = _extra("xarray")
+        xarray = extra("xarray")
         dims, coordinates = [], {}
         for i, (names, count) in enumerate(self.definition.points.axes):
             single = len(names) == 1 and names[0] in self.definition.points.columns
@@ -179,15 +182,6 @@ def _size(path: Path) -> int:
     return path.stat().st_size if path.exists() else 0
 
 
-def _extra(package: str):
-    from importlib import import_module
-
-    try:
-        return import_module(package)
-    except ImportError:
-        raise ImportError(f"{package} is not installed: pip install 'clearance[xarray]'") from None
-
-
 #: status, reason, costs, metrics, and units and text of each metric
 Numbers = tuple[np.ndarray, np.ndarray, dict[str, np.ndarray], dict[str, np.ndarray], dict[str, tuple[str, str]]]
 
@@ -199,15 +193,20 @@ def _from_index(folder: Path, definition: definitions.Definition) -> Numbers | N
         return None
     try:
         with open_checked(path, "sweep index", definitions.FORMAT, definitions.FORMAT_VERSION) as file:
-            if journal and file.attrs["journal_bytes"] != journal or file.attrs["definition"] != definition.to_json():
+            about, names = file.attributes(), file.names("metrics")
+            if journal and about["journal_bytes"] != journal or about["definition"] != definition.to_json():
                 return None
-            status, reason = (file["runs"][n][()].astype(str) for n in ("status", "reason"))
-            costs = {n: file["runs"][n][()] for n in RUN_COLUMNS}
-            metrics = {n: data[()] for n, data in file["metrics"].items()}
-            known = {n: (str(d.attrs["units"]), str(d.attrs["long_name"])) for n, d in file["metrics"].items()}
+            status, reason = (file.column(f"runs/{n}") for n in ("status", "reason"))
+            costs = {n: file.column(f"runs/{n}") for n in RUN_COLUMNS}
+            metrics = {n: file.column(f"metrics/{n}") for n in names}
+            known = {n: tuple(file.attribute(f"metrics/{n}", what) for what in ("units", "long_name")) for n in names}
+            numbers = [*costs.values(), *metrics.values()]
+            if any(v.shape != (len(definition.points),) or v.dtype.kind not in "iuf" for v in numbers):
+                raise Damaged(f"{path}: its columns do not have a number for each point")
     except NewerFormat:
         raise
-    except (OSError, KeyError, ValueError):
+    except (OSError, ValueError) as error:
+        LOG.warning("%s; the sweep is read from its journal or its runs", error)
         return None
     return status, reason, costs, metrics, known
 
@@ -280,7 +279,7 @@ def from_file(path: Path, index: int, key: str) -> Outcome | None:
                 float(solver["wall_s"]), float(solver["loop_s"]), int(solver["steps"]), *checked(path),
                 made=json.loads(about.get("made", "{}")), recovered=True,
             )  # fmt: skip
-    except (OSError, ValueError, KeyError):
+    except (OSError, ValueError, TypeError):
         return None
 
 

@@ -6,7 +6,7 @@ Only the driver writes it. A line that a kill or a full disk cut short is taken 
 import json
 import os
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 DONE, FAILED, LOST = "done", "failed", "lost"
@@ -103,10 +103,26 @@ def read(path: Path) -> Iterator[Outcome]:
     with open(path, "rb") as file:
         for line in file:
             try:
-                document = json.loads(line)
-                document["known"] = {n: tuple(k) for n, k in document.get("known", {}).items()}
-                found = Outcome(**({"key": "", "status": LOST} | document))
-                if isinstance(found.index, int) and found.status in (DONE, FAILED, LOST):
-                    yield found
-            except (ValueError, TypeError, AttributeError):
+                yield _outcome({"key": "", "status": LOST} | json.loads(line))
+            except (ValueError, TypeError, AttributeError, OverflowError):
                 continue
+
+
+def _outcome(document: dict) -> Outcome:
+    """The outcome that a line holds. Raises ValueError or TypeError for what is none."""
+    found = Outcome(**document)
+    if not all(isinstance(text, str) for text in (found.key, found.status, found.reason)):
+        raise TypeError
+    if found.status not in (DONE, FAILED, LOST):
+        raise ValueError
+    known = {name: (str(units), str(text)) for name, (units, text) in found.known.items()}
+    metrics = {name: float(value) for name, value in found.metrics.items()}
+    counts = {name: _count(getattr(found, name)) for name in ("index", "warnings", "steps", "size", "check")}
+    return replace(found, known=known, metrics=metrics, wall=float(found.wall), loop=float(found.loop), **counts)
+
+
+def _count(value) -> int:
+    """A whole number from 0 on, also one that was kept as 3.0. Raises ValueError or TypeError for what is none."""
+    if isinstance(value, str | bool) or value != int(value) or value < 0:
+        raise ValueError
+    return int(value)

@@ -9,7 +9,7 @@ import pytest
 
 from clearance.identify import records
 from clearance.identify.records import Measurement, Trial, read, write
-from clearance.results import NewerFormat
+from clearance.reading import NewerFormat
 
 STEP = 1e-3
 

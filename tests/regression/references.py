@@ -24,7 +24,8 @@ from clearance.catalogue import find_case
 from clearance.identify.bench import bench
 from clearance.identify.fit import fit
 from clearance.identify.models import model
-from clearance.results import open_checked, save_tables
+from clearance.reading import open_checked
+from clearance.results import save_tables
 from clearance.sweeping.metrics import metrics
 
 FOLDER = Path(__file__).parent / "references"
@@ -340,13 +341,13 @@ def save(name: str) -> dict[str, float]:
 def read(name: str) -> tuple[Tables, dict]:
     """The tables of a reference and its facts. Raises FileNotFoundError or ValueError for what is no such file."""
     with open_checked(path_of(name), "clearance reference", FORMAT, FORMAT_VERSION) as file:
-        facts = dict(file.attrs)
-        tables = {table: {column: data[()] for column, data in group.items()} for table, group in file.items()}
-    return {t: {c: _texts(v) for c, v in columns.items()} for t, columns in tables.items()}, facts
+        facts = file.attributes()
+        tables = {t: {c: _listed(file.column(f"{t}/{c}")) for c in file.names(t)} for t in file.names()}
+    return tables, facts
 
 
-def _texts(values: np.ndarray):
-    return [v.decode() for v in values] if values.dtype.kind == "O" else values
+def _listed(values: np.ndarray):
+    return values.tolist() if values.dtype.kind == "U" else values
 
 
 def main(arguments: list[str] | None = None) -> int:

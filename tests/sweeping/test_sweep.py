@@ -256,7 +256,7 @@ def test_chosen_channels_and_compression(tmp_path):
     )  # fmt: skip
     with found.run(0) as run:
         assert run.names("bodies/slider") == ("x",)
-        assert run.names("joints/C") == ("eccentricity_x", "eccentricity_y")
+        assert run.names("joints/C") == ("eccentricity_ratio", "eccentricity_x", "eccentricity_y")
         assert run.file["bodies/slider/x"].compression == "gzip"
         with pytest.raises(KeyError, match="may not have been kept"):
             run.values("bodies/slider/y")
