@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+from clearance.checks import meant
 from clearance.scene import Scene
 from clearance.units import quantity
 
@@ -73,7 +74,8 @@ class Case:
         """The scene for given parameter values; an unknown name lists the known ones."""
         known = self.parameters
         if unknown := [n for n in values if n not in known]:
-            raise ValueError(f"case {self.name} has no parameter {unknown[0]!r}; it has {', '.join(known)}")
+            hint = meant(unknown[0], known)
+            raise ValueError(f"case {self.name} has no parameter {unknown[0]!r}{hint}; it has {', '.join(known)}")
         try:
             scene = self.function(**values)
         except (Exception, SystemExit) as error:
@@ -108,7 +110,9 @@ def find_case(name: str | Path) -> Case:
     elif str(name) in case_names():
         path = library() / f"{name}.py"
     else:
-        raise ValueError(f"unknown case {str(name)!r}; known: {', '.join(case_names())}, or give a path to a .py file")
+        known = case_names()
+        hint = meant(str(name), known)
+        raise ValueError(f"unknown case {str(name)!r}{hint}; known: {', '.join(known)}, or give a path to a .py file")
     module = _module(path.resolve())
     function = getattr(module, "scene", None)
     if not callable(function):

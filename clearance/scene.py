@@ -23,6 +23,7 @@ class Point:
         return f"{self.body.name}[{self.name!r}]"
 
 
+@checks.answers
 @dataclass(frozen=True, eq=False)
 class Body:
     """A rigid body.
@@ -124,6 +125,7 @@ def as_point(owner: str, value: object) -> Point:
     raise TypeError(f"{owner}: expected a point such as crank['pin'] or ground.at(x, y), got {value!r}")
 
 
+@checks.answers
 class Scene:
     """A whole mechanism: joints, drives and loads. Bodies are found from the parts, nothing is listed twice.
 

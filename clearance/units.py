@@ -3,6 +3,8 @@
 import math
 import re
 
+from clearance.checks import meant
+
 #: unit -> (SI unit it measures in, factor)
 UNITS = {
     "m": ("m", 1.0), "cm": ("m", 1e-2), "mm": ("m", 1e-3), "um": ("m", 1e-6), "µm": ("m", 1e-6), "nm": ("m", 1e-9),
@@ -58,7 +60,7 @@ def quantity(text: str, units: str | None = None) -> float:
     if unit is None:
         return float(number)
     if unit not in UNITS:
-        raise ValueError(f"unknown unit {unit!r} in {text!r}; known: {', '.join(UNITS)}")
+        raise ValueError(f"unknown unit {unit!r} in {text!r}{meant(unit, UNITS)}; known: {', '.join(UNITS)}")
     kind, factor = UNITS[unit]
     if units is not None and units != kind and (units in _KINDS or units in ("-", "1")):
         raise ValueError(f"{text!r} is in {kind}, expected {units if units in _KINDS else 'a plain number'}")

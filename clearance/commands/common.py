@@ -7,7 +7,10 @@ import sys
 import time
 from pathlib import Path
 
+from clearance.checks import meant
+
 DONE, FAILED, WRONG = 0, 1, 2
+LOG_INTERVAL = 30.0  # seconds between the lines of a study whose stderr is no terminal
 
 
 def add_command(commands, name: str, help: str, **more) -> argparse.ArgumentParser:
@@ -83,7 +86,7 @@ def given(options, known: dict) -> dict[str, str]:
         if not equals:
             raise ValueError(f"-p {item}: expected NAME=VALUE")
         if name not in known:
-            raise ValueError(f"the case has no parameter {name!r}; it has {', '.join(known)}")
+            raise ValueError(f"the case has no parameter {name!r}{meant(name, known)}; it has {', '.join(known)}")
         if name in found:
             raise ValueError(f"-p {item}: {name} is given twice, {found[name]} before")
         found[name] = text
@@ -141,15 +144,21 @@ def publish(options, lines: list[str], document: dict, save, draw, study, stem: 
 
 
 class Line:
-    """What a long study is at, on one line of stderr; nothing where nobody looks."""
+    """What a long study is at: on one line of a terminal; in a log a line every half minute; under --json nothing."""
 
     def __init__(self, options):
         self.shown = sys.stderr.isatty() and not options.json
-        self.began = time.perf_counter()
+        self.logged = not sys.stderr.isatty() and not options.json
+        self.began = self.last = time.perf_counter()
 
     def __call__(self, text: str) -> None:
+        now = time.perf_counter()
+        said = f"{now - self.began:6.0f} s  {text}"
         if self.shown:
-            print(f"\r\x1b[K{time.perf_counter() - self.began:6.0f} s  {text}", end="", file=sys.stderr, flush=True)
+            print(f"\r\x1b[K{said}", end="", file=sys.stderr, flush=True)
+        elif self.logged and now - self.last >= LOG_INTERVAL:
+            self.last = now
+            print(said, file=sys.stderr, flush=True)
 
     def clear(self) -> None:
         if self.shown:
