@@ -87,9 +87,9 @@ __all__ = [
     "hunt_crossley_memoryless", "impact", "inverse_dynamics", "johnson", "joint_bristle", "joint_coulomb",
     "joint_factory", "joint_friction", "joint_friction_law", "joint_lugre", "joint_lugre_loaded", "joint_stribeck",
     "kelvin_voigt", "lankarani_nikravesh", "laws", "layer_modulus", "lee_wang", "liu", "load_case", "load_sharing",
-    "long_film", "lugre", "memberships", "mm", "one_of", "open_result", "open_sweep", "pinkus_sternlicht",
-    "pressure_flow_factor", "rpm", "sampled", "shear_flow_factor", "short_film", "signal", "simulate", "solve_film",
-    "steel", "stribeck", "superposed", "sweep", "table_film", "threlfall", "transition", "um", "winkler",
+    "long_film", "lugre", "memberships", "mm", "one_of", "open_result", "open_sweep", "pinkus_sternlicht", "plot",
+    "pressure_flow_factor", "report", "rpm", "sampled", "shear_flow_factor", "short_film", "signal", "simulate",
+    "solve_film", "steel", "stribeck", "superposed", "sweep", "table_film", "threlfall", "transition", "um", "winkler",
     "zhiying_qishao", "zipped",
 ]  # fmt: skip
 
@@ -100,7 +100,7 @@ _LAZY = {
     "solve_film": "clearance.film.solvers", "sweep": "clearance.sweeping.driver",
     "SweepError": "clearance.sweeping.driver", "open_sweep": "clearance.sweeping.index",
     "Sweep": "clearance.sweeping.index", "grid": "clearance.sweeping.points", "zipped": "clearance.sweeping.points",
-    "sampled": "clearance.sweeping.points",
+    "sampled": "clearance.sweeping.points", "plot": "clearance.commands.plot", "report": "clearance.postprocess.report",
 }  # fmt: skip
 
 

@@ -126,7 +126,10 @@ def joint_friction_law(
     friction: str, *, coefficient: float, viscous: float, static: float, stribeck_rate: float, exponent: float,
     transition_rate: float,
 ) -> laws.BoundLaw | None:  # fmt: skip
-    """The law of joints without clearance for a name and its numbers, of which coulomb takes three; None for none."""
+    """The law of joints without clearance for a name and its numbers, of which coulomb takes three; None for none.
+
+    Raises ValueError for another name.
+    """
     one_of("friction", friction, JOINT_FRICTIONS)
     if friction == "coulomb":
         return laws.joint_coulomb(coefficient=coefficient, viscous=viscous, transition_rate=transition_rate)
@@ -200,6 +203,7 @@ def joint_factory(
 
     Contact stiffness and moduli come from the radii, the length and the material; contact "auto" is
     lankarani_nikravesh in dry joints and winkler, which is conformal, in mixed ones. Lengths in m, viscosity in Pa s.
+    Raises ValueError for names and numbers that give no joint.
     """
     one_of("model", model, MODELS)
     checks.positive("clearance", clearance)

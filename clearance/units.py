@@ -18,6 +18,8 @@ UNITS = {
     "N": ("N", 1.0), "kN": ("N", 1e3), "Nm": ("N m", 1.0), "N/m": ("N/m", 1.0),
     "Pa": ("Pa", 1.0), "kPa": ("Pa", 1e3), "bar": ("Pa", 1e5), "MPa": ("Pa", 1e6), "GPa": ("Pa", 1e9),
 }  # fmt: skip
+#: units in which people think of numbers in SI, coarse to fine
+READ_AS = {"rad/s": ("rpm",), "m": ("mm", "um"), "Pa s": ("cP",)}
 _KINDS = {kind for kind, _ in UNITS.values()}
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµ][\w/.µ]*)?\s*$")
@@ -46,6 +48,18 @@ def cP(value: float) -> float:
 def degree(value: float) -> float:
     """Degrees to rad."""
     return value * UNITS["deg"][1]
+
+
+def shown(value: object, units: str) -> str:
+    """A value in SI with its units, and in those that people think in: "300 rad/s (2865 rpm)"."""
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return str(value)
+    text = f"{value:g} {units}" if units not in ("-", "1", "?") else f"{value:g}"
+    scaled = [(value / UNITS[other][1], other) for other in READ_AS.get(units, ())]
+    if not value or not scaled:
+        return text
+    number, other = next((pair for pair in scaled if abs(pair[0]) >= 0.1), scaled[-1])
+    return f"{text} ({number:.4g} {other})"
 
 
 def quantity(text: str, units: str | None = None) -> float:

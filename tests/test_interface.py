@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import pytest
 import clearance as cl
 from clearance import cli, laws
 from clearance.choices import CONTACTS
+from clearance.commands import common
 from clearance.laws.law import Family, FilmJoint, Law
 
 GUIDE = (Path(__file__).parent.parent / "clearance" / "GUIDE.md").read_text()
@@ -188,6 +190,43 @@ def test_figures_are_drawn_in_the_order_asked_for():
     assert _chosen(["b", "a_*"], known) == ["b", "a_map", "a_run"]
     assert _chosen(["a_run", "a_*"], known) == ["a_run", "a_map"]
     assert _chosen([], known) == known
+
+
+def test_S18_run_says_its_parameters_with_units(capsys, tmp_path):
+    """Those given first, in SI and in units people think in."""
+    arguments = ["run", "slider_crank", "-p", "model=ideal", "-p", "speed=300", "--turns", "0.1"]
+    assert cli.main([*arguments, "-o", str(tmp_path / "run.h5")]) == 0
+    said = capsys.readouterr().out
+    assert "given        model = ideal, speed = 300 rad/s (2865 rpm)" in said
+    assert "clearance 0.0005 m (0.5 mm)" in said
+    assert "roughness 8e-07 m (0.8 um)" in said
+
+
+def test_S15_a_log_gets_a_line_now_and_then(capsys, monkeypatch):
+    """stderr is no terminal here: nothing at once, a line when the interval has passed, nothing under --json."""
+    line = common.Line(SimpleNamespace(json=False))
+    line("one")
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(common, "LOG_INTERVAL", 0.0)
+    line("two")
+    common.Line(SimpleNamespace(json=True))("three")
+    assert re.fullmatch(r" +\d+ s  two\n", capsys.readouterr().err)
+
+
+def test_S11_pictures_and_reports_from_python(tmp_path, monkeypatch):
+    """The guide's lines, of a run still open; a path and names as a list do as well."""
+    monkeypatch.chdir(tmp_path)
+    scope: dict = {}
+    exec(next(b for b in BLOCKS if "cl.plot(" in b), scope)
+    assert {"history.png", "sketch.pdf", "run.html"} <= {p.name for p in tmp_path.iterdir()}
+    path = scope["run"].save("run.h5")
+    assert cl.plot(path, "phase", "phase.png", channels=["slider.x", "slider.vx"]).exists()
+    with pytest.raises(ValueError, match="no kind 'orbits' .did you mean orbit"):
+        cl.plot(path, "orbits", "x.png")
+    with pytest.raises(TypeError, match="no option 'chanels' .did you mean channels"):
+        cl.plot(path, "phase", "x.png", chanels="slider.x")
+    with pytest.raises(ValueError, match="--joint does not belong to phase"):
+        cl.plot(path, "phase", "x.png", joint="C")
 
 
 # --- laws of one's own, through everything that reads a run

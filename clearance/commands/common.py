@@ -4,7 +4,9 @@ import argparse
 import contextlib
 import json
 import sys
+import textwrap
 import time
+from collections.abc import Iterable
 from pathlib import Path
 
 from clearance.checks import meant
@@ -62,6 +64,22 @@ def add_length(command: argparse.ArgumentParser) -> None:
     length.add_argument("--until", type=quantity_of("s"), metavar="S", help="length in seconds")
 
 
+def parameter_lines(case, values: dict) -> list[str]:
+    """The parameters of a case in print: those given, then the defaults of the others."""
+    from clearance.units import shown
+
+    known = case.parameters
+    given = [f"{n} = {shown(v, known[n].units)}" for n, v in values.items()]
+    defaults = [f"{n} {shown(p.default, p.units)}" for n, p in known.items() if n not in values]
+    found = []
+    for title, texts in (("given", given), ("default", defaults)):
+        if texts:
+            found += textwrap.wrap(
+                f"  {title:<12} {', '.join(texts)}", 110, subsequent_indent=" " * 15, break_on_hyphens=False
+            )
+    return found
+
+
 def length_of(options, scene) -> dict[str, float | None]:
     """Turns or seconds: as asked for, else two turns, else two seconds where nothing turns at constant speed."""
     if options.turns is None and options.until is None:
@@ -110,8 +128,10 @@ def scene_of(options):
         return case, values, case.scene(**values)
 
 
-def listed(text: str | None) -> list[str] | None:
-    """The parts of a comma list, where one is given."""
+def listed(text: str | Iterable[str] | None) -> list[str] | None:
+    """The parts of a comma list, where one is given; from Python it may be a list already."""
+    if text is not None and not isinstance(text, str):
+        return list(text)
     return text and [part.strip() for part in text.split(",") if part.strip()]
 
 
