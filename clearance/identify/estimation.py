@@ -390,6 +390,7 @@ def _estimate_lugre(model: LuGre, trials: Sequence, *, starts: int, seed: int, p
     still = _still(model, names, sizes)
     said = _bound_doubts(model, values, sizes, still) + _start_doubts(found)
     lag, lag_error, moves = lagged(whole, x)
+    most = int(np.argmax(abs(moves) / np.maximum(abs(values), TINY)))
     longest = max(len(f.history) for f in found)
     history = sum(np.array(f.history + [f.history[-1]] * (longest - len(f.history))) for f in found)
     blind = whole.cost(x) - sum(f.end.cost for f in found)  # of axes that no parameter moves
@@ -406,7 +407,7 @@ def _estimate_lugre(model: LuGre, trials: Sequence, *, starts: int, seed: int, p
         {
             "noise": noise, "evaluations": sum(f.evaluations for f in found), "agreeing": min(map(agreeing, found)),
             "converged": all(f.end.converged for f in found), "still": still,
-            "lag": lag, "lag_error": lag_error, "lag_moves": names[int(np.argmax(abs(moves) / np.maximum(abs(values), TINY)))],
+            "lag": lag, "lag_error": lag_error, "lag_moves": names[most],
         },
         said,
     )  # fmt: skip
