@@ -2,6 +2,7 @@
 
 import importlib.util
 import inspect
+import json
 import re
 import sys
 import traceback
@@ -85,6 +86,9 @@ class Case:
         if not isinstance(scene, Scene):
             raise TypeError(f"case {self.name}: scene() must return a Scene, got {type(scene).__name__}")
         scene.parameters.update(values)
+        defaults = {n: p.default for n, p in known.items() if n not in values}
+        scene.origin["case_file"] = self.name if self.path.parent == library() else str(self.path)
+        scene.origin["defaults"] = json.dumps(defaults, default=str, sort_keys=True)
         return scene
 
 

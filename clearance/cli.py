@@ -7,6 +7,7 @@ import argparse
 import json
 import os
 import re
+import shlex
 import sys
 
 from clearance.commands import (
@@ -61,7 +62,9 @@ def parser() -> Parser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Entry point: returns the exit status."""
-    options = parser().parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
+    arguments = sys.argv[1:] if arguments is None else arguments
+    options = parser().parse_args(_joined(arguments))
+    options.line = shlex.join(["clearance", *arguments])
     try:
         return options.action(options)
     except BrokenPipeError:  # the reader of our output has seen enough

@@ -125,7 +125,9 @@ def scene_of(options):
     known = case.parameters
     values = {name: known[name].value(text) for name, text in given(options, known).items()}
     with quiet(options):
-        return case, values, case.scene(**values)
+        scene = case.scene(**values)
+    scene.origin["command"] = getattr(options, "line", "")
+    return case, values, scene
 
 
 def listed(text: str | Iterable[str] | None) -> list[str] | None:
