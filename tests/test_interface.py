@@ -229,6 +229,39 @@ def test_S11_pictures_and_reports_from_python(tmp_path, monkeypatch):
         cl.plot(path, "phase", "x.png", joint="C")
 
 
+@pytest.fixture(scope="module")
+def periodic(tmp_path_factory):
+    """Six turns of a mechanism without clearance, by the command."""
+    path = tmp_path_factory.mktemp("periodic") / "run.h5"
+    assert cli.main(["run", "slider_crank", "-p", "model=ideal", "--turns", "6", "-o", str(path)]) == 0
+    return path
+
+
+def test_a_report_says_case_command_and_defaults(periodic):
+    """Where the run is from stands in its file and in its report; no column of a table is empty."""
+    with cl.open_result(periodic) as run:
+        assert run.attributes["case_file"] == "slider_crank"
+        assert run.attributes["command"].startswith("clearance run slider_crank -p model=ideal --turns 6")
+        assert json.loads(run.attributes["defaults"])["restitution"] == 0.9
+        text = cl.report(run, periodic.with_suffix(".html")).read_text()
+    assert "clearance run slider_crank -p model=ideal" in text
+    assert "restitution = 0.9" in text
+    assert not re.search(r"<th[^>]*></th></tr></thead>", text)
+
+
+def test_a_fixed_point_is_drawn_as_one(periodic, monkeypatch):
+    """The axes of a section are wider than rounding: 10 % of what the channel does in the run (exact: as drawn)."""
+    from clearance.postprocess import figures
+
+    kept = []
+    monkeypatch.setattr(figures, "save", lambda figure, path: kept.append(figure))
+    cl.plot(periodic, "poincare", "section.png")
+    (axes,) = kept[0].axes
+    with cl.open_result(periodic) as run:
+        for limits, channel in ((axes.get_xlim(), run["slider"].vx), (axes.get_ylim(), run["slider"].ax)):
+            assert np.ptp(limits) == pytest.approx(0.1 * np.abs(channel).max(), rel=1e-9)
+
+
 # --- laws of one's own, through everything that reads a run
 @pytest.fixture(scope="module")
 def journals(tmp_path_factory):
