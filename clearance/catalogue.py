@@ -75,8 +75,8 @@ class Case:
         """The scene for given parameter values; an unknown name lists the known ones."""
         known = self.parameters
         if unknown := [n for n in values if n not in known]:
-            hint = meant(unknown[0], known)
-            raise ValueError(f"case {self.name} has no parameter {unknown[0]!r}{hint}; it has {', '.join(known)}")
+            answer = f"{meant(unknown[0], known)}; it has {', '.join(known)}"
+            raise ValueError(f"case {self.name} has no parameter {unknown[0]!r}{answer}")
         try:
             scene = self.function(**values)
         except (Exception, SystemExit) as error:
@@ -114,9 +114,9 @@ def find_case(name: str | Path) -> Case:
     elif str(name) in case_names():
         path = library() / f"{name}.py"
     else:
-        known = case_names()
-        hint = meant(str(name), known)
-        raise ValueError(f"unknown case {str(name)!r}{hint}; known: {', '.join(known)}, or give a path to a .py file")
+        names = case_names()
+        answer = f"{meant(str(name), names)}; known: {', '.join(names)}"
+        raise ValueError(f"unknown case {str(name)!r}{answer}, or give a path to a .py file")
     module = _module(path.resolve())
     function = getattr(module, "scene", None)
     if not callable(function):

@@ -10,24 +10,24 @@ Check = Callable[[str, object], float]
 
 
 def meant(name: str, known: Iterable[str]) -> str:
-    """" (did you mean ...?)" where a known name is close to the given one, in capitals or not; else nothing."""
+    """" (did you mean ...?)" where a known name is close, in capitals or not; else nothing."""
     plain = {k.lower(): k for k in known}
     close = difflib.get_close_matches(str(name).lower(), plain, 1)
     return f" (did you mean {plain[close[0]]}?)" if close else ""
 
 
 def answers(cls: type) -> type:
-    """Decorate a class: an argument that it has not got is answered by a TypeError with those that it has."""
+    """Decorate a class: a TypeError for an argument that it has not got lists those that it has."""
     made = cls.__init__
     kinds = inspect.signature(made).parameters.values()
-    known = [p.name for p in kinds if p.kind is not p.VAR_POSITIONAL][1:]
+    names = [p.name for p in kinds if p.kind is not p.VAR_POSITIONAL][1:]
 
     @functools.wraps(made)
     def __init__(self, *values, **named):
         for name in named:
-            if name not in known:
-                has = f"it has {', '.join(known)}"
-                raise TypeError(f"{cls.__name__} has no argument {name!r}{meant(name, known)}; {has}")
+            if name not in names:
+                answer = f"{meant(name, names)}; it has {', '.join(names)}"
+                raise TypeError(f"{cls.__name__} has no argument {name!r}{answer}")
         made(self, *values, **named)
 
     cls.__init__ = __init__

@@ -57,7 +57,7 @@ CONTACTS: dict[str, Callable] = {
     "hertz": lambda pair, e: laws.hertz().of(pair),
     "kelvin_voigt": _kelvin_voigt,
     "hunt_crossley": _by_restitution(laws.hunt_crossley),
-    "hunt_crossley_memoryless": lambda pair, e: laws.hunt_crossley_memoryless(dissipation=1.0 - e).of(pair),
+    "hunt_crossley_memoryless": lambda p, e: laws.hunt_crossley_memoryless(dissipation=1.0 - e).of(p),
     "herbert_mcwhannell": _by_restitution(laws.herbert_mcwhannell),
     "lee_wang": _by_restitution(laws.lee_wang),
     "gonthier": _by_restitution(laws.gonthier),
@@ -103,9 +103,10 @@ TRANSITIONS: dict[str, Callable] = {
 
 
 def one_of(field: str, value: str, known: Collection[str]) -> str:
-    """The value, one of the known ones. Raises ValueError with these, and with the closest, for another."""
+    """The value, one of the known ones. Raises ValueError with these and the closest for another."""
     if value not in known:
-        raise ValueError(f"{field} must be one of {', '.join(known)}; got {value!r}{checks.meant(value, known)}")
+        answer = f"got {value!r}{checks.meant(value, known)}"
+        raise ValueError(f"{field} must be one of {', '.join(known)}; {answer}")
     return value
 
 

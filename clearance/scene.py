@@ -201,9 +201,9 @@ class Scene:
 
     @property
     def provenance(self) -> dict[str, str]:
-        """What result files keep of it: its case, the parameters that were given (JSON), the whole scene (JSON).
+        """What result files keep of it: case, parameters that were given (JSON), whole scene (JSON).
 
-        Of the scene of a case also its file and the defaults of the other parameters (JSON), of a command its line.
+        Of a case also its file and the defaults of the other parameters (JSON), of a command its line.
         """
         given = json.dumps(self.parameters, default=str, sort_keys=True)
         return {"case": self.name, "parameters": given, "scene": self.to_json(), **self.origin}

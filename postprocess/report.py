@@ -357,8 +357,9 @@ def _spectrum(page: Page, run: Result) -> Markup:
 
 def _parameters(about: dict, name: str) -> str | None:
     """Parameters of the case in SI, None where the file has none."""
-    found = json.loads(about.get(name, "{}"))
-    return ", ".join(f"{n} = {v:g}" if isinstance(v, float) else f"{n} = {v}" for n, v in found.items()) or None
+    values = json.loads(about.get(name, "{}")).items()
+    texts = [f"{n} = {v:g}" if isinstance(v, float) else f"{n} = {v}" for n, v in values]
+    return ", ".join(texts) or None
 
 
 def _provenance(run: Result) -> list[Markup]:
@@ -370,7 +371,7 @@ def _provenance(run: Result) -> list[Markup]:
         ("size", f"{number(path.stat().st_size / 1e6, 4)} MB"),
         ("format", f"{about['format']} {about['format_version']}"),
         ("created", date(about["created"])),
-        *((said, element("code", about[n])) for n, said in ORIGINS.items() if about.get(n)),
+        *((title, element("code", about[n])) for n, title in ORIGINS.items() if about.get(n)),
         ("parameters given", _parameters(about, "parameters")),
         ("default parameters", _parameters(about, "defaults")),
         *((n.replace("_", " of ", 1), v) for n, v in about.items() if n.startswith("version_")),

@@ -68,16 +68,12 @@ def parameter_lines(case, values: dict) -> list[str]:
     """The parameters of a case in print: those given, then the defaults of the others."""
     from clearance.units import shown
 
-    known = case.parameters
-    given = [f"{n} = {shown(v, known[n].units)}" for n, v in values.items()]
-    defaults = [f"{n} {shown(p.default, p.units)}" for n, p in known.items() if n not in values]
-    found = []
-    for title, texts in (("given", given), ("default", defaults)):
-        if texts:
-            found += textwrap.wrap(
-                f"  {title:<12} {', '.join(texts)}", 110, subsequent_indent=" " * 15, break_on_hyphens=False
-            )
-    return found
+    rows = case.parameters.items()
+    given = [f"{n} = {shown(values[n], p.units)}" for n, p in rows if n in values]
+    default = [f"{n} {shown(p.default, p.units)}" for n, p in rows if n not in values]
+    texts = [f"  {t:<12} {', '.join(v)}" for t, v in (("given", given), ("default", default)) if v]
+    style = {"width": 110, "subsequent_indent": " " * 15, "break_on_hyphens": False}
+    return [line for text in texts for line in textwrap.wrap(text, **style)]
 
 
 def length_of(options, scene) -> dict[str, float | None]:
@@ -104,7 +100,8 @@ def given(options, known: dict) -> dict[str, str]:
         if not equals:
             raise ValueError(f"-p {item}: expected NAME=VALUE")
         if name not in known:
-            raise ValueError(f"the case has no parameter {name!r}{meant(name, known)}; it has {', '.join(known)}")
+            answer = f"{meant(name, known)}; it has {', '.join(known)}"
+            raise ValueError(f"the case has no parameter {name!r}{answer}")
         if name in found:
             raise ValueError(f"-p {item}: {name} is given twice, {found[name]} before")
         found[name] = text
@@ -166,7 +163,7 @@ def publish(options, lines: list[str], document: dict, save, draw, study, stem: 
 
 
 class Line:
-    """What a long study is at: on one line of a terminal; in a log a line every half minute; under --json nothing."""
+    """What a long study is at: one line of a terminal, a line every half minute in a log."""
 
     def __init__(self, options):
         self.shown = sys.stderr.isatty() and not options.json
@@ -175,12 +172,12 @@ class Line:
 
     def __call__(self, text: str) -> None:
         now = time.perf_counter()
-        said = f"{now - self.began:6.0f} s  {text}"
+        line = f"{now - self.began:6.0f} s  {text}"
         if self.shown:
-            print(f"\r\x1b[K{said}", end="", file=sys.stderr, flush=True)
+            print(f"\r\x1b[K{line}", end="", file=sys.stderr, flush=True)
         elif self.logged and now - self.last >= LOG_INTERVAL:
             self.last = now
-            print(said, file=sys.stderr, flush=True)
+            print(line, file=sys.stderr, flush=True)
 
     def clear(self) -> None:
         if self.shown:

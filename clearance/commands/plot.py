@@ -88,24 +88,32 @@ def run(options) -> int:
 
 
 def plot(source, kind: str, output: str | Path, **options) -> Path:
-    """Draw a picture of a run or of a sweep, as `clearance plot` does, and save it; returns its path.
+    """Draw a picture of a run or of a sweep, as `clearance plot` does, and save it.
 
-    source: a run file or Result (for history, phase, poincare and spectrum also a list of them), or the directory of a
-    sweep or Sweep; kind: overview, history, orbit, phase, poincare, spectrum, contacts, efforts, friction, sketch,
-    animation of a run, map, curves, bifurcation of a sweep; output: .png, .pdf or .svg, of an animation .gif or .mp4.
-    options: those of the command that belong to the kind, in SI, such as channels="slider.ax,B.force" or joint="B";
-    at={"model": "dry"}. Raises TypeError for other options, and ValueError for what cannot be drawn.
+    source: a run file or Result (for history, phase, poincare and spectrum also a list of them),
+    or the directory of a sweep or Sweep. kind: overview, history, orbit, phase, poincare, spectrum,
+    contacts, efforts, friction, sketch, animation of a run; map, curves, bifurcation of a sweep.
+    output: .png, .pdf or .svg, of an animation .gif or .mp4; it is returned.
+    options: those of the command that belong to the kind, in SI, such as joint="B",
+    channels="slider.ax,B.force" or at={"model": "dry"}.
+    Raises TypeError for other options, and ValueError for what cannot be drawn.
     """
     if kind not in KINDS:
-        raise ValueError(f"plot: no kind {kind!r}{meant(kind, KINDS)}; there are {', '.join(KINDS)}")
+        answer = f"{meant(kind, KINDS)}; there are {', '.join(KINDS)}"
+        raise ValueError(f"plot: no kind {kind!r}{answer}")
     for name in options:
         if name not in OPTIONS:
-            raise TypeError(f"plot has no option {name!r}{meant(name, OPTIONS)}; it has {', '.join(OPTIONS)}")
+            answer = f"{meant(name, OPTIONS)}; it has {', '.join(OPTIONS)}"
+            raise TypeError(f"plot has no option {name!r}{answer}")
     chosen = argparse.Namespace(**dict.fromkeys(OPTIONS) | options, output=output)
     chosen.at = chosen.at and [f"{name}={value}" for name, value in chosen.at.items()]
     sources = source if isinstance(source, list | tuple) else [source]
-    paths = [Path(s) if isinstance(s, str | Path) else s.folder if hasattr(s, "folder") else s.path for s in sources]
-    return _drawn(chosen, *_inputs([*map(str, paths), kind]))
+    return _drawn(chosen, *_inputs([*map(_where, sources), kind]))
+
+
+def _where(source) -> str:
+    """Path of a run's file or of a sweep's directory."""
+    return str(getattr(source, "folder", getattr(source, "path", source)))
 
 
 def _drawn(options, paths: list[Path], kind: str | None) -> Path:

@@ -71,7 +71,8 @@ def run(options) -> int:
     if failure is not None:
         summary.pop("status")
         return complain(options, failure, FAILED, **summary)
-    print(json.dumps(summary) if options.json else _readable(summary, parameter_lines(case, values)))
+    lines = parameter_lines(case, values)
+    print(json.dumps(summary) if options.json else _readable(summary, lines))
     return DONE
 
 

@@ -88,7 +88,7 @@ def spread(slopes: np.ndarray, cost: float, samples: int) -> tuple[np.ndarray, n
 
 
 def _still(model: Model, names: list[str], sizes: np.ndarray) -> list[str]:
-    """Axes (spin, tilt ...) none of whose parameters the samples (slopes of the given sizes) see: they never move."""
+    """Axes (spin, tilt ...) that never move: samples (slopes of these sizes) see none of their numbers."""
     seen = [n for n, size in zip(names, sizes, strict=True) if size > BLIND * sizes.max()]
     return [g for g in dict.fromkeys(model.groups) if not any(in_group(n, g) for n in seen)]
 
@@ -100,19 +100,19 @@ def in_group(name: str, group: str) -> bool:
 
 def _bound_doubts(model: Model, values: np.ndarray, sizes: np.ndarray, still: Sequence[str]) -> tuple[str, ...]:
     """Axes that never move; parameters that samples (slopes of these sizes) do not see, or that end at a bound."""
-    found = [f"{group}: no trial moves it, its parameters are not fitted" for group in still]
+    doubts = [f"{group}: no trial moves it, its parameters are not fitted" for group in still]
     known = dict(zip((p.name for p in model.parameters), values, strict=True))
     for p, value, size in zip(model.parameters, values, sizes, strict=True):
         if any(in_group(p.name, group) for group in still):
             continue
         lower = p.name.replace("_static", "_kinetic")
         if size <= BLIND * sizes.max():
-            found.append(f"{p.name}: the trials say nothing about it")
+            doubts.append(f"{p.name}: the trials say nothing about it")
         elif not p.low * (1.0 + 1e-3) < value < p.high * (1.0 - 1e-3) and p.low >= 0.0:
-            found.append(f"{p.name}: ends at a bound, {value:.4g} {p.units}")
+            doubts.append(f"{p.name}: ends at a bound, {value:.4g} {p.units}")
         elif lower != p.name and value < known[lower] * (1.0 + 1e-3):
-            found.append(f"{p.name}: ends at {lower}, below which it cannot go")
-    return tuple(found)
+            doubts.append(f"{p.name}: ends at {lower}, below which it cannot go")
+    return tuple(doubts)
 
 
 # --- LuGre
@@ -255,10 +255,10 @@ class Passes:
 
 
 def lagged(passes: Passes, x: np.ndarray) -> tuple[float, float, np.ndarray]:
-    """Time [s] by which the measured torque comes after its rate, its standard error, and changes (p,) of the values.
+    """Time [s] by which the measured torque comes after its rate, its error, changes (p,) of values.
 
-    Beside the parameters and to first order: least squares of the errors at natural coordinates x on the slopes by the
-    parameters and on the rate of change of the torque.
+    Beside the parameters and to first order: least squares of the errors at natural coordinates x
+    on the slopes by the parameters and on the rate of change of the torque.
     """
     passes.samples(x)
     p, rises = x.size, []
@@ -266,12 +266,13 @@ def lagged(passes: Passes, x: np.ndarray) -> tuple[float, float, np.ndarray]:
         torque = passes.torque[rows].reshape(trial.samples, axes.size)
         rises.append(np.gradient(torque, trial.step, axis=0).ravel())
     slopes = np.column_stack([passes.slopes[:, :p], -np.concatenate(rises)])
-    found = triangle(slopes, passes.measured - passes.torque)
-    sizes = np.linalg.norm(found[:, :-1], axis=0)
+    reduced = triangle(slopes, passes.measured - passes.torque)
+    columns, errors = reduced[:, :-1], reduced[:, -1]
+    sizes = np.linalg.norm(columns, axis=0)
     sizes[sizes == 0.0] = 1.0
-    step, *_ = np.linalg.lstsq(found[:, :-1] / sizes, found[:, -1], ROUNDING)
-    left = found[:, -1] - found[:, :-1] @ (step / sizes)
-    covariance, *_ = spread(found[:, :-1], 0.5 * float(left @ left), passes.measured.size)
+    step, *_ = np.linalg.lstsq(columns / sizes, errors, ROUNDING)
+    left = errors - columns @ (step / sizes)
+    covariance, *_ = spread(columns, 0.5 * float(left @ left), passes.measured.size)
     return float(step[-1] / sizes[-1]), math.sqrt(covariance[-1, -1]), step[:-1] / sizes[:-1]
 
 

@@ -56,28 +56,29 @@ def hertz_stiffness(
 
     K = 4 / (3 (s_J + s_B)) * sqrt(R_J R_B / (R_B - R_J)),   s = (1 - nu^2) / E,   R_B = R_J + c
 
-    journal radius R_J and radial clearance c [m], material of the journal and of the bearing (default: the same);
-    result in N/m^1.5. The **minus** sign belongs to the internal (conformal) contact; the sphere formula behind it
-    knows no bearing length and is soft for tight clearances.
-    Source: Lankarani and Nikravesh, J. Mech. Design 112 (1990) 369, as used by Flores et al. (2004 to 2009).
+    journal radius R_J and radial clearance c [m], material of the journal and of the bearing
+    (default: the same); result in N/m^1.5. The **minus** sign belongs to the internal (conformal)
+    contact; the sphere formula behind it has no bearing length and is soft for tight clearances.
+    Source: Lankarani and Nikravesh, J. Mech. Design 112 (1990) 369; Flores et al. (2004 to 2009).
     Raises ValueError unless radius and clearance are positive.
     """
     bore = positive("radius", radius) + positive("clearance", clearance)
-    solids = material, bearing_material or material
-    compliance = (1.0 - solids[0].poisson ** 2) / solids[0].young + (1.0 - solids[1].poisson ** 2) / solids[1].young
+    a, b = material, bearing_material or material
+    compliance = (1.0 - a.poisson**2) / a.young + (1.0 - b.poisson**2) / b.young
     return 4.0 / (3.0 * compliance) * math.sqrt(radius * bore / (bore - radius))
 
 
 # --- what a joint determines where it is not given
 def layer_of(joint) -> float:
-    """Thickness of the elastic layer of a joint [m]: half the journal radius unless the joint says otherwise."""
+    """Thickness of the elastic layer of a joint [m], half the journal radius by default."""
     return joint.layer or 0.5 * joint.radius
 
 
 def _stiffness(joint, parameters: dict) -> float:
     """Hertz's, of the joint's radius, clearance and material."""
     if parameters["exponent"] != 1.5:
-        raise ValueError(f"the joint determines a stiffness for exponent 1.5, not {parameters['exponent']:g}: give it")
+        exponent = parameters["exponent"]
+        raise ValueError(f"the joint determines a stiffness for exponent 1.5, not {exponent:g}: give it")
     return hertz_stiffness(joint.radius, joint.clearance, joint.material)
 
 

@@ -96,7 +96,8 @@ class Law:
         unknown = [n for n in values if n not in self.given]
         if missing or unknown:
             hint = meant(unknown[0], self.given) if unknown else ""
-            raise TypeError(f"{self.name}({', '.join(self.given)}): missing {missing}, unknown {unknown}{hint}")
+            reason = f"missing {missing}, unknown {unknown}{hint}"
+            raise TypeError(f"{self.name}({', '.join(self.given)}): {reason}")
         numbers = {n: self._number(n, values) for n in self.given}
         found = [self.checks[n].function(numbers) if n not in numbers else numbers[n] for n in self.parameters]
         return BoundLaw(self, tuple(found))
@@ -184,12 +185,12 @@ class BoundLaw:
         if None not in self.numbers:
             return self
         given = self.values
-        found = dict(given)
+        whole = dict(given)
         for name in (n for n, v in given.items() if v is None):
-            found[name] = self.law.checks[name].function(joint, given)
-            if found[name] is None:
+            whole[name] = self.law.checks[name].function(joint, given)
+            if whole[name] is None:
                 raise ValueError(f"{name} is missing: give it to the law or to the joint")
-        return BoundLaw(self.law, tuple(found.values()), self.settings)
+        return BoundLaw(self.law, tuple(whole.values()), self.settings)
 
     def source(self, joint: FilmJoint):
         """What a law with data reads in this joint: an object with `numbers`, a flat array."""
@@ -198,8 +199,9 @@ class BoundLaw:
     def __call__(self, *state):
         if len(state) != len(self.law.family.state):
             raise TypeError(f"{self.law.name} takes {', '.join(self.law.family.state)}; got {len(state)} arguments")
-        if open_ones := [n for n, v in self.values.items() if v is None]:
-            raise ValueError(f"{self.law.name}: give {', '.join(open_ones)}; without a joint nothing determines it")
+        if missing := [n for n, v in self.values.items() if v is None]:
+            reason = f"give {', '.join(missing)}; without a joint nothing determines it"
+            raise ValueError(f"{self.law.name}: {reason}")
         if isinstance(self.law, DataLaw):
             return self._of_data(*state)
         if all(not hasattr(s, "__array__") or getattr(s, "ndim", 1) == 0 for s in state):

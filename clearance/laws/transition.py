@@ -198,18 +198,23 @@ class Table:
 def _slopes(points: Sequence[tuple[float, ...]]) -> list[tuple[float, ...]]:
     """Slopes of the three memberships at each point.
 
-    Those of the parabola through a point and its neighbours, all three shortened by one factor until every membership
-    is monotone between points (Fritsch and Carlson): their sum stays 1 and each stays in [0, 1].
+    Those of the parabola through a point and its neighbours, all three shortened by one factor until
+    every membership is monotone between points (Fritsch and Carlson): their sum stays 1 and each
+    stays in [0, 1].
     """
     widths = [b[0] - a[0] for a, b in pairwise(points)]
-    rises = [[(b[i] - a[i]) / w for i in (1, 2, 3)] for (a, b), w in zip(pairwise(points), widths, strict=True)]
-    found = [(0.0, 0.0, 0.0)]
+    rises = [
+        [(b[i] - a[i]) / w for i in (1, 2, 3)]
+        for (a, b), w in zip(pairwise(points), widths, strict=True)
+    ]
+    slopes = [(0.0, 0.0, 0.0)]
     for (before, after), (left, right) in zip(pairwise(widths), pairwise(rises), strict=True):
-        wanted = [(after * a + before * b) / (before + after) for a, b in zip(left, right, strict=True)]
-        limits = [3.0 * min(abs(a), abs(b)) if a * b > 0.0 else 0.0 for a, b in zip(left, right, strict=True)]
-        share = min([1.0, *(limit / abs(w) for w, limit in zip(wanted, limits, strict=True) if w != 0.0)])
-        found.append(tuple(share * w for w in wanted))
-    return [*found, (0.0, 0.0, 0.0)]
+        sides = list(zip(left, right, strict=True))
+        wanted = [(after * a + before * b) / (before + after) for a, b in sides]
+        limits = [3.0 * min(abs(a), abs(b)) if a * b > 0.0 else 0.0 for a, b in sides]
+        shares = [limit / abs(w) for w, limit in zip(wanted, limits, strict=True) if w != 0.0]
+        slopes.append(tuple(min([1.0, *shares]) * w for w in wanted))
+    return [*slopes, (0.0, 0.0, 0.0)]
 
 
 _fuzzy_table = DataLaw(
@@ -221,20 +226,24 @@ _fuzzy_table.carries_roughness = True
 
 
 def fuzzy_table(points: Iterable[Sequence[float]]) -> BoundLaw:
-    """The transition `fuzzy` with memberships given as points (film thickness ratio, full film, mixed, dry).
+    """The transition `fuzzy` with memberships given as points.
 
-    Ratios grow; the memberships of a point are at least 0 and have the sum 1; the last point is all full film. Between
-    points each membership is a monotone cubic (C1), beyond them it is constant. The film is never thinner than at the
-    ratio where `mixed` is largest, and contact starts there. Raises ValueError for points that are no such table.
+    A point is (film thickness ratio, full film, mixed, dry). Ratios grow. The memberships of a point
+    are at least 0 and have the sum 1; the last point is all full film. Between points each
+    membership is a monotone cubic (C1), beyond them it is constant. The film is never thinner than
+    at the ratio where `mixed` is largest, and contact starts there.
+    Raises ValueError for points that are no such table.
     """
     rows = [_point(i, row) for i, row in enumerate(points)]
     if len(rows) < 2:
         raise ValueError(f"fuzzy_table: give at least two points, got {len(rows)}")
     for before, after in pairwise(rows):
         if after[0] <= before[0]:
-            raise ValueError(f"fuzzy_table: film thickness ratios must grow, got {after[0]:g} after {before[0]:g}")
+            order = f"{after[0]:g} after {before[0]:g}"
+            raise ValueError(f"fuzzy_table: film thickness ratios must grow, got {order}")
     if rows[-1][1] != 1.0:
-        raise ValueError(f"fuzzy_table: the last point must be all full film (1, 0, 0), got {rows[-1][1:]}")
+        last = rows[-1][1:]
+        raise ValueError(f"fuzzy_table: the last point must be all full film (1, 0, 0), got {last}")
     dry = max((r[0] for r in rows if r[3] == 1.0), default=rows[0][0])
     mixed = max(rows, key=lambda r: r[2])[0]
     full = min(r[0] for r in rows if r[1] == 1.0)
@@ -246,9 +255,10 @@ def _point(place: int, row: Sequence[float]) -> tuple[float, ...]:
     label = f"fuzzy_table: point {place}"
     if isinstance(row, str) or not hasattr(row, "__len__") or len(row) != 4:
         raise ValueError(f"{label} must be (film thickness ratio, full film, mixed, dry), got {row!r}")
-    shares = [fraction(f"{label}: {n}", v) for n, v in zip(("full film", "mixed", "dry"), row[1:], strict=True)]
+    states = zip(("full film", "mixed", "dry"), row[1:], strict=True)
+    shares = [fraction(f"{label}: {state}", share) for state, share in states]
     if abs(sum(shares) - 1.0) > WHOLE:
-        raise ValueError(f"{label}: the memberships must have the sum 1, got {shares} with {sum(shares):g}")
+        raise ValueError(f"{label}: the memberships must have the sum 1, got {sum(shares):g}")
     return (finite(f"{label}: film thickness ratio", row[0]), *shares)
 
 
