@@ -8,7 +8,6 @@ coefficient multiplies (the rate alone), and the three lengths of the joints, pi
 """
 
 import clearance as cl
-from clearance.choices import joint_friction, one_of
 
 GRAVITY = 9.8
 #: joint -> (link that carries it, where on it [m], centre of mass of its own link [m])
@@ -72,9 +71,9 @@ def scene(
     damping: of the position controllers [N m s/rad]
     transition_rate: joint rate over which friction turns round where the motion is found [rad/s]
     """
-    one_of("reading", reading, READINGS)
-    one_of("drive", drive, ("motion", "torque"))
-    law = joint_friction(
+    cl.one_of("reading", reading, READINGS)
+    cl.one_of("drive", drive, ("motion", "torque"))
+    law = cl.joint_friction_law(
         friction, coefficient=coefficient, viscous=viscous, static=static, stribeck_rate=stribeck_rate,
         exponent=exponent, transition_rate=transition_rate if drive == "torque" else 0.0,
     )  # fmt: skip

@@ -4,7 +4,6 @@ A textbook Grashof linkage with steel bars of 20 mm x 10 mm section; all numbers
 """
 
 import clearance as cl
-from clearance.choices import joint_factory
 
 
 def _bar(name: str, length: float, angle: float) -> cl.Body:
@@ -55,7 +54,7 @@ def scene(
     asperity: asperity law of load_sharing: greenwood_tripp, greenwood_williamson or none [-]
     """
     crank, coupler, rocker = _bar("crank", 0.050, 0.0), _bar("coupler", 0.150, 0.8), _bar("rocker", 0.120, 1.6)
-    joint = joint_factory(
+    joint = cl.joint_factory(
         joints, "ABCD", model=model, clearance=clearance, radius=10e-3, length=20e-3, viscosity=viscosity,
         restitution=restitution, contact=contact, friction=friction, friction_coefficient=friction_coefficient,
         film=film, roughness=roughness, film_torques=film_torques, ambient=ambient, flow_factors=flow_factors,

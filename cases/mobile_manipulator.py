@@ -16,7 +16,6 @@ from typing import NamedTuple
 
 import clearance as cl
 from clearance import checks
-from clearance.choices import one_of
 
 GRAVITY = 9.81
 #: of boom, stick and bucket: mass [kg], end in the body's own frame [m] (the next hinge; of the bucket its tooth tip),
@@ -165,7 +164,7 @@ def scene(
         raise ValueError(f"simulation must be 1, 2 or 3, got {simulation!r}")
     if time_constant is None:
         time_constant = TIME_CONSTANTS[simulation]
-    one_of("drive", drive, ("motion", "force"))
+    cl.one_of("drive", drive, ("motion", "force"))
     pins, slides = _friction(friction, coefficient, transition_rate if drive == "force" else 0.0)
     on_pins, on_slides = {"friction": pins, "pin_radius": pin_radius}, {"friction": slides, "overlap": overlap}
     bodies, hinge, parts = {"base": cl.ground} | _links(), (0.0, 0.0), []
@@ -228,7 +227,7 @@ def _drive(kind, slide, name, simulation, time_constant, stiffness, damping) -> 
 
 def _friction(kind: str, coefficient: float, transition_rate: float) -> tuple:
     """Laws of pins and slides; breakaway levels and viscous coefficients are the source's."""
-    one_of("friction", kind, ("none", "breakaway", "breakaway_smooth", "coulomb"))
+    cl.one_of("friction", kind, ("none", "breakaway", "breakaway_smooth", "coulomb"))
     if kind == "none":
         return None, None
     if kind == "coulomb":

@@ -9,7 +9,6 @@ Crank A-B, rod 2 B-C, rocker D-C-E, rod 4 E-F, slider F along x at height 80 mm.
 """
 
 import clearance as cl
-from clearance.choices import joint_factory
 
 JOURNAL_RADIUS = 10e-3
 BEARING_LENGTH = 20e-3
@@ -64,7 +63,7 @@ def scene(
     )
     rod4 = cl.Body("rod4", mass=0.2669, inertia=6.517e-4, points={"E": (-0.075, 0), "F": (0.075, 0)})
     slider = cl.Body("slider", mass=0.500, inertia=1e-4, points={"F": (0, 0)})
-    joint = joint_factory(
+    joint = cl.joint_factory(
         joints, "ABCDEF", model=model, clearance=clearance, radius=JOURNAL_RADIUS, length=BEARING_LENGTH,
         viscosity=viscosity, restitution=restitution, contact=contact, friction=friction,
         friction_coefficient=friction_coefficient, film=film, roughness=roughness, film_torques=film_torques,

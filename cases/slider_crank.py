@@ -6,7 +6,6 @@ at constant speed.
 """
 
 import clearance as cl
-from clearance.choices import joint_factory
 
 BEARING_RADIUS = 10e-3
 BEARING_LENGTH = 40e-3
@@ -55,7 +54,7 @@ def scene(
     crank = cl.Body("crank", mass=0.30, inertia=6.25e-5, points={"shaft": (-0.025, 0), "pin": (0.025, 0)})
     rod = cl.Body("rod", mass=0.21, inertia=2.5e-4, points={"pin": (-0.06, 0), "slider": (0.06, 0)})
     slider = cl.Body("slider", mass=0.14, inertia=1e-5, points={"pin": (0, 0)})
-    factory = joint_factory(
+    factory = cl.joint_factory(
         joints, ("C",), model=model, clearance=clearance, radius=BEARING_RADIUS - clearance, length=BEARING_LENGTH,
         viscosity=viscosity, restitution=restitution, contact=contact, friction=friction,
         friction_coefficient=friction_coefficient, film=film, roughness=roughness, film_torques=film_torques,

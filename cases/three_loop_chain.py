@@ -12,7 +12,6 @@ and c-d. P is the common pin of c, d and f.
 """
 
 import clearance as cl
-from clearance.choices import joint_friction, one_of
 
 GRAVITY = 9.8
 START = cl.degree(-98.797)
@@ -76,9 +75,9 @@ def scene(
     damping: of the position controller [N m s/rad]
     transition_rate: rate over which friction turns round where the motion is found [rad/s]
     """
-    one_of("where", where, ("driven", "all"))
-    one_of("drive", drive, ("motion", "torque"))
-    law = joint_friction(
+    cl.one_of("where", where, ("driven", "all"))
+    cl.one_of("drive", drive, ("motion", "torque"))
+    law = cl.joint_friction_law(
         friction, coefficient=coefficient, viscous=viscous, static=static, stribeck_rate=stribeck_rate,
         exponent=exponent, transition_rate=transition_rate if drive == "torque" else 0.0,
     )  # fmt: skip

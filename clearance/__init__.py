@@ -1,6 +1,7 @@
 """clearance: tribodynamics of planar mechanisms whose joints have clearance, lubricant and friction."""
 
-from clearance import laws
+from clearance import film, laws
+from clearance.choices import joint_factory, joint_friction_law, one_of
 from clearance.film.bearing import Bearing, FilmSolution, Groove
 from clearance.film.online import conserving_film, fast_film, fem_film
 from clearance.film.tabulated import table_film
@@ -23,13 +24,13 @@ from clearance.laws import (
     effort,
     exact_damping,
     exact_restitution,
-    film,
     film_torques,
     flores,
     flores_hybrid,
     friction,
     full_sommerfeld,
     fuzzy,
+    fuzzy_table,
     gonthier,
     greenwood_tripp,
     greenwood_williamson,
@@ -81,14 +82,15 @@ __all__ = [
     "composite_roughness", "conserving_film", "contact", "contact_flow_factor", "contact_modulus", "coulomb",
     "coulomb_tanh", "coulomb_viscous", "degree", "delivered_restitution", "effort", "exact_damping",
     "exact_restitution", "fast_film", "fem_film", "film", "film_torques", "flores", "flores_hybrid", "friction",
-    "full_sommerfeld", "fuzzy", "gonthier", "greenwood_tripp", "greenwood_williamson", "grid", "ground", "harmonic",
-    "herbert_mcwhannell", "hertz", "hertz_stiffness", "hole_check", "hu_guo", "hunt_crossley",
+    "full_sommerfeld", "fuzzy", "fuzzy_table", "gonthier", "greenwood_tripp", "greenwood_williamson", "grid", "ground",
+    "harmonic", "herbert_mcwhannell", "hertz", "hertz_stiffness", "hole_check", "hu_guo", "hunt_crossley",
     "hunt_crossley_memoryless", "impact", "inverse_dynamics", "johnson", "joint_bristle", "joint_coulomb",
-    "joint_friction", "joint_lugre", "joint_lugre_loaded", "joint_stribeck", "kelvin_voigt", "lankarani_nikravesh",
-    "laws", "layer_modulus", "lee_wang", "liu", "load_case", "load_sharing", "long_film", "lugre", "memberships", "mm",
-    "open_result", "open_sweep", "pinkus_sternlicht", "pressure_flow_factor", "rpm", "sampled", "shear_flow_factor",
-    "short_film", "signal", "simulate", "solve_film", "steel", "stribeck", "superposed", "sweep", "table_film",
-    "threlfall", "transition", "um", "winkler", "zhiying_qishao", "zipped",
+    "joint_factory", "joint_friction", "joint_friction_law", "joint_lugre", "joint_lugre_loaded", "joint_stribeck",
+    "kelvin_voigt", "lankarani_nikravesh", "laws", "layer_modulus", "lee_wang", "liu", "load_case", "load_sharing",
+    "long_film", "lugre", "memberships", "mm", "one_of", "open_result", "open_sweep", "pinkus_sternlicht", "plot",
+    "pressure_flow_factor", "report", "rpm", "sampled", "shear_flow_factor", "short_film", "signal", "simulate",
+    "solve_film", "steel", "stribeck", "superposed", "sweep", "table_film", "threlfall", "transition", "um", "winkler",
+    "zhiying_qishao", "zipped",
 ]  # fmt: skip
 
 _LAZY = {
@@ -98,7 +100,7 @@ _LAZY = {
     "solve_film": "clearance.film.solvers", "sweep": "clearance.sweeping.driver",
     "SweepError": "clearance.sweeping.driver", "open_sweep": "clearance.sweeping.index",
     "Sweep": "clearance.sweeping.index", "grid": "clearance.sweeping.points", "zipped": "clearance.sweeping.points",
-    "sampled": "clearance.sweeping.points",
+    "sampled": "clearance.sweeping.points", "plot": "clearance.commands.plot", "report": "clearance.postprocess.report",
 }  # fmt: skip
 
 

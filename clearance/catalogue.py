@@ -2,6 +2,7 @@
 
 import importlib.util
 import inspect
+import json
 import re
 import sys
 import traceback
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+from clearance.checks import meant
 from clearance.scene import Scene
 from clearance.units import quantity
 
@@ -73,7 +75,8 @@ class Case:
         """The scene for given parameter values; an unknown name lists the known ones."""
         known = self.parameters
         if unknown := [n for n in values if n not in known]:
-            raise ValueError(f"case {self.name} has no parameter {unknown[0]!r}; it has {', '.join(known)}")
+            answer = f"{meant(unknown[0], known)}; it has {', '.join(known)}"
+            raise ValueError(f"case {self.name} has no parameter {unknown[0]!r}{answer}")
         try:
             scene = self.function(**values)
         except (Exception, SystemExit) as error:
@@ -83,6 +86,9 @@ class Case:
         if not isinstance(scene, Scene):
             raise TypeError(f"case {self.name}: scene() must return a Scene, got {type(scene).__name__}")
         scene.parameters.update(values)
+        defaults = {n: p.default for n, p in known.items() if n not in values}
+        scene.origin["case_file"] = self.name if self.path.parent == library() else str(self.path)
+        scene.origin["defaults"] = json.dumps(defaults, default=str, sort_keys=True)
         return scene
 
 
@@ -110,7 +116,9 @@ def find_case(name: str | Path) -> Case:
     elif str(name) in case_names():
         path = library() / f"{name}.py"
     else:
-        raise ValueError(f"unknown case {str(name)!r}; known: {', '.join(case_names())}, or give a path to a .py file")
+        names = case_names()
+        answer = f"{meant(str(name), names)}; known: {', '.join(names)}"
+        raise ValueError(f"unknown case {str(name)!r}{answer}, or give a path to a .py file")
     module = _module(path.resolve())
     function = getattr(module, "scene", None)
     if not callable(function):

@@ -1,9 +1,37 @@
 """Checks of user input: each raises ValueError (or TypeError) naming the field and the value."""
 
+import difflib
+import functools
+import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 Check = Callable[[str, object], float]
+
+
+def meant(name: str, known: Iterable[str]) -> str:
+    """" (did you mean ...?)" where a known name is close, in capitals or not; else nothing."""
+    plain = {k.lower(): k for k in known}
+    close = difflib.get_close_matches(str(name).lower(), plain, 1)
+    return f" (did you mean {plain[close[0]]}?)" if close else ""
+
+
+def answers(cls: type) -> type:
+    """Decorate a class: a TypeError for an argument that it has not got lists those that it has."""
+    made = cls.__init__
+    kinds = inspect.signature(made).parameters.values()
+    names = [p.name for p in kinds if p.kind is not p.VAR_POSITIONAL][1:]
+
+    @functools.wraps(made)
+    def __init__(self, *values, **named):
+        for name in named:
+            if name not in names:
+                answer = f"{meant(name, names)}; it has {', '.join(names)}"
+                raise TypeError(f"{cls.__name__} has no argument {name!r}{answer}")
+        made(self, *values, **named)
+
+    cls.__init__ = __init__
+    return cls
 
 
 def finite(field: str, value: object) -> float:

@@ -11,7 +11,6 @@ from clearance.joints import ClearanceRevolute, Joint, Revolute
 from clearance.materials import Lubricant, Material, steel
 
 MODELS = ("ideal", "dry", "lubricated", "mixed")
-LAYER = 0.5  # thickness of Winkler's elastic layer over the journal radius
 STEP_DEPTH = 0.1  # penetration at which IMPACT's damping is whole, over that of the impact it is chosen for
 IMPACT_MASS = 0.1  # of a body that IMPACT's damping gives back about the restitution asked for, at 1 m/s [kg]
 
@@ -24,38 +23,17 @@ class Pair:
     clearance: float
     length: float
     material: Material
+    layer: float | None = None
 
     @property
     def stiffness(self) -> float:
         """Hertz's for the pair of radii [N/m^1.5]."""
-        m, r = self.material, self.radius
-        return laws.hertz_stiffness(r, r + self.clearance, m.young, m.poisson, m.young, m.poisson)
-
-    @property
-    def modulus(self) -> float:
-        return laws.contact_modulus(self.material, self.material)
+        return laws.hertz_stiffness(self.radius, self.clearance, self.material)
 
 
 def _kelvin_voigt(pair: Pair, e: float):
     """The chord of Hertz's law at a hundredth of the clearance; no damping belongs to a restitution without a mass."""
     return laws.kelvin_voigt(stiffness=pair.stiffness * (0.01 * pair.clearance) ** 0.5, damping=0.0)
-
-
-def _johnson(pair: Pair, e: float):
-    return laws.johnson(
-        modulus=pair.modulus, length=pair.length, radius_difference=pair.clearance, restitution=e
-    )  # fmt: skip
-
-
-def _liu(pair: Pair, e: float):
-    return laws.liu(modulus=pair.modulus, length=pair.length, radius_difference=pair.clearance, restitution=e)
-
-
-def _winkler(pair: Pair, e: float):
-    return laws.winkler(
-        layer_modulus=laws.layer_modulus(pair.material, LAYER * pair.radius), length=pair.length, radius=pair.radius,
-        radius_difference=pair.clearance, restitution=e,
-    )  # fmt: skip
 
 
 def _impact(pair: Pair, e: float):
@@ -70,16 +48,16 @@ def _impact(pair: Pair, e: float):
 
 
 def _by_restitution(law) -> Callable:
-    return lambda pair, e: law(stiffness=pair.stiffness, restitution=e)
+    return lambda pair, e: law(restitution=e).of(pair)
 
 
 #: name -> the law for a pair of bodies and a restitution (memoryless laws: that of an impact at 1 m/s)
 CONTACTS: dict[str, Callable] = {
     "lankarani_nikravesh": _by_restitution(laws.lankarani_nikravesh),
-    "hertz": lambda pair, e: laws.hertz(stiffness=pair.stiffness),
+    "hertz": lambda pair, e: laws.hertz().of(pair),
     "kelvin_voigt": _kelvin_voigt,
     "hunt_crossley": _by_restitution(laws.hunt_crossley),
-    "hunt_crossley_memoryless": lambda p, e: laws.hunt_crossley_memoryless(stiffness=p.stiffness, dissipation=1.0 - e),
+    "hunt_crossley_memoryless": lambda p, e: laws.hunt_crossley_memoryless(dissipation=1.0 - e).of(p),
     "herbert_mcwhannell": _by_restitution(laws.herbert_mcwhannell),
     "lee_wang": _by_restitution(laws.lee_wang),
     "gonthier": _by_restitution(laws.gonthier),
@@ -87,9 +65,9 @@ CONTACTS: dict[str, Callable] = {
     "flores": _by_restitution(laws.flores),
     "hu_guo": _by_restitution(laws.hu_guo),
     "exact_restitution": _by_restitution(laws.exact_restitution),
-    "johnson": _johnson,
-    "liu": _liu,
-    "winkler": _winkler,
+    "johnson": _by_restitution(laws.johnson),
+    "liu": _by_restitution(laws.liu),
+    "winkler": _by_restitution(laws.winkler),
     "impact": _impact,
 }
 #: name -> the law for a coefficient of friction (static: a quarter more)
@@ -125,8 +103,10 @@ TRANSITIONS: dict[str, Callable] = {
 
 
 def one_of(field: str, value: str, known: Collection[str]) -> str:
+    """The value, one of the known ones. Raises ValueError with these and the closest for another."""
     if value not in known:
-        raise ValueError(f"{field} must be one of {', '.join(known)}; got {value!r}")
+        answer = f"got {value!r}{checks.meant(value, known)}"
+        raise ValueError(f"{field} must be one of {', '.join(known)}; {answer}")
     return value
 
 
@@ -143,11 +123,14 @@ def joint_names(joints: str | Collection[str], known: Collection[str]) -> tuple[
     return names
 
 
-def joint_friction(
+def joint_friction_law(
     friction: str, *, coefficient: float, viscous: float, static: float, stribeck_rate: float, exponent: float,
     transition_rate: float,
 ) -> laws.BoundLaw | None:  # fmt: skip
-    """The law of joints without clearance for a name and its numbers, of which coulomb takes three; None for none."""
+    """The law of joints without clearance for a name and its numbers, of which coulomb takes three; None for none.
+
+    Raises ValueError for another name.
+    """
     one_of("friction", friction, JOINT_FRICTIONS)
     if friction == "coulomb":
         return laws.joint_coulomb(coefficient=coefficient, viscous=viscous, transition_rate=transition_rate)
@@ -221,6 +204,7 @@ def joint_factory(
 
     Contact stiffness and moduli come from the radii, the length and the material; contact "auto" is
     lankarani_nikravesh in dry joints and winkler, which is conformal, in mixed ones. Lengths in m, viscosity in Pa s.
+    Raises ValueError for names and numbers that give no joint.
     """
     one_of("model", model, MODELS)
     checks.positive("clearance", clearance)
@@ -243,7 +227,7 @@ def joint_factory(
         if model == "mixed":
             slots["transition"] = TRANSITIONS[transition](*thresholds_of(thresholds))
             if asperity != "none" and transition == "load_sharing":
-                slots["asperity"] = ASPERITIES[asperity](modulus=pair.modulus)
+                slots["asperity"] = ASPERITIES[asperity]().of(pair)
     except ValueError as error:
         raise ValueError(f"joint {', '.join(chosen)}: {error}") from None
 

@@ -7,6 +7,7 @@ import argparse
 import json
 import os
 import re
+import shlex
 import sys
 from pathlib import Path
 
@@ -66,6 +67,7 @@ def main(arguments: list[str] | None = None) -> int:
     if empty := [word for word in words if re.fullmatch(r"--[a-z-]+=--", word)]:  # argparse reads them as a list
         known.error(f"argument {empty[0].partition('=')[0]}: expected a value, got '--'")
     options = known.parse_args(_joined(words))
+    options.line = shlex.join(["clearance", *words])
     try:
         return options.action(options)
     except BrokenPipeError:  # the reader of our output has seen enough

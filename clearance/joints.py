@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 from clearance import checks
 from clearance.laws.law import (
     BoundLaw,
+    Family,
     asperity,
     bound,
     bristle,
@@ -102,6 +103,7 @@ class FrictionJoint(Joint):
         return self.friction is not None and self.friction.law.needs_load
 
 
+@checks.answers
 @dataclass(frozen=True)
 class Revolute(FrictionJoint):
     """Hinge without clearance: point b coincides with point a.
@@ -133,6 +135,7 @@ class Revolute(FrictionJoint):
         return {"pin_radius": self.pin_radius, "friction_arm": self.friction_arm or 0.0, "bending_ratio": ratio}
 
 
+@checks.answers
 @dataclass(frozen=True)
 class Prismatic(FrictionJoint):
     """Slide without clearance: point b stays on the line through point a along `axis`; b does not turn relative to a.
@@ -178,6 +181,7 @@ SLOTS = {
 }  # fmt: skip
 
 
+@checks.answers
 @dataclass(frozen=True)
 class ClearanceRevolute(Joint):
     """Hinge with radial clearance: the journal (on b) moves inside the bearing (on a).
@@ -191,7 +195,7 @@ class ClearanceRevolute(Joint):
     roughness: composite rms roughness [m], switches the film thickness ratio output on.
     heat: the balance of heat that sets the oil's temperature and with it its viscosity, or None for a constant one.
     material: of journal and bearing, and layer: thickness [m] of the elastic layer that flattens (default half the
-    journal radius), for the diagnostics of the film only.
+    journal radius), for the diagnostics of the film, and for stiffness and moduli that laws leave to the joint.
     eccentricity [m] and eccentricity_rate [m/s]: start values of the journal's displacement in the bearing, along the
     fixed axes x and y.
     """
@@ -223,23 +227,30 @@ class ClearanceRevolute(Joint):
         self._set("radius", checks.positive(f"{label}: radius", self.radius))
         if self.radius <= self.clearance:
             raise ValueError(f"{label}: radius {self.radius!r} m must be larger than clearance {self.clearance!r} m")
+        for name in ("length", "roughness", "layer"):
+            if getattr(self, name) is not None:
+                self._set(name, checks.positive(f"{label}: {name}", getattr(self, name)))
+        if not isinstance(self.material, Material):
+            raise TypeError(f"{label}: material must be a Material, got {self.material!r}")
         for slot, families in SLOTS.items():
-            self._set(slot, bound(f"{label}: {slot}", getattr(self, slot), *families))
+            self._set(slot, self._law(f"{label}: {slot}", getattr(self, slot), *families))
         self._check_slots(label)
-        if self.length is not None:
-            self._set("length", checks.positive(f"{label}: length", self.length))
-        if self.roughness is not None:
-            self._set("roughness", checks.positive(f"{label}: roughness", self.roughness))
         self._set("eccentricity", checks.pair(f"{label}: eccentricity", self.eccentricity))
         self._set("eccentricity_rate", checks.pair(f"{label}: eccentricity_rate", self.eccentricity_rate))
         if self.contact is None and math.hypot(*self.eccentricity) >= self.clearance:
             raise ValueError(f"{label}: start eccentricity {self.eccentricity} lies outside the clearance circle")
-        if self.layer is not None:
-            self._set("layer", checks.positive(f"{label}: layer", self.layer))
         for slot in SLOTS:
             law = getattr(self, slot)
             if law is not None and law.law.demand and (missing := law.law.demand(self, law.parameters)):
                 raise ValueError(f"{label}: {slot} {law.law.name} {missing}")
+
+    def _law(self, field: str, value: object, *families: Family) -> BoundLaw | None:
+        """A bound law with the parameters that this joint determines, or None."""
+        law = bound(field, value, *families)
+        try:
+            return law and law.of(self)
+        except ValueError as error:
+            raise ValueError(f"{field} {law.law.name}: {error}") from None
 
     def _check_slots(self, label: str) -> None:
         """Which laws need which others."""

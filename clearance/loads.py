@@ -41,6 +41,7 @@ class Load:
             self._set(field, bound(label, value, family))
 
 
+@checks.answers
 @dataclass(frozen=True)
 class Drive(Load):
     """Drives a body's angle (from ground), or the relative coordinate of a Revolute or Prismatic joint.
@@ -115,6 +116,7 @@ class Drive(Load):
         return (self.target,) if isinstance(self.target, Body) else self.target.bodies()
 
 
+@checks.answers
 @dataclass(frozen=True)
 class SpringDamper(Load):
     """Linear spring and damper between two points.
@@ -145,6 +147,7 @@ class SpringDamper(Load):
         return self.a.body, self.b.body
 
 
+@checks.answers
 @dataclass(frozen=True)
 class TorsionSpring(Load):
     """Linear torsion spring and damper between two bodies, free at relative angle theta_b - theta_a = free_angle.
@@ -175,6 +178,7 @@ class TorsionSpring(Load):
         return self.a, self.b
 
 
+@checks.answers
 @dataclass(frozen=True)
 class Force(Load):
     """Force on a point of a body, along the fixed axes: x, y and z (out of the plane) are numbers or `signal` laws of
@@ -200,6 +204,7 @@ class Force(Load):
         return (self.point.body,)
 
 
+@checks.answers
 @dataclass(frozen=True)
 class Torque(Load):
     """Torque on a body: a number or a `signal` law of time [N m]."""

@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass
 
-from clearance.checks import finite, non_negative, positive
+from clearance.checks import answers, finite, non_negative, positive
 
 
+@answers
 @dataclass(frozen=True)
 class Material:
     """Isotropic elastic solid: Young's modulus [Pa], Poisson's ratio, density [kg/m3]."""
@@ -21,6 +22,7 @@ class Material:
             raise ValueError(f"material {self.name}: poisson must lie in (-1, 0.5], got {self.poisson!r}")
 
 
+@answers
 @dataclass(frozen=True)
 class Lubricant:
     """Isoviscous oil: dynamic viscosity [Pa s].
@@ -40,6 +42,7 @@ class Lubricant:
 steel = Material("steel", young=207e9, poisson=0.3, density=7850.0)
 
 
+@answers
 @dataclass(frozen=True)
 class HeatBalance:
     """Balance of heat of a joint's oil and what surrounds it: one temperature, that sets the viscosity.

@@ -5,7 +5,7 @@ from functools import lru_cache
 
 from clearance import checks
 from clearance.joints import ClearanceRevolute
-from clearance.laws.contact import oedometric_modulus
+from clearance.laws.contact import layer_of, oedometric_modulus
 from clearance.laws.law import FilmJoint, memory_film
 
 FULL_FILM = 3.0  # film thickness ratio above which surfaces count as separated
@@ -151,7 +151,7 @@ def regime(joint: ClearanceRevolute, pressure: float, gap: float) -> Regime:
     In rough joints the film is no thinner than the mean gap, about the roughness.
     """
     thinnest = max(gap, (joint.roughness or 0.0) if joint.transition is not None else 0.0, 1e-9 * joint.clearance)
-    layer = joint.layer or 0.5 * joint.radius
+    layer = layer_of(joint)
     oedometric = oedometric_modulus(joint.material.young, min(joint.material.poisson, 0.49))
     ratio = gap / joint.roughness if joint.roughness is not None else None
     flattening = pressure * layer / oedometric / thinnest

@@ -373,7 +373,8 @@ class Result(Record):
             return _extremes_of_format_1(self.reader)
         if not self.reader.has("extremes"):
             return None
-        names, units, values, times = (self.reader.column(f"extremes/{n}") for n in ("quantity", "units_of", "value", "when"))
+        columns = ("quantity", "units_of", "value", "when")
+        names, units, values, times = (self.reader.column(f"extremes/{n}") for n in columns)
         if values.shape != times.shape or values.shape[1:] != names.shape or names.shape != units.shape:
             raise Damaged(f"{self.path}: /extremes holds columns that do not fit one another")
         length = float(self.reader.attribute("extremes", "stretch_s"))

@@ -23,6 +23,7 @@ class Point:
         return f"{self.body.name}[{self.name!r}]"
 
 
+@checks.answers
 @dataclass(frozen=True, eq=False)
 class Body:
     """A rigid body.
@@ -124,12 +125,14 @@ def as_point(owner: str, value: object) -> Point:
     raise TypeError(f"{owner}: expected a point such as crank['pin'] or ground.at(x, y), got {value!r}")
 
 
+@checks.answers
 class Scene:
     """A whole mechanism: joints, drives and loads. Bodies are found from the parts, nothing is listed twice.
 
     parts: Revolute, Prismatic, ClearanceRevolute, Drive, SpringDamper, TorsionSpring, Force, Torque, in any order (the
     order fixes the order of outputs); gravity: acceleration (x, y) [m/s2], or (x, y, z) for
-    a mechanism whose plane is not vertical; name: stored with results. `parameters`: those that its case was given.
+    a mechanism whose plane is not vertical; name: stored with results. `parameters`: those that its case was given;
+    `origin`: texts that say where it is from, stored with results too.
     Raises ValueError naming the part for duplicate names, parts on bodies that no joint knows, floating parts.
     """
 
@@ -147,6 +150,7 @@ class Scene:
             loads=tuple(p for p in parts if isinstance(p, Load)),
             bodies=_distinct(b for p in parts for b in p.bodies() if b is not ground),
             parameters={},
+            origin={},
         )
         _check_names("body", self.bodies)
         _check_names("joint", self.joints)
@@ -197,9 +201,12 @@ class Scene:
 
     @property
     def provenance(self) -> dict[str, str]:
-        """What result files keep of it: its case, the parameters that were given (JSON), the whole scene (JSON)."""
+        """What result files keep of it: case, parameters that were given (JSON), whole scene (JSON).
+
+        Of a case also its file and the defaults of the other parameters (JSON), of a command its line.
+        """
         given = json.dumps(self.parameters, default=str, sort_keys=True)
-        return {"case": self.name, "parameters": given, "scene": self.to_json()}
+        return {"case": self.name, "parameters": given, "scene": self.to_json(), **self.origin}
 
     def description(self) -> dict:
         """The scene as plain data: bodies, joints, loads with every number."""

@@ -3,6 +3,8 @@
 import math
 import re
 
+from clearance.checks import meant
+
 #: unit -> (SI unit it measures in, factor)
 UNITS = {
     "m": ("m", 1.0), "cm": ("m", 1e-2), "mm": ("m", 1e-3), "um": ("m", 1e-6), "µm": ("m", 1e-6), "nm": ("m", 1e-9),
@@ -16,6 +18,8 @@ UNITS = {
     "N": ("N", 1.0), "kN": ("N", 1e3), "Nm": ("N m", 1.0), "N/m": ("N/m", 1.0),
     "Pa": ("Pa", 1.0), "kPa": ("Pa", 1e3), "bar": ("Pa", 1e5), "MPa": ("Pa", 1e6), "GPa": ("Pa", 1e9),
 }  # fmt: skip
+#: units in which people think of numbers in SI, coarse to fine
+READ_AS = {"rad/s": ("rpm",), "m": ("mm", "um"), "Pa s": ("cP",)}
 _KINDS = {kind for kind, _ in UNITS.values()}
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµ][\w/.µ]*)?\s*$")
@@ -46,6 +50,18 @@ def degree(value: float) -> float:
     return value * UNITS["deg"][1]
 
 
+def shown(value: object, units: str) -> str:
+    """A value in SI with its units, and in those that people think in: "300 rad/s (2865 rpm)"."""
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return str(value)
+    text = f"{value:g} {units}" if units not in ("-", "1", "?") else f"{value:g}"
+    scaled = [(value / UNITS[other][1], other) for other in READ_AS.get(units, ())]
+    if not value or not scaled:
+        return text
+    number, other = next((pair for pair in scaled if abs(pair[0]) >= 0.1), scaled[-1])
+    return f"{text} ({number:.4g} {other})"
+
+
 def quantity(text: str, units: str | None = None) -> float:
     """A number with an optional unit ("300rpm", "0.1 mm", "40cP", "5e-5") in SI.
 
@@ -58,7 +74,7 @@ def quantity(text: str, units: str | None = None) -> float:
     if unit is None:
         return float(number)
     if unit not in UNITS:
-        raise ValueError(f"unknown unit {unit!r} in {text!r}; known: {', '.join(UNITS)}")
+        raise ValueError(f"unknown unit {unit!r} in {text!r}{meant(unit, UNITS)}; known: {', '.join(UNITS)}")
     kind, factor = UNITS[unit]
     if units is not None and units != kind and (units in _KINDS or units in ("-", "1")):
         raise ValueError(f"{text!r} is in {kind}, expected {units if units in _KINDS else 'a plain number'}")

@@ -499,7 +499,7 @@ def _curves(axes, choice: Choice, x: Axis, name: str, groups: list, styles: list
     for (_, there), style in zip(groups, styles, strict=True):
         order = np.flatnonzero(there)[np.argsort(x.place[there], kind="stable")]
         axes.plot(x.at[x.place[order]], shown[order], **{"ms": 3.5, "lw": 1.0} | style | apart)
-    figures.finish(axes, axis_label(text, units, 2.1), legend=False)
+    figures.finish(axes, axis_label(text, units), legend=False)
     _scale(axes, "x", x, 3.0)
     if np.isnan(shown).all():
         axes.set_xlim(x.at[0], x.at[-1])

@@ -19,6 +19,8 @@ STATES = {"full film": "tab:blue", "mixed": "tab:orange", "dry": "tab:red"}
 #: states of a dry joint and their colours
 FLIGHT = {"free flight": "0.55", "contact": STATES["dry"]}
 MEMBERSHIPS = [f"membership_{state.replace(' ', '_')}" for state in STATES]
+#: parameters of a transition law that are film thickness ratios between its states
+THRESHOLDS = ("dry", "mixed", "full")
 #: channels of a mixed joint that its states are drawn from
 OF_STATES = {"film_thickness_ratio", "asperity_share", *MEMBERSHIPS}
 
@@ -54,7 +56,7 @@ def _settled_axes(figure, window: Window | None) -> None:
 
 def _page(result: Record, shown: list[str]):
     """Motion, drive, forces and energy, then `shown` joints with clearance, and the friction of those without."""
-    mixed = [n for n in shown if "membership_dry" in result.names(f"joints/{n}")]
+    mixed = [n for n in shown if set(result.names(f"joints/{n}")) >= OF_STATES]
     rubbing = efforts.friction_panels(result, reactions=False)
     rows = 2 + (len(mixed) if mixed else bool(shown))
     figure = sheet(11.0, 3.4 * (rows + bool(rubbing)))
@@ -264,7 +266,7 @@ def touched(record: Record, joint: str, clock: np.ndarray) -> np.ndarray:
 def regimes(result: Result, joint: str, axes, turns: float = 2.0) -> None:
     """Film thickness ratio over the last turns of a mixed joint, coloured by its state, and who carries the load.
 
-    Dotted: the thresholds of the joint's transition law.
+    Dotted: the thresholds dry, mixed, full of the joint's transition law, where these are parameters of it.
     """
     time, channels = result.time, result.joint(joint)
     late = time >= time[-1] - turns * (result.turn or time[-1] / 4.0)
@@ -275,7 +277,7 @@ def regimes(result: Result, joint: str, axes, turns: float = 2.0) -> None:
     else:
         axes.set_yscale("symlog", linthresh=0.1)
     law = next(j for j in result.scene["joints"] if j["name"] == joint)["transition"]
-    for name in ("dry", "mixed", "full"):
+    for name in (n for n in THRESHOLDS if n in law):
         axes.axhline(law[name], color="0.5", lw=0.6, ls=":")
         place = {"transform": axes.get_yaxis_transform(), "ha": "right", "va": "bottom", "fontsize": "small"}
         axes.text(0.995, law[name], f"{name} {law[name]:g}", color="0.3", **place)

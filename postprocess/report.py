@@ -46,6 +46,8 @@ from clearance.sweeping.metrics import Metric, Window, metrics
 #: turns left out of a Poincare section, and passages that make one worth drawing
 SETTLE, PASSAGES = 2.0, 4
 ROUNDING = 1e-9  # of a turn
+#: attributes that say where a run is from
+ORIGINS = {"case_file": "case", "command": "command"}
 #: channels that a sentence names at most
 NAMED = 6
 #: what a run file knows of a joint as a whole: name, words, units
@@ -356,6 +358,13 @@ def _spectrum(page: Page, run: Result) -> Markup:
     return page.picture(draw, f"Amplitude spectrum of the acceleration of {body}{without}", run.time.size)
 
 
+def _parameters(about: dict, name: str) -> str | None:
+    """Parameters of the case in SI, None where the file has none."""
+    values = json.loads(about.get(name, "{}")).items()
+    texts = [f"{n} = {v:g}" if isinstance(v, float) else f"{n} = {v}" for n, v in values]
+    return ", ".join(texts) or None
+
+
 def _provenance(run: Result) -> list[Markup]:
     """Where the numbers are from, and how to read them."""
     about, path = run.attributes, run.path
@@ -365,6 +374,9 @@ def _provenance(run: Result) -> list[Markup]:
         ("size", f"{number(path.stat().st_size / 1e6, 4)} MB"),
         ("format", f"{about['format']} {about['format_version']}"),
         ("created", date(about["created"])),
+        *((title, element("code", about[n])) for n, title in ORIGINS.items() if about.get(n)),
+        ("parameters given", _parameters(about, "parameters")),
+        ("default parameters", _parameters(about, "defaults")),
         *((n.replace("_", " of ", 1), v) for n, v in about.items() if n.startswith("version_")),
         ("kernel", element("code", f"sha256 {digest}")),
     ]

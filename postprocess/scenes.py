@@ -109,7 +109,9 @@ def joints(scene: dict) -> Markup:
         more += f", turned {quantity(joint['angle'], 'rad')}" if joint.get("angle") else ""
         more += ", self-aligning" if joint.get("self_aligning") else ""
         rows.append([joint["name"], kind, _end(joint["a"]), _end(joint["b"]), more.removeprefix(", ")])
-    return table(["joint", "kind", "a (bearing)", "b (journal)", ""], rows, says="Joints, places in mm")
+    head = ["joint", "kind", "a (bearing)", "b (journal)", "axis and more"]
+    used = len(head) if any(row[-1] for row in rows) else len(head) - 1
+    return table(head[:used], [row[:used] for row in rows], says="Joints, places in mm")
 
 
 def _end(end: dict) -> str:

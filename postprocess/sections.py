@@ -21,6 +21,8 @@ from clearance.postprocess.labels import axis_label, headline, labels_of, severa
 from clearance.results import Record
 
 Pair = tuple[str, str]
+FIXED = 1e-4  # spread of section values over the channel's size below which they count as one point
+ROOM = 0.05  # half the axis around such a point, over that size
 
 
 def section_times(record: Record, angle: float = 0.0, settle: float = 2.0) -> np.ndarray:
@@ -111,6 +113,7 @@ def poincare(
             for i, (r, label) in enumerate(zip(records, labels, strict=True))
         ]
         _finish(axes, records[0], pair)
+        _room(axes, [max(abs(series(r, name)[0]).max(initial=0.0) for r in records) for name in pair])
         if not any(counts):
             figures.note(axes, "no samples")
     target, how = drive_angle(records[0])[2], _how(records, pairs, angle, settle)
@@ -244,6 +247,14 @@ def _finish(axes, record: Record, pair: Pair) -> None:
         axes.set_aspect("equal")
         axes.set_xticks(np.linspace(-1.0, 1.0, 5))
         axes.set_yticks(np.linspace(-1.0, 1.0, 5))
+
+
+def _room(axes, sizes: list[float]) -> None:
+    """Limits around the points of a periodic run that do not magnify rounding; sizes: of both channels in the runs."""
+    limits = (axes.dataLim.intervalx, axes.set_xlim), (axes.dataLim.intervaly, axes.set_ylim)
+    for ((low, high), limit), size in zip(limits, sizes, strict=True):
+        if 0.0 <= high - low < FIXED * size:
+            limit(0.5 * (low + high) - ROOM * size, 0.5 * (low + high) + ROOM * size)
 
 
 def _how(records: list[Record], pairs: list[Pair], angle: float, settle: float) -> list[str]:

@@ -3,19 +3,24 @@
 import argparse
 import json
 
-from clearance.commands.common import DONE, add_command
+from clearance.commands.common import DONE, add_command, quiet
 
 
 def add(commands) -> argparse.ArgumentParser:
-    """The command; it has no options of its own."""
-    return add_command(commands, "cases", help="list cases with their parameters, units and defaults")
+    """The command and its options."""
+    p = add_command(commands, "cases", help="list cases with their parameters, units and defaults")
+    p.add_argument(
+        "cases", metavar="CASE", nargs="*", help="name of a case, or path to your own case file (default all cases)"
+    )
+    return p
 
 
 def run(options) -> int:
     """List them."""
     from clearance.catalogue import case_names, find_case
 
-    cases = [find_case(name) for name in case_names()]
+    with quiet(options):
+        cases = [find_case(name) for name in options.cases or case_names()]
     if options.json:
         rows = {
             c.name: {

@@ -5,10 +5,15 @@ import contextlib
 import json
 import math
 import sys
+import textwrap
 import time
+from collections.abc import Iterable
 from pathlib import Path
 
+from clearance.checks import meant
+
 DONE, FAILED, WRONG = 0, 1, 2
+LOG_INTERVAL = 30.0  # seconds between the lines of a study whose stderr is no terminal
 
 
 def add_command(commands, name: str, help: str, **more) -> argparse.ArgumentParser:
@@ -69,6 +74,18 @@ def add_force(command: argparse.ArgumentParser) -> None:
     )
 
 
+def parameter_lines(case, values: dict) -> list[str]:
+    """The parameters of a case in print: those given, then the defaults of the others."""
+    from clearance.units import shown
+
+    rows = case.parameters.items()
+    given = [f"{n} = {shown(values[n], p.units)}" for n, p in rows if n in values]
+    default = [f"{n} {shown(p.default, p.units)}" for n, p in rows if n not in values]
+    texts = [f"  {t:<12} {', '.join(v)}" for t, v in (("given", given), ("default", default)) if v]
+    style = {"width": 110, "subsequent_indent": " " * 15, "break_on_hyphens": False}
+    return [line for text in texts for line in textwrap.wrap(text, **style)]
+
+
 def length_of(options, scene) -> dict[str, float | None]:
     """Turns or seconds: as asked for, else two turns, else two seconds where nothing turns at constant speed."""
     if options.turns is None and options.until is None:
@@ -93,7 +110,8 @@ def given(options, known: dict) -> dict[str, str]:
         if not equals:
             raise ValueError(f"-p {item}: expected NAME=VALUE")
         if name not in known:
-            raise ValueError(f"the case has no parameter {name!r}; it has {', '.join(known)}")
+            answer = f"{meant(name, known)}; it has {', '.join(known)}"
+            raise ValueError(f"the case has no parameter {name!r}{answer}")
         if name in found:
             raise ValueError(f"-p {item}: {name} is given twice, {found[name]} before")
         found[name] = text
@@ -114,11 +132,15 @@ def scene_of(options):
     known = case.parameters
     values = {name: known[name].value(text) for name, text in given(options, known).items()}
     with quiet(options):
-        return case, values, case.scene(**values)
+        scene = case.scene(**values)
+    scene.origin["command"] = getattr(options, "line", "")
+    return case, values, scene
 
 
-def listed(text: str | None) -> list[str] | None:
-    """The parts of a comma list, where one is given."""
+def listed(text: str | Iterable[str] | None) -> list[str] | None:
+    """The parts of a comma list, where one is given; from Python it may be a list already."""
+    if text is not None and not isinstance(text, str):
+        return list(text)
     return text and [part.strip() for part in text.split(",") if part.strip()]
 
 
@@ -156,15 +178,21 @@ def publish(options, lines: list[str], document: dict, save, draw, study, stem: 
 
 
 class Line:
-    """What a long study is at, on one line of stderr; nothing where nobody looks."""
+    """What a long study is at: one line of a terminal, a line every half minute in a log."""
 
     def __init__(self, options):
         self.shown = sys.stderr.isatty() and not options.json
-        self.began = time.perf_counter()
+        self.logged = not sys.stderr.isatty() and not options.json
+        self.began = self.last = time.perf_counter()
 
     def __call__(self, text: str) -> None:
+        now = time.perf_counter()
+        line = f"{now - self.began:6.0f} s  {text}"
         if self.shown:
-            print(f"\r\x1b[K{time.perf_counter() - self.began:6.0f} s  {text}", end="", file=sys.stderr, flush=True)
+            print(f"\r\x1b[K{line}", end="", file=sys.stderr, flush=True)
+        elif self.logged and now - self.last >= LOG_INTERVAL:
+            self.last = now
+            print(line, file=sys.stderr, flush=True)
 
     def clear(self) -> None:
         if self.shown:

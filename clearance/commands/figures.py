@@ -7,6 +7,7 @@ import time
 from fnmatch import fnmatch
 from pathlib import Path
 
+from clearance.checks import meant
 from clearance.commands.common import DONE, FAILED, Line, add_command
 
 EXAMPLES = """\
@@ -84,8 +85,11 @@ def _draw(options, names: list[str], folder: Path) -> list:
 
 
 def _chosen(patterns: list[str], known: list[str]) -> list[str]:
-    """Names that a pattern fits, all where none is given. Raises ValueError for a pattern that fits none."""
+    """Names that a pattern fits, in the order of the patterns; all where none is given.
+
+    Raises ValueError for a pattern that fits none.
+    """
     for pattern in patterns:
         if not any(fnmatch(n, pattern) for n in known):
-            raise ValueError(f"no figure {pattern!r}; there are {', '.join(known)}")
-    return [n for n in known if not patterns or any(fnmatch(n, p) for p in patterns)]
+            raise ValueError(f"no figure {pattern!r}{meant(pattern, known)}; there are {', '.join(known)}")
+    return list(dict.fromkeys(n for p in patterns or ["*"] for n in known if fnmatch(n, p)))

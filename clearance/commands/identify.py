@@ -142,7 +142,8 @@ def _document(found, measurement) -> dict:
         "status": "complete", "model": found.model.name, "data": found.facts["data"],
         "synthetic": bool(measurement.facts.get("synthetic", False)), "fitted": found.facts["samples"],
         "options": found.model.options, "widening": found.facts.get("widening"),
-        "roles": found.facts["roles"], "seconds": found.facts["seconds"], "parameter_count": len(found.values),
+        "roles": found.facts["roles"], "seconds": found.facts["seconds"], "parameter_count": len(found.fitted),
+        "not_fitted": found.facts.get("still", []),
         "scores": scores, "doubts": list(found.doubts),
         "left_aside": list(measurement.facts.get("columns_left_aside", [])),
     }  # fmt: skip
@@ -151,7 +152,7 @@ def _document(found, measurement) -> dict:
         document["parameters"] = {
             n: {"value": v, "units": units[n], "low": found.low.get(n), "high": found.high.get(n),
                 "widened_low": low.get(n), "widened_high": high.get(n)}
-            for n, v in found.values.items()
+            for n, v in found.fitted.items()
         }  # fmt: skip
     return document
 

@@ -5,6 +5,7 @@ import json
 from contextlib import ExitStack
 from pathlib import Path
 
+from clearance.checks import meant
 from clearance.commands.common import DONE, add_command, listed, number, quantity_of
 
 #: kinds of pictures of run files and of sweeps, each with the options that belong to it; the first is the default
@@ -85,16 +86,45 @@ def add(commands) -> argparse.ArgumentParser:
 
 def run(options) -> int:
     """Draw the picture and say where it is. Raises ValueError for options that do not belong to it."""
-    paths, kind = _inputs(options.inputs)
-    kinds = OF_SWEEPS if paths[0].is_dir() else OF_RUNS
-    if kinds is OF_RUNS:
-        kind = kind or "overview"
-        _check(options, kind)
-        picture = _of_runs(options, paths, kind)
-    else:
-        picture = _of_sweep(options, paths[0], kind)
+    picture = _drawn(options, *_inputs(options.inputs))
     print(json.dumps({"status": "complete", "picture": str(picture)}) if options.json else f"wrote {picture}")
     return DONE
+
+
+def plot(source, kind: str, output: str | Path, **options) -> Path:
+    """Draw a picture of a run or of a sweep, as `clearance plot` does, and save it.
+
+    source: a run file or Result (for history, phase, poincare and spectrum also a list of them),
+    or the directory of a sweep or Sweep. kind: overview, history, orbit, phase, poincare, spectrum,
+    contacts, efforts, friction, sketch, animation of a run; map, curves, bifurcation of a sweep.
+    output: .png, .pdf or .svg, of an animation .gif or .mp4; it is returned.
+    options: those of the command that belong to the kind, in SI, such as joint="B",
+    channels="slider.ax,B.force" or at={"model": "dry"}.
+    Raises TypeError for other options, and ValueError for what cannot be drawn.
+    """
+    if kind not in KINDS:
+        answer = f"{meant(kind, KINDS)}; there are {', '.join(KINDS)}"
+        raise ValueError(f"plot: no kind {kind!r}{answer}")
+    for name in options:
+        if name not in OPTIONS:
+            answer = f"{meant(name, OPTIONS)}; it has {', '.join(OPTIONS)}"
+            raise TypeError(f"plot has no option {name!r}{answer}")
+    chosen = argparse.Namespace(**dict.fromkeys(OPTIONS) | options, output=output)
+    chosen.at = chosen.at and [f"{name}={value}" for name, value in chosen.at.items()]
+    sources = source if isinstance(source, list | tuple) else [source]
+    return _drawn(chosen, *_inputs([*map(_where, sources), kind]))
+
+
+def _where(source) -> str:
+    """Path of a run's file or of a sweep's directory."""
+    return str(getattr(source, "folder", getattr(source, "path", source)))
+
+
+def _drawn(options, paths: list[Path], kind: str | None) -> Path:
+    if paths[0].is_dir():
+        return _of_sweep(options, paths[0], kind)
+    _check(options, kind or "overview")
+    return _of_runs(options, paths, kind or "overview")
 
 
 def _inputs(words: list[str]) -> tuple[list[Path], str | None]:

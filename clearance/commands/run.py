@@ -21,6 +21,7 @@ from clearance.commands.common import (
     complain,
     length_of,
     number,
+    parameter_lines,
     peak,
     quantity_of,
     scene_of,
@@ -83,7 +84,8 @@ def run(options) -> int:
     if failure is not None:
         summary.pop("status")
         return complain(options, failure, FAILED, **summary)
-    print(json.dumps(summary) if options.json else _readable(summary))
+    lines = parameter_lines(case, values)
+    print(json.dumps(summary) if options.json else _readable(summary, lines))
     return DONE
 
 
@@ -288,11 +290,12 @@ def _drives(result, begin: float, end: float) -> dict:
     return found
 
 
-def _readable(summary: dict) -> str:
+def _readable(summary: dict, parameters: list[str]) -> str:
     s = summary
     lines = [
         f"{s['case']}: {s['simulated_s']:.6g} s simulated in {s['integration_s']:.3g} s "
         f"({s['wall_s']:.3g} s in all), {s['status']}",
+        *parameters,
         f"  method       {s['method']} ({s['method_reason']}), rtol {s['rtol']:g}",
         f"  steps        {s['steps']} ({s['rejected']} rejected), {s['evaluations']} evaluations, "
         f"{s['jacobians']} jacobians",

@@ -1,0 +1,22 @@
+"""Films of the Reynolds equation; called, it is the family `film`, to decorate a film law of yours with.
+
+The family and this subpackage have one name in `clearance`, so that both `@cl.film` and `cl.film.table` are right.
+"""
+
+import sys
+from collections.abc import Callable
+from types import ModuleType
+
+from clearance.checks import Check
+from clearance.laws.law import film as family
+
+
+class _Decorator(ModuleType):
+    """A module that decorates."""
+
+    def __call__(self, function: Callable | None = None, /, **checks: Check):
+        """As the family: decorate a film law; keyword arguments name the check of each parameter."""
+        return family(function, **checks)
+
+
+sys.modules[__name__].__class__ = _Decorator

@@ -37,6 +37,7 @@ THINNEST = 2.0  # clearance over roughness, at least, of flow factors
 CONTACT = 1.0 - 1e-9  # eccentricity ratio a solver is not asked beyond
 
 
+@checks.answers
 @dataclass(frozen=True)
 class Groove:
     """Where oil is supplied: pressure is given there.
@@ -63,6 +64,7 @@ class Groove:
             )
 
 
+@checks.answers
 @dataclass(frozen=True)
 class Bearing:
     """An aligned journal bearing and its oil. SI units.

@@ -11,6 +11,8 @@ GIVES = 0.05  # share of the power's size from which energy given counts as more
 WORST = 1.0  # NRMSE of a model without torque
 FAINT = 0.02  # N m: rms torque below which the bounds of models end, and below that of ball joints
 WINDOW = 5.0  # lags that are summed, over the correlation time that they give
+LAG = 0.1  # samples from which a shift of torque and rate in time is said
+SURE = 4.0  # standard errors, widened, from which that shift counts as there
 WIDER = 1.5  # factor from which intervals are said to be too narrow
 
 
@@ -56,6 +58,19 @@ def correlation(errors: Sequence[np.ndarray]) -> float:
     times = 2.0 * np.cumsum(products / products[0]) - 1.0
     ended = np.flatnonzero(np.arange(longest) >= WINDOW * times)
     return max(float(times[ended[0]] if ended.size else times.max()), 1.0)
+
+
+def of_lag(facts: Mapping, trials: Sequence) -> tuple[str, ...]:
+    """A torque that comes before or after its rate, and the parameter that this moves most."""
+    lag, error = facts.get("lag", 0.0), facts.get("lag_error", 0.0) * facts.get("widening", 1.0)
+    step = max(t.step for t in trials)
+    if not abs(lag) > max(LAG * step, SURE * error):
+        return ()
+    way = "after" if lag > 0.0 else "before"
+    return (
+        f"the torque comes about {abs(lag):.1g} s ({abs(lag) / step:.1g} samples) {way} its rate, by the errors of the "
+        f"fit; that moves {facts['lag_moves']} most: is each rate measured at the time of its torque?",
+    )
 
 
 def of_intervals(widening: float, samples: int, independent: float) -> tuple[str, ...]:

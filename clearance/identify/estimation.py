@@ -31,6 +31,7 @@ LEVEL = 1e-9  # weight of neighbouring knots being equal, over that of all sampl
 MOST_STARTS = 10_000
 STARTS = 20  # of a nonlinear fit, where nothing else is asked for
 ROUNDING = 1e-8  # of singular values of slopes whose columns have the norm 1, after their products were taken
+TINY = 1e-12  # of a value, below which its relative change is not compared
 BLIND = 1e-12  # share of a parameter in the cost's curvature below which the samples do not see it
 
 
@@ -87,19 +88,32 @@ def spread(slopes: np.ndarray, cost: float, samples: int) -> tuple[np.ndarray, n
     return covariance, wide, math.sqrt(variance)
 
 
-def _bound_doubts(model: Model, values: np.ndarray, sizes: np.ndarray) -> tuple[str, ...]:
-    """Parameters that the samples (slopes of the given sizes) do not see, and those that end at a bound."""
-    found = []
+def _still(model: Model, names: list[str], sizes: np.ndarray) -> list[str]:
+    """Axes (spin, tilt ...) that never move: samples (slopes of these sizes) see none of their numbers."""
+    seen = [n for n, size in zip(names, sizes, strict=True) if size > BLIND * sizes.max()]
+    return [g for g in dict.fromkeys(model.groups) if not any(in_group(n, g) for n in seen)]
+
+
+def in_group(name: str, group: str) -> bool:
+    """Whether a parameter is one of an axis, such as spin_static of spin."""
+    return name.startswith(f"{group}_")
+
+
+def _bound_doubts(model: Model, values: np.ndarray, sizes: np.ndarray, still: Sequence[str]) -> tuple[str, ...]:
+    """Axes that never move; parameters that samples (slopes of these sizes) do not see, or that end at a bound."""
+    doubts = [f"{group}: no trial moves it, its parameters are not fitted" for group in still]
     known = dict(zip((p.name for p in model.parameters), values, strict=True))
     for p, value, size in zip(model.parameters, values, sizes, strict=True):
+        if any(in_group(p.name, group) for group in still):
+            continue
         lower = p.name.replace("_static", "_kinetic")
         if size <= BLIND * sizes.max():
-            found.append(f"{p.name}: the trials say nothing about it")
+            doubts.append(f"{p.name}: the trials say nothing about it")
         elif not p.low * (1.0 + 1e-3) < value < p.high * (1.0 - 1e-3) and p.low >= 0.0:
-            found.append(f"{p.name}: ends at a bound, {value:.4g} {p.units}")
+            doubts.append(f"{p.name}: ends at a bound, {value:.4g} {p.units}")
         elif lower != p.name and value < known[lower] * (1.0 + 1e-3):
-            found.append(f"{p.name}: ends at {lower}, below which it cannot go")
-    return tuple(found)
+            doubts.append(f"{p.name}: ends at {lower}, below which it cannot go")
+    return tuple(doubts)
 
 
 # --- LuGre
@@ -241,6 +255,28 @@ class Passes:
         return Solved(point, float(found.cost), history, self.evaluations - before, found.status > 0)
 
 
+def lagged(passes: Passes, x: np.ndarray) -> tuple[float, float, np.ndarray]:
+    """Time [s] by which the measured torque comes after its rate, its error, changes (p,) of values.
+
+    Beside the parameters and to first order: least squares of the errors at natural coordinates x
+    on the slopes by the parameters and on the rate of change of the torque.
+    """
+    passes.samples(x)
+    p, rises = x.size, []
+    for trial, axes, rows in zip(passes.trials, passes.axes, passes.rows, strict=True):
+        torque = passes.torque[rows].reshape(trial.samples, axes.size)
+        rises.append(np.gradient(torque, trial.step, axis=0).ravel())
+    slopes = np.column_stack([passes.slopes[:, :p], -np.concatenate(rises)])
+    reduced = triangle(slopes, passes.measured - passes.torque)
+    columns, errors = reduced[:, :-1], reduced[:, -1]
+    sizes = np.linalg.norm(columns, axis=0)
+    sizes[sizes == 0.0] = 1.0
+    step, *_ = np.linalg.lstsq(columns / sizes, errors, ROUNDING)
+    left = errors - columns @ (step / sizes)
+    covariance, *_ = spread(columns, 0.5 * float(left @ left), passes.measured.size)
+    return float(step[-1] / sizes[-1]), math.sqrt(covariance[-1, -1]), step[:-1] / sizes[:-1]
+
+
 class Solved(NamedTuple):
     """Searched coordinates, their cost, its history, passes over the samples, convergence."""
 
@@ -351,7 +387,12 @@ def _estimate_lugre(model: LuGre, trials: Sequence, *, starts: int, seed: int, p
     cost = 0.5 * float(samples[:, -1] @ samples[:, -1])
     covariance, wide, noise = spread(whole.reduced(x)[:, :-1], cost, whole.measured.size)
     slopes = search.slopes(x)
-    said = _bound_doubts(model, values, np.linalg.norm(samples[:, :-1], axis=0)) + _start_doubts(found)
+    names = [q.name for q in model.parameters]
+    sizes = np.linalg.norm(samples[:, :-1], axis=0)
+    still = _still(model, names, sizes)
+    said = _bound_doubts(model, values, sizes, still) + _start_doubts(found)
+    lag, lag_error, moves = lagged(whole, x)
+    most = int(np.argmax(abs(moves) / np.maximum(abs(values), TINY)))
     longest = max(len(f.history) for f in found)
     history = sum(np.array(f.history + [f.history[-1]] * (longest - len(f.history))) for f in found)
     blind = whole.cost(x) - sum(f.end.cost for f in found)  # of axes that no parameter moves
@@ -367,7 +408,8 @@ def _estimate_lugre(model: LuGre, trials: Sequence, *, starts: int, seed: int, p
         },
         {
             "noise": noise, "evaluations": sum(f.evaluations for f in found), "agreeing": min(map(agreeing, found)),
-            "converged": all(f.end.converged for f in found),
+            "converged": all(f.end.converged for f in found), "still": still,
+            "lag": lag, "lag_error": lag_error, "lag_moves": names[most],
         },
         said,
     )  # fmt: skip
@@ -410,8 +452,10 @@ def _estimate_curve(model: Curve, trials: Sequence, *, starts: int, seed: int, p
     cost = 0.5 * float(np.sum((slopes @ values - measured) ** 2))
     covariance, wide, noise = spread(held, cost, measured.size)
     table = {"cost": np.array([cost]), "evaluations": np.array([1]), "values": values[None]}
-    said = _bound_doubts(model, values, np.linalg.norm(reduced[:, :-1], axis=0))
-    facts = {"noise": noise, "evaluations": 1, "converged": bool(result.success)}
+    sizes = np.linalg.norm(reduced[:, :-1], axis=0)
+    still = _still(model, [q.name for q in model.parameters], sizes)
+    said = _bound_doubts(model, values, sizes, still)
+    facts = {"noise": noise, "evaluations": 1, "converged": bool(result.success), "still": still}
     ends = (np.clip(x, *bounds) for x in (values - wide, values + wide))
     return Estimate(values, *ends, covariance, np.array([cost]), table, facts, said)
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.identify import doubts, models
-from clearance.identify.estimation import ESTIMATES, MOST_STARTS, STARTS, axes_of
+from clearance.identify.estimation import ESTIMATES, MOST_STARTS, STARTS, axes_of, in_group
 from clearance.identify.models import AXES, LuGre, Model
 from clearance.reading import Entries, open_checked
 from clearance.results import save_tables
@@ -64,6 +64,12 @@ class Fit:
     starts: dict[str, np.ndarray]
     facts: dict
     doubts: tuple[str, ...] = ()
+
+    @property
+    def fitted(self) -> dict[str, float]:
+        """The values of axes that moved; those of the others are where the search began."""
+        still = self.facts.get("still", [])
+        return {n: v for n, v in self.values.items() if not any(in_group(n, group) for group in still)}
 
     def torque(self, trial) -> np.ndarray:
         """Torque (n, 3) [N m] that the model gives for a trial."""
@@ -210,6 +216,7 @@ def fit(
     if low:
         facts |= _correlated(model, values, trials)
         samples = sum(t.samples * sum(t.measured) for t in trials)
+        said = *said, *doubts.of_lag(facts, trials)
         said = *said, *doubts.of_intervals(facts["widening"], samples, facts["independent_samples"])
     return Fit(model, values, low, high, found.covariance, scores, found.history, found.starts, facts, said)
 

@@ -57,6 +57,10 @@ from clearance.laws.joint_friction import (
     joint_lugre_loaded,
     joint_stribeck,
 )
+from clearance.laws.transition import flores_hybrid, fuzzy, fuzzy_table, load_sharing, memberships, superposed
+
+# isort: split
+# the families last: they have the names of the modules of their laws, and are what is public
 from clearance.laws.law import (
     BoundLaw,
     Derived,
@@ -73,7 +77,6 @@ from clearance.laws.law import (
     signal,
     transition,
 )
-from clearance.laws.transition import flores_hybrid, fuzzy, load_sharing, memberships, superposed
 
 #: the families, to decorate laws of one's own with, and the laws by family
 FAMILIES = (contact, friction, bristle, joint_friction, joint_bristle, film, asperity, transition, signal, effort)
@@ -83,10 +86,10 @@ __all__ = [
     "breakaway_smooth", "bristle", "composite_roughness", "contact", "contact_flow_factor", "contact_modulus",
     "coulomb", "coulomb_tanh", "coulomb_viscous", "delivered_restitution", "effort", "exact_damping",
     "exact_restitution", "film", "film_torques", "flores", "flores_hybrid", "friction", "full_sommerfeld", "fuzzy",
-    "gonthier", "greenwood_tripp", "greenwood_williamson", "harmonic", "herbert_mcwhannell", "hertz", "hertz_stiffness",
-    "hu_guo", "hunt_crossley", "hunt_crossley_memoryless", "impact", "johnson", "joint_bristle", "joint_coulomb",
-    "joint_friction", "joint_lugre", "joint_lugre_loaded", "joint_stribeck", "kelvin_voigt", "lankarani_nikravesh",
-    "layer_modulus", "lee_wang", "liu", "load_sharing", "long_film", "lugre", "memberships", "pinkus_sternlicht",
-    "pressure_flow_factor", "shear_flow_factor", "short_film", "signal", "stribeck", "superposed", "threlfall",
-    "transition", "winkler", "zhiying_qishao",
+    "fuzzy_table", "gonthier", "greenwood_tripp", "greenwood_williamson", "harmonic", "herbert_mcwhannell", "hertz",
+    "hertz_stiffness", "hu_guo", "hunt_crossley", "hunt_crossley_memoryless", "impact", "johnson", "joint_bristle",
+    "joint_coulomb", "joint_friction", "joint_lugre", "joint_lugre_loaded", "joint_stribeck", "kelvin_voigt",
+    "lankarani_nikravesh", "layer_modulus", "lee_wang", "liu", "load_sharing", "long_film", "lugre", "memberships",
+    "pinkus_sternlicht", "pressure_flow_factor", "shear_flow_factor", "short_film", "signal", "stribeck", "superposed",
+    "threlfall", "transition", "winkler", "zhiying_qishao",
 ]  # fmt: skip

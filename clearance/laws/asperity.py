@@ -12,6 +12,7 @@ Valid for roughness much smaller than the clearance.
 import math
 
 from clearance.checks import positive
+from clearance.laws.contact import MODULUS
 from clearance.laws.law import asperity
 
 FAR = 12.0  # film thickness ratio at which asperities have long lost touch
@@ -60,7 +61,7 @@ def gaussian_moment(order: float, x: float) -> float:
     return total * step
 
 
-@asperity(modulus=positive, roughness_group=positive, slope_ratio=positive)
+@asperity(modulus=MODULUS, roughness_group=positive, slope_ratio=positive)
 def greenwood_tripp(film_thickness_ratio, joint, modulus, roughness_group=0.04, slope_ratio=1e-3):
     """Load of the asperities of two rough surfaces in a conformal joint [N].
 
@@ -77,7 +78,7 @@ def greenwood_tripp(film_thickness_ratio, joint, modulus, roughness_group=0.04, 
     return 0.3125 * math.pi * strength * modulus * joint.length * arc * third_moment(film_thickness_ratio)
 
 
-@asperity(modulus=positive, roughness_group=positive, slope_ratio=positive)
+@asperity(modulus=MODULUS, roughness_group=positive, slope_ratio=positive)
 def greenwood_williamson(film_thickness_ratio, joint, modulus, roughness_group=0.04, slope_ratio=1e-3):
     """Load of the asperities of a rough surface on a smooth one in a conformal joint [N].
 

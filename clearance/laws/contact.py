@@ -13,14 +13,16 @@ see transition.py.
 All of them are linear elasticity of small strains: whatever depth a formula allows, a run warns of penetrations beyond
 a twentieth of the journal radius (`regimes.depth_warning`).
 
+Stiffness, moduli and lengths that are not given are those of the joint that the law stands in.
+
 Which restitution a factor really delivers does not depend on the elastic force: see `delivered_restitution`.
 """
 
 import math
 
 from clearance.checks import finite, fraction, non_negative, positive
-from clearance.laws.law import Derived, contact
-from clearance.materials import Material
+from clearance.laws.law import Derived, OfJoint, contact
+from clearance.materials import Material, steel
 
 GRAZING_SPEED = 1e-3  # m/s
 
@@ -48,28 +50,44 @@ def layer_modulus(material: Material, thickness: float) -> float:
 
 
 def hertz_stiffness(
-    journal_radius: float,
-    bearing_radius: float,
-    young_journal: float,
-    poisson_journal: float,
-    young_bearing: float,
-    poisson_bearing: float,
+    radius: float, clearance: float, material: Material = steel, bearing_material: Material | None = None
 ) -> float:
     """Generalised Hertz stiffness K of a pin in a hole, F = K delta^1.5.
 
-    K = 4 / (3 (s_J + s_B)) * sqrt(R_J R_B / (R_B - R_J)),   s = (1 - nu^2) / E
+    K = 4 / (3 (s_J + s_B)) * sqrt(R_J R_B / (R_B - R_J)),   s = (1 - nu^2) / E,   R_B = R_J + c
 
-    Radii in m, moduli in Pa, result in N/m^1.5. The **minus** sign belongs to the internal (conformal) contact; the
-    sphere formula behind it knows no bearing length and is soft for tight clearances.
-    Source: Lankarani and Nikravesh, J. Mech. Design 112 (1990) 369, as used by Flores et al. (2004 to 2009).
-    Raises ValueError unless 0 < journal_radius < bearing_radius and both moduli are positive.
+    journal radius R_J and radial clearance c [m], material of the journal and of the bearing
+    (default: the same); result in N/m^1.5. The **minus** sign belongs to the internal (conformal)
+    contact; the sphere formula behind it has no bearing length and is soft for tight clearances.
+    Source: Lankarani and Nikravesh, J. Mech. Design 112 (1990) 369; Flores et al. (2004 to 2009).
+    Raises ValueError unless radius and clearance are positive.
     """
-    positive("journal_radius", journal_radius)
-    positive("bearing radius minus journal radius", bearing_radius - journal_radius)
-    compliance = (1.0 - poisson_journal**2) / positive("young_journal", young_journal) + (
-        1.0 - poisson_bearing**2
-    ) / positive("young_bearing", young_bearing)
-    return 4.0 / (3.0 * compliance) * math.sqrt(journal_radius * bearing_radius / (bearing_radius - journal_radius))
+    bore = positive("radius", radius) + positive("clearance", clearance)
+    a, b = material, bearing_material or material
+    compliance = (1.0 - a.poisson**2) / a.young + (1.0 - b.poisson**2) / b.young
+    return 4.0 / (3.0 * compliance) * math.sqrt(radius * bore / (bore - radius))
+
+
+# --- what a joint determines where it is not given
+def layer_of(joint) -> float:
+    """Thickness of the elastic layer of a joint [m], half the journal radius by default."""
+    return joint.layer or 0.5 * joint.radius
+
+
+def _stiffness(joint, parameters: dict) -> float:
+    """Hertz's, of the joint's radius, clearance and material."""
+    if parameters["exponent"] != 1.5:
+        exponent = parameters["exponent"]
+        raise ValueError(f"the joint determines a stiffness for exponent 1.5, not {exponent:g}: give it")
+    return hertz_stiffness(joint.radius, joint.clearance, joint.material)
+
+
+STIFFNESS = OfJoint(positive, _stiffness)
+MODULUS = OfJoint(positive, lambda joint, parameters: contact_modulus(joint.material, joint.material))
+LAYER = OfJoint(positive, lambda joint, parameters: layer_modulus(joint.material, layer_of(joint)))
+LENGTH = OfJoint(positive, lambda joint, parameters: joint.length)
+RADIUS = OfJoint(positive, lambda joint, parameters: joint.radius)
+CLEARANCE = OfJoint(positive, lambda joint, parameters: joint.clearance)
 
 
 # --- damping and restitution
@@ -142,7 +160,7 @@ def _warns_of_other_restitution(law, damping):
 
 
 # --- laws
-@contact(stiffness=positive, exponent=positive)
+@contact(stiffness=STIFFNESS, exponent=positive)
 def hertz(penetration, penetration_rate, impact_speed, stiffness, exponent=1.5):
     """Elastic contact, F = K delta^n [N]; stiffness K [N/m^n].
 
@@ -180,7 +198,7 @@ def _undamped(joint, parameters):
     return "without damping it is a linear spring: impacts are elastic" if parameters["damping"] == 0.0 else None
 
 
-@contact(stiffness=positive, dissipation=non_negative, exponent=positive)
+@contact(stiffness=STIFFNESS, dissipation=non_negative, exponent=positive)
 def hunt_crossley_memoryless(penetration, penetration_rate, impact_speed, stiffness, dissipation, exponent=1.5):
     """F = K delta^n max(1 + 1.5 alpha delta', 0) [N]; it does not look at the impact speed.
 
@@ -198,7 +216,7 @@ def hunt_crossley_damping(restitution):
     return 1.5 * (1.0 - restitution)
 
 
-@contact(stiffness=positive, restitution=fraction, exponent=positive, grazing_speed=positive)
+@contact(stiffness=STIFFNESS, restitution=fraction, exponent=positive, grazing_speed=positive)
 def hunt_crossley(
     penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
 ):
@@ -215,7 +233,7 @@ def herbert_mcwhannell_damping(restitution):
     return 6.0 * (1.0 - restitution) / ((2.0 * restitution - 1.0) ** 2 + 3.0)
 
 
-@contact(stiffness=positive, restitution=fraction, exponent=positive, grazing_speed=positive)
+@contact(stiffness=STIFFNESS, restitution=fraction, exponent=positive, grazing_speed=positive)
 def herbert_mcwhannell(
     penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
 ):
@@ -232,7 +250,7 @@ def lee_wang_damping(restitution):
     return 0.75 * (1.0 - restitution)
 
 
-@contact(stiffness=positive, restitution=fraction, exponent=positive, grazing_speed=positive)
+@contact(stiffness=STIFFNESS, restitution=fraction, exponent=positive, grazing_speed=positive)
 def lee_wang(
     penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
 ):
@@ -249,7 +267,7 @@ def lankarani_nikravesh_damping(restitution):
     return 0.75 * (1.0 - restitution * restitution)
 
 
-@contact(stiffness=positive, restitution=fraction, exponent=positive, grazing_speed=positive)
+@contact(stiffness=STIFFNESS, restitution=fraction, exponent=positive, grazing_speed=positive)
 def lankarani_nikravesh(
     penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
 ):
@@ -266,7 +284,7 @@ def gonthier_damping(restitution):
     return (1.0 - restitution * restitution) / restitution
 
 
-@contact(stiffness=positive, restitution=restitution_above_zero, exponent=positive, grazing_speed=positive)
+@contact(stiffness=STIFFNESS, restitution=restitution_above_zero, exponent=positive, grazing_speed=positive)
 def gonthier(
     penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
 ):
@@ -283,7 +301,7 @@ def zhiying_qishao_damping(restitution):
     return 0.75 * (1.0 - restitution * restitution) * math.exp(2.0 * (1.0 - restitution))
 
 
-@contact(stiffness=positive, restitution=fraction, exponent=positive, grazing_speed=positive)
+@contact(stiffness=STIFFNESS, restitution=fraction, exponent=positive, grazing_speed=positive)
 def zhiying_qishao(
     penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
 ):
@@ -300,7 +318,7 @@ def flores_damping(restitution):
     return 1.6 * (1.0 - restitution) / restitution
 
 
-@contact(stiffness=positive, restitution=restitution_above_zero, exponent=positive, grazing_speed=positive)
+@contact(stiffness=STIFFNESS, restitution=restitution_above_zero, exponent=positive, grazing_speed=positive)
 def flores(
     penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
 ):
@@ -317,7 +335,7 @@ def hu_guo_damping(restitution):
     return 1.5 * (1.0 - restitution) / restitution
 
 
-@contact(stiffness=positive, restitution=restitution_above_zero, exponent=positive, grazing_speed=positive)
+@contact(stiffness=STIFFNESS, restitution=restitution_above_zero, exponent=positive, grazing_speed=positive)
 def hu_guo(
     penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
 ):
@@ -346,7 +364,7 @@ EXACT = Derived(lambda parameters: exact_damping(parameters["restitution"]))
 
 
 @contact(
-    stiffness=positive, restitution=restitution_above_zero, exponent=positive, grazing_speed=positive, damping=EXACT
+    stiffness=STIFFNESS, restitution=restitution_above_zero, exponent=positive, grazing_speed=positive, damping=EXACT
 )
 def exact_restitution(
     penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED,
@@ -395,7 +413,7 @@ def johnson_force(penetration, modulus, length, radius_difference):
 
 
 @contact(
-    modulus=positive, length=positive, radius_difference=positive, restitution=restitution_above_zero,
+    modulus=MODULUS, length=LENGTH, radius_difference=CLEARANCE, restitution=restitution_above_zero,
     grazing_speed=positive, damping=EXACT,
 )  # fmt: skip
 def johnson(
@@ -421,7 +439,7 @@ johnson.limit = lambda parameters: 0.95 * 4.0 * parameters["radius_difference"] 
 
 
 @contact(
-    modulus=positive, length=positive, radius_difference=positive, restitution=restitution_above_zero,
+    modulus=MODULUS, length=LENGTH, radius_difference=CLEARANCE, restitution=restitution_above_zero,
     grazing_speed=positive, damping=EXACT,
 )  # fmt: skip
 def liu(
@@ -443,7 +461,7 @@ def liu(
 
 
 @contact(
-    layer_modulus=positive, length=positive, radius=positive, radius_difference=positive,
+    layer_modulus=LAYER, length=LENGTH, radius=RADIUS, radius_difference=CLEARANCE,
     restitution=restitution_above_zero, grazing_speed=positive, damping=EXACT,
 )  # fmt: skip
 def winkler(
@@ -479,7 +497,7 @@ def adams_step(x, x0, h0, x1, h1):
     return h0 + (h1 - h0) * s * s * (3.0 - 2.0 * s)
 
 
-@contact(stiffness=positive, exponent=positive, damping=non_negative, depth=positive)
+@contact(stiffness=STIFFNESS, exponent=positive, damping=non_negative, depth=positive)
 def impact(penetration, penetration_rate, impact_speed, stiffness, exponent=1.5, damping=10.0, depth=1e-5):
     """The IMPACT function of ADAMS [N]: F = max(K delta^n + STEP(delta, 0, 0, d, C) delta', 0).
 

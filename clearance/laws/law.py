@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
-from clearance.checks import Check, finite
+from clearance.checks import Check, finite, meant
 
 #: what laws read of their joint: journal radius [m], radial clearance [m], bearing length [m], viscosity [Pa s],
 #: composite rms roughness [m]; zero where the joint has none
@@ -22,6 +22,20 @@ class Derived:
 
     def __init__(self, function: Callable[[dict], float]):
         self.function = function
+
+
+class OfJoint:
+    """A check of a parameter that may be left out where the law stands in a joint, which determines it.
+
+    function(joint, parameters) -> its number, None where the joint has not got what it needs for that.
+    """
+
+    def __init__(self, check: Check, function: Callable[[object, dict], float | None]):
+        self.check, self.function = check, function
+
+    def __call__(self, field: str, value: object) -> float:
+        """The given number, checked."""
+        return self.check(field, value)
 
 
 @dataclass(frozen=True)
@@ -71,16 +85,29 @@ class Law:
         self.__doc__ = function.__doc__
         self.__module__ = function.__module__
 
+    @property
+    def needed(self) -> list[str]:
+        """Parameters without a default that no joint determines."""
+        empty = [n for n in self.given if self.parameters[n] is inspect.Parameter.empty]
+        return [n for n in empty if not isinstance(self.checks.get(n), OfJoint)]
+
     def __call__(self, **values) -> "BoundLaw":
-        missing = [n for n in self.given if n not in values and self.parameters[n] is inspect.Parameter.empty]
+        missing = [n for n in self.needed if n not in values]
         unknown = [n for n in values if n not in self.given]
         if missing or unknown:
-            raise TypeError(f"{self.name}({', '.join(self.given)}): missing {missing}, unknown {unknown}")
-        numbers = {
-            n: self.checks.get(n, finite)(f"{self.name}: {n}", values.get(n, self.parameters[n])) for n in self.given
-        }
+            hint = meant(unknown[0], self.given) if unknown else ""
+            reason = f"missing {missing}, unknown {unknown}{hint}"
+            raise TypeError(f"{self.name}({', '.join(self.given)}): {reason}")
+        numbers = {n: self._number(n, values) for n in self.given}
         found = [self.checks[n].function(numbers) if n not in numbers else numbers[n] for n in self.parameters]
         return BoundLaw(self, tuple(found))
+
+    def _number(self, name: str, values: dict) -> float | None:
+        """A parameter as given, else its default; None where the joint determines it."""
+        check = self.checks.get(name, finite)
+        if name not in values and isinstance(check, OfJoint):
+            return None
+        return check(f"{self.name}: {name}", values.get(name, self.parameters[name]))
 
     def __reduce__(self) -> str:
         return self.__name__
@@ -130,10 +157,13 @@ class DataLaw(Law):
 
 @dataclass(frozen=True)
 class BoundLaw:
-    """A law with its parameters. `law(*state)` evaluates it on floats or, element by element, on arrays."""
+    """A law with its parameters. `law(*state)` evaluates it on floats or, element by element, on arrays.
+
+    numbers: in the order of the law's parameters; None where a joint determines it, until the law is `of` one.
+    """
 
     law: Law
-    numbers: tuple[float, ...]
+    numbers: tuple[float | None, ...]
     settings: tuple[tuple[str, object], ...] = ()
 
     @property
@@ -146,6 +176,22 @@ class BoundLaw:
         """The parameters and settings that were given."""
         return dict(self.settings) | {n: v for n, v in self.values.items() if n in self.law.given}
 
+    def of(self, joint) -> "BoundLaw":
+        """The law in a joint, which determines the parameters that were not given.
+
+        joint: something with radius, clearance, length, material and layer, such as a ClearanceRevolute. Raises
+        ValueError for a parameter that the joint cannot determine.
+        """
+        if None not in self.numbers:
+            return self
+        given = self.values
+        whole = dict(given)
+        for name in (n for n, v in given.items() if v is None):
+            whole[name] = self.law.checks[name].function(joint, given)
+            if whole[name] is None:
+                raise ValueError(f"{name} is missing: give it to the law or to the joint")
+        return BoundLaw(self.law, tuple(whole.values()), self.settings)
+
     def source(self, joint: FilmJoint):
         """What a law with data reads in this joint: an object with `numbers`, a flat array."""
         return self.law.make(joint, dict(self.settings))
@@ -153,6 +199,9 @@ class BoundLaw:
     def __call__(self, *state):
         if len(state) != len(self.law.family.state):
             raise TypeError(f"{self.law.name} takes {', '.join(self.law.family.state)}; got {len(state)} arguments")
+        if missing := [n for n, v in self.values.items() if v is None]:
+            reason = f"give {', '.join(missing)}; without a joint nothing determines it"
+            raise ValueError(f"{self.law.name}: {reason}")
         if isinstance(self.law, DataLaw):
             return self._of_data(*state)
         if all(not hasattr(s, "__array__") or getattr(s, "ndim", 1) == 0 for s in state):
@@ -203,7 +252,7 @@ effort = Family("effort", ("time", "position", "rate"), 1)
 
 def bound(field: str, value: object, *families: Family) -> BoundLaw | None:
     """Check that a physics slot holds a bound law of its families (or None); a law that needs nothing binds itself."""
-    if isinstance(value, Law) and all(value.parameters[n] is not inspect.Parameter.empty for n in value.given):
+    if isinstance(value, Law) and not value.needed:
         value = value()
     if value is None or isinstance(value, BoundLaw) and value.law.family in families:
         return value

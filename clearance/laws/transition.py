@@ -14,13 +14,18 @@ clearance times the mechanism's angular frequency or the start's speed if that i
 """
 
 import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 
-from clearance.checks import inner_fraction, positive
+from clearance.checks import finite, fraction, inner_fraction, positive
 from clearance.laws.asperity import normal_density, normal_tail
-from clearance.laws.law import transition
+from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, transition
 
 NARROW = 6.0  # clearance over roughness below which asperities touch around a centred journal
 FLOOR = 0.02  # smallest mean gap over the roughness
+ROW = 7  # numbers of a point of a table: ratio, full film, mixed, dry, and the slopes of these three
+WHOLE = 1e-6  # by which the memberships of a point may miss a sum of 1
 
 
 def ramp(x):
@@ -87,6 +92,13 @@ def flores_hybrid(gap, joint, tolerance=0.05, largest_ratio=0.999, dry=0.4, mixe
 flores_hybrid.first_touch = True
 
 
+def weighted(gap, roughness, mixed, full, w_full, w_mixed, w_dry):
+    """What `fuzzy` makes of memberships: film down to the threshold `mixed`, contact from there on, weighted."""
+    floor = mixed * roughness
+    film_gap = smooth_floor(gap, floor, min(0.1 * mixed, full - mixed) * roughness)
+    return w_full + w_mixed, film_gap, 1.0, 1.0 - w_full, max(floor - gap, 0.0), w_full, w_mixed, w_dry
+
+
 @transition(dry=positive, mixed=positive, full=positive)
 def fuzzy(gap, joint, dry=0.4, mixed=1.0, full=3.0):
     """Fuzzy-weighted states of the film thickness ratio: full film H, mixed E, dry D, memberships as weights [N].
@@ -100,11 +112,8 @@ def fuzzy(gap, joint, dry=0.4, mixed=1.0, full=3.0):
     Source: reconstruction after Jin et al., Arch. Appl. Mech. 93 (2023) 2831 (whose membership functions are not
     known to us) and Luo and Yan (1989); half-cosine memberships assumed.
     """
-    sigma = joint.roughness
-    w_full, w_mixed, w_dry = memberships(gap / sigma, dry, mixed, full)
-    floor = mixed * sigma
-    film_gap = smooth_floor(gap, floor, min(0.1 * mixed, full - mixed) * sigma)
-    return w_full + w_mixed, film_gap, 1.0, 1.0 - w_full, max(floor - gap, 0.0), w_full, w_mixed, w_dry
+    w_full, w_mixed, w_dry = memberships(gap / joint.roughness, dry, mixed, full)
+    return weighted(gap, joint.roughness, mixed, full, w_full, w_mixed, w_dry)
 
 
 def _ordered(joint, parameters):
@@ -140,6 +149,117 @@ def _wide_or_twice(joint, parameters):
     if joint.asperity is not None:
         return "the asperity law adds its load to the weighted contact, which stands for it already"
     return _wide(joint, parameters)
+
+
+# --- memberships given as a table of points
+def hermite(ratio, low, high, value_low, value_high, slope_low, slope_high):
+    """The cubic between two points that has their values and slopes."""
+    width = high - low
+    t = (ratio - low) / width
+    u = 1.0 - t
+    ends = u * u * (1.0 + 2.0 * t) * value_low + t * t * (1.0 + 2.0 * u) * value_high
+    return ends + width * t * u * (u * slope_low - t * slope_high)
+
+
+def tabled(ratio, data, start):
+    """Memberships (full film, mixed, dry) of a film thickness ratio from a table; constant beyond its ends."""
+    first, last = start + 1, start + 1 + ROW * (int(data[start]) - 1)
+    x = min(max(ratio, data[first]), data[last])
+    a = first
+    for k in range(first, last, ROW):
+        if x > data[k]:
+            a = k
+    b = a + ROW
+    w_full = hermite(x, data[a], data[b], data[a + 1], data[b + 1], data[a + 4], data[b + 4])
+    w_dry = hermite(x, data[a], data[b], data[a + 3], data[b + 3], data[a + 6], data[b + 6])
+    return w_full, 1.0 - w_full - w_dry, w_dry
+
+
+def table_of_memberships(gap, joint, data, start, dry, mixed, full):
+    """As `fuzzy`, with memberships from a table of points [N]: see `fuzzy_table`."""
+    w_full, w_mixed, w_dry = tabled(gap / joint.roughness, data, int(start))
+    return weighted(gap, joint.roughness, mixed, full, w_full, w_mixed, w_dry)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Points of a table as a kernel reads them: their number, then ROW numbers for each."""
+
+    numbers: tuple[float, ...]
+
+    @classmethod
+    def of(cls, joint: FilmJoint, settings: dict) -> "Table":
+        """The table is the same in every joint."""
+        points = settings["points"]
+        rows = zip(points, _slopes(points), strict=True)
+        return cls((float(len(points)), *(v for point, slopes in rows for v in (*point, *slopes))))
+
+
+def _slopes(points: Sequence[tuple[float, ...]]) -> list[tuple[float, ...]]:
+    """Slopes of the three memberships at each point.
+
+    Those of the parabola through a point and its neighbours, all three shortened by one factor until
+    every membership is monotone between points (Fritsch and Carlson): their sum stays 1 and each
+    stays in [0, 1].
+    """
+    widths = [b[0] - a[0] for a, b in pairwise(points)]
+    rises = [
+        [(b[i] - a[i]) / w for i in (1, 2, 3)]
+        for (a, b), w in zip(pairwise(points), widths, strict=True)
+    ]
+    slopes = [(0.0, 0.0, 0.0)]
+    for (before, after), (left, right) in zip(pairwise(widths), pairwise(rises), strict=True):
+        sides = list(zip(left, right, strict=True))
+        wanted = [(after * a + before * b) / (before + after) for a, b in sides]
+        limits = [3.0 * min(abs(a), abs(b)) if a * b > 0.0 else 0.0 for a, b in sides]
+        shares = [limit / abs(w) for w, limit in zip(wanted, limits, strict=True) if w != 0.0]
+        slopes.append(tuple(min([1.0, *shares]) * w for w in wanted))
+    return [*slopes, (0.0, 0.0, 0.0)]
+
+
+_fuzzy_table = DataLaw(
+    transition, table_of_memberships, {"dry": finite, "mixed": positive, "full": positive}, Table.of
+)
+_fuzzy_table.demands(_ordered)
+_fuzzy_table.doubts(_wide_or_twice)
+_fuzzy_table.carries_roughness = True
+
+
+def fuzzy_table(points: Iterable[Sequence[float]]) -> BoundLaw:
+    """The transition `fuzzy` with memberships given as points.
+
+    A point is (film thickness ratio, full film, mixed, dry). Ratios grow. The memberships of a point
+    are at least 0 and have the sum 1; the last point is all full film. Between points each
+    membership is a monotone cubic (C1), beyond them it is constant. The film is never thinner than
+    at the ratio where `mixed` is largest, and contact starts there.
+    Raises ValueError for points that are no such table.
+    """
+    rows = [_point(i, row) for i, row in enumerate(points)]
+    if len(rows) < 2:
+        raise ValueError(f"fuzzy_table: give at least two points, got {len(rows)}")
+    for before, after in pairwise(rows):
+        if after[0] <= before[0]:
+            order = f"{after[0]:g} after {before[0]:g}"
+            raise ValueError(f"fuzzy_table: film thickness ratios must grow, got {order}")
+    if rows[-1][1] != 1.0:
+        last = rows[-1][1:]
+        raise ValueError(f"fuzzy_table: the last point must be all full film (1, 0, 0), got {last}")
+    dry = max((r[0] for r in rows if r[3] == 1.0), default=rows[0][0])
+    mixed = max(rows, key=lambda r: r[2])[0]
+    full = min(r[0] for r in rows if r[1] == 1.0)
+    return _fuzzy_table.bind({"points": tuple(rows)}, dry=dry, mixed=mixed, full=full)
+
+
+def _point(place: int, row: Sequence[float]) -> tuple[float, ...]:
+    """A checked point of a table of memberships."""
+    label = f"fuzzy_table: point {place}"
+    if isinstance(row, str) or not hasattr(row, "__len__") or len(row) != 4:
+        raise ValueError(f"{label} must be (film thickness ratio, full film, mixed, dry), got {row!r}")
+    states = zip(("full film", "mixed", "dry"), row[1:], strict=True)
+    shares = [fraction(f"{label}: {state}", share) for state, share in states]
+    if abs(sum(shares) - 1.0) > WHOLE:
+        raise ValueError(f"{label}: the memberships must have the sum 1, got {sum(shares):g}")
+    return (finite(f"{label}: film thickness ratio", row[0]), *shares)
 
 
 @transition(dry=positive, mixed=positive, full=positive)

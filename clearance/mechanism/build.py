@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from clearance.joints import SLOTS
 from clearance.laws.law import DataLaw
 from clearance.loads import Drive
 from clearance.mechanism import store
@@ -110,14 +111,15 @@ def build(scene: Scene, ledger: bool = True) -> Mechanism:
     structure = _structures[signature]
     _check_friction(scene, structure)
     values = _values(scene, structure, plan, numbers, start)
-    sources = {j: j.film.source(facts(j)) for j in scene.clearance_joints if j.film and isinstance(j.film.law, DataLaw)}
+    sources = _sources(scene)
     data = _data(sources, structure, values)
     par = np.zeros(len(values) + structure.derived)
     par[: len(values)] = values
     par[len(values) :] = structure.derive(list(par))[len(values) :]
     par = np.concatenate([par, *data])
     y0 = _state(scene, plan, start, structure.length)
-    mechanism = Mechanism(scene, structure, plan, start, par, y0, _work(scene, structure, start), sources)
+    films = {joint: source for (joint, slot), source in sources.items() if slot == "film"}
+    mechanism = Mechanism(scene, structure, plan, start, par, y0, _work(scene, structure, start), films)
     for i, joint in enumerate(scene.clearance_joints):
         if joint.contact is not None and not joint.impacts:  # no first touch: a typical speed instead
             mechanism.work0[i] = max(mechanism.work0[i], joint.clearance * mechanism.frequency)
@@ -135,14 +137,24 @@ def _check_friction(scene: Scene, structure: Structure) -> None:
             )
 
 
+def _sources(scene: Scene) -> dict:
+    """(joint, slot) -> what its law reads, of laws with data."""
+    laws = {(joint, slot): getattr(joint, slot) for joint in scene.clearance_joints for slot in SLOTS}
+    return {
+        (joint, slot): law.source(facts(joint))
+        for (joint, slot), law in laws.items()
+        if law is not None and isinstance(law.law, DataLaw)
+    }
+
+
 def _data(sources: dict, structure: Structure, values: list[float]) -> list[np.ndarray]:
     """Numbers that laws read as a whole, such as film tables; they stand behind all others, shared ones once."""
     end, found = len(values) + structure.derived, {}
-    for joint, source in sources.items():
+    for (joint, slot), source in sources.items():
         if id(source) not in found:
             found[id(source)] = (end, source.numbers)
             end += len(source.numbers)
-        values[structure.index[f"{joint.key}.film.start"]] = float(found[id(source)][0])
+        values[structure.index[f"{joint.key}.{slot}.start"]] = float(found[id(source)][0])
     return [numbers for _, numbers in found.values()]
 
 

@@ -1,0 +1,449 @@
+"""What a user writes against: public names, laws that take what their joint has, messages that name what there is."""
+
+import inspect
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance import cli, laws
+from clearance.choices import CONTACTS
+from clearance.commands import common
+from clearance.laws.law import Family, FilmJoint, Law
+
+GUIDE = (Path(__file__).parent.parent / "clearance" / "GUIDE.md").read_text()
+BLOCKS = re.findall(r"```python\n(.*?)```", GUIDE, re.DOTALL)
+SCENE = """
+from clearance.units import mm
+
+
+def journal(name, **slots):
+    rotor = cl.Body(name, 20.0, 1e-2)
+    return cl.ClearanceRevolute(
+        cl.ground, rotor, name=name, radius=mm(10), clearance=mm(0.1), length=mm(20), contact=cl.hertz(),
+        lubricant=cl.Lubricant(0.001), roughness=1e-6, eccentricity=(0.0, -mm(0.05)), **slots
+    ), cl.Drive(rotor, speed=100.0, name=name)
+
+
+def scene(*, share: float = 0.5) -> cl.Scene:
+    \"\"\"Two journals of their own, each in its bearing.
+
+    share: share of the film [-]
+    \"\"\"
+    own = journal("P", **laws | {"film": full_short(share=share)})
+    tabled = journal("Q", film=full_short(share=share), transition=transition)
+    return cl.Scene(*own, *tabled, name="journals")
+"""
+
+
+# --- public names
+@pytest.mark.parametrize("package", [cl, laws], ids=["clearance", "laws"])
+def test_U2_every_public_name_is_what_it_stands_for(package):
+    """No decorator, law or function is hidden by the module of its name; `cl.film` is both, on purpose."""
+    for name in package.__all__:
+        value = getattr(package, name)
+        assert inspect.getdoc(value), name
+        if inspect.ismodule(value):
+            assert (package, name) in ((cl, "laws"), (cl, "film")), name
+    assert {f.name for f in laws.FAMILIES} == {
+        n for n in laws.__all__ if isinstance(getattr(laws, n), Family)
+    }
+    assert all(isinstance(f, Family) for f in laws.FAMILIES)
+
+
+@pytest.mark.parametrize("family", laws.FAMILIES, ids=lambda f: f.name)
+def test_U2_every_family_decorates(family):
+    """As `cl.<family>` and as `clearance.laws.<family>`, plainly and with checks."""
+    scope: dict = {}
+    arguments = ", ".join([*family.state, "strength"])
+    exec(f"def mine({arguments}):\n    return {', '.join(['strength'] * family.outputs)}", scope)
+    for decorator in (getattr(cl, family.name), getattr(laws, family.name)):
+        for law in (
+            decorator(scope["mine"]),
+            decorator(strength=lambda field, value: float(value))(scope["mine"]),
+        ):
+            assert isinstance(law, Law)
+            assert law.family is family
+            assert law(strength=2).values == {"strength": 2.0}
+
+
+def test_A2_the_subpackage_film_is_imported_by_its_name():
+    """In a fresh process, in each of the usual ways."""
+    code = "import clearance.film.table as t, clearance; assert clearance.film.table is t; t.Key"
+    assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+
+
+# --- laws that take what their joint has
+def pin(contact, **more):
+    return cl.ClearanceRevolute(
+        cl.ground,
+        cl.Body("pin", 1.0, 1e-3),
+        name="J",
+        radius=0.01,
+        clearance=1e-4,
+        contact=contact,
+        **more,
+    )
+
+
+@pytest.mark.parametrize("name", CONTACTS)
+def test_contacts_take_what_the_joint_determines(name):
+    """Stiffness, moduli and lengths left out are those of the joint: the force is that of the law with all given."""
+    law = getattr(laws, name)
+    free = {"restitution": 0.9, "dissipation": 0.1, "damping": 5.0}
+    given = {n: free[n] for n in free if n in law.given}
+    if name == "kelvin_voigt":  # its stiffness [N/m] follows from no joint
+        with pytest.raises(TypeError, match="missing \\['stiffness'\\]"):
+            law(**given)
+        return
+    found = pin(law(**given), length=0.02).contact
+    assert None not in found.numbers
+    known = {
+        "stiffness": cl.hertz_stiffness(0.01, 1e-4),
+        "modulus": cl.contact_modulus(cl.steel, cl.steel),
+        "layer_modulus": cl.layer_modulus(cl.steel, 0.005),
+        "length": 0.02,
+        "radius": 0.01,
+        "radius_difference": 1e-4,
+    }
+    whole = law(**given, **{n: v for n, v in known.items() if n in law.given})
+    assert found == whole
+    assert found(1e-6, 0.01, 0.1) == whole(1e-6, 0.01, 0.1) > 0.0
+
+
+def test_what_is_given_stays():
+    """Only what was left out comes from the joint; another material gives another stiffness."""
+    assert pin(cl.hertz(stiffness=7.0)).contact.values["stiffness"] == 7.0
+    bronze = cl.Material("bronze", young=110e9, poisson=0.34, density=8800.0)
+    found = pin(cl.hertz(), material=bronze).contact.values["stiffness"]
+    assert (
+        found
+        == cl.hertz_stiffness(0.01, 1e-4, bronze)
+        < cl.hertz_stiffness(0.01, 1e-4, bronze, cl.steel)
+    )
+
+
+def test_asperities_take_their_modulus_from_the_joint():
+    joint = pin(
+        cl.hertz, length=0.02, roughness=1e-6, film=cl.harmonic, lubricant=cl.Lubricant(0.01),
+        transition=cl.load_sharing, asperity=cl.greenwood_tripp,
+    )  # fmt: skip
+    assert joint.asperity.values["modulus"] == cl.contact_modulus(cl.steel, cl.steel)
+
+
+def test_what_no_joint_can_determine_is_named():
+    with pytest.raises(ValueError, match="joint J: contact johnson: length is missing"):
+        pin(cl.johnson(restitution=0.9))
+    with pytest.raises(ValueError, match="joint J: contact hertz: .* exponent 1.5, not 2"):
+        pin(cl.hertz(exponent=2.0))
+    with pytest.raises(ValueError, match="hertz: give stiffness; without a joint"):
+        cl.hertz()(1e-6, 0.0, 0.1)
+
+
+# --- arguments, cases, units that do not exist
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (
+            lambda b: cl.TorsionSpring(cl.ground, b, angle=1.0),
+            "'angle' .did you mean free_angle.*stiffness, damping",
+        ),
+        (
+            lambda b: cl.Body("b", mass=1.0, inertia=1.0, centre=(0, 0)),
+            "Body has no argument 'centre'.*com, products",
+        ),
+        (lambda b: cl.Revolute(cl.ground, b, frictoin=None), "Revolute .*did you mean friction"),
+        (lambda b: cl.ClearanceRevolute(cl.ground, b, clearence=1.0), "did you mean clearance"),
+        (lambda b: cl.Drive(b, sped=1.0), "did you mean speed"),
+        (lambda b: cl.Scene(gravty=(0, 0)), "did you mean gravity"),
+        (lambda b: cl.Lubricant(viscosty=1.0), "did you mean viscosity"),
+        (lambda b: cl.Bearing(radios=1.0), "did you mean radius"),
+        (lambda b: cl.lankarani_nikravesh(restitutoin=0.9), "did you mean restitution"),
+    ],
+)
+def test_unknown_arguments_are_answered_with_the_known_ones(make, said):
+    with pytest.raises(TypeError, match=said):
+        make(cl.Body("body", 1.0, 1e-3))
+
+
+def test_signatures_stay():
+    """`help` shows the arguments of scene parts as before."""
+    assert list(inspect.signature(cl.TorsionSpring).parameters)[:3] == ["a", "b", "stiffness"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["run", "six_bar_feedr"], "did you mean six_bar_feeder"),
+        (["run", "slider_crank", "-p", "clearence=1mm"], "did you mean clearance"),
+        (["run", "slider_crank", "-p", "speed=300RPM"], "did you mean rpm"),
+        (["run", "six_bar_feeder", "-p", "film=tabel"], "did you mean table"),
+        (["figures", "feeder_spede"], "did you mean feeder_speed"),
+    ],
+)
+def test_misspelt_names_are_answered_with_the_closest(
+    arguments, said, capsys, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(arguments) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_cases_lists_those_that_are_named(tmp_path, capsys):
+    """By name and by path to a file of one's own."""
+    mine = tmp_path / "liner.py"
+    mine.write_text(next(b for b in BLOCKS if "def scene(" in b))
+    assert cli.main(["cases", str(mine), "four_bar", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert list(found) == ["liner", "four_bar"]
+    assert found["liner"]["parameters"]["clearance"]["units"] == "m"
+    assert cli.main(["cases", "four_barr"]) == 2
+
+
+def test_figures_are_drawn_in_the_order_asked_for():
+    from clearance.commands.figures import _chosen
+
+    known = ["a_map", "a_run", "b"]
+    assert _chosen(["b", "a_*"], known) == ["b", "a_map", "a_run"]
+    assert _chosen(["a_run", "a_*"], known) == ["a_run", "a_map"]
+    assert _chosen([], known) == known
+
+
+def test_S18_run_says_its_parameters_with_units(capsys, tmp_path):
+    """Those given first, in SI and in units people think in."""
+    arguments = ["run", "slider_crank", "-p", "model=ideal", "-p", "speed=300", "--turns", "0.1"]
+    assert cli.main([*arguments, "-o", str(tmp_path / "run.h5")]) == 0
+    said = capsys.readouterr().out
+    assert "given        speed = 300 rad/s (2865 rpm), model = ideal" in said
+    assert "clearance 0.0005 m (0.5 mm)" in said
+    assert "roughness 8e-07 m (0.8 um)" in said
+
+
+def test_S15_a_log_gets_a_line_now_and_then(capsys, monkeypatch):
+    """stderr is no terminal here: nothing at once, a line when the interval has passed, nothing under --json."""
+    line = common.Line(SimpleNamespace(json=False))
+    line("one")
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(common, "LOG_INTERVAL", 0.0)
+    line("two")
+    common.Line(SimpleNamespace(json=True))("three")
+    assert re.fullmatch(r" +\d+ s  two\n", capsys.readouterr().err)
+
+
+def test_S11_pictures_and_reports_from_python(tmp_path, monkeypatch):
+    """The guide's lines, of a run still open; a path and names as a list do as well."""
+    monkeypatch.chdir(tmp_path)
+    scope: dict = {}
+    exec(next(b for b in BLOCKS if "cl.plot(" in b), scope)
+    assert {"history.png", "sketch.pdf", "run.html"} <= {p.name for p in tmp_path.iterdir()}
+    path = scope["run"].save("run.h5")
+    assert cl.plot(path, "phase", "phase.png", channels=["slider.x", "slider.vx"]).exists()
+    with pytest.raises(ValueError, match="no kind 'orbits' .did you mean orbit"):
+        cl.plot(path, "orbits", "x.png")
+    with pytest.raises(TypeError, match="no option 'chanels' .did you mean channels"):
+        cl.plot(path, "phase", "x.png", chanels="slider.x")
+    with pytest.raises(ValueError, match="--joint does not belong to phase"):
+        cl.plot(path, "phase", "x.png", joint="C")
+
+
+@pytest.fixture(scope="module")
+def periodic(tmp_path_factory):
+    """Six turns of a mechanism without clearance, by the command."""
+    path = tmp_path_factory.mktemp("periodic") / "run.h5"
+    assert (
+        cli.main(["run", "slider_crank", "-p", "model=ideal", "--turns", "6", "-o", str(path)]) == 0
+    )
+    return path
+
+
+def test_a_report_says_case_command_and_defaults(periodic):
+    """Where the run is from stands in its file and in its report; no column of a table is empty."""
+    with cl.open_result(periodic) as run:
+        assert run.attributes["case_file"] == "slider_crank"
+        assert run.attributes["command"].startswith(
+            "clearance run slider_crank -p model=ideal --turns 6"
+        )
+        assert json.loads(run.attributes["defaults"])["restitution"] == 0.9
+        text = cl.report(run, periodic.with_suffix(".html")).read_text()
+    assert "clearance run slider_crank -p model=ideal" in text
+    assert "restitution = 0.9" in text
+    assert not re.search(r"<th[^>]*></th></tr></thead>", text)
+
+
+def test_a_fixed_point_is_drawn_as_one(periodic, monkeypatch):
+    """The axes of a section are wider than rounding: 10 % of what the channel does in the run (exact: as drawn)."""
+    from clearance.postprocess import figures
+
+    kept = []
+    monkeypatch.setattr(figures, "save", lambda figure, path: kept.append(figure))
+    cl.plot(periodic, "poincare", "section.png")
+    (axes,) = kept[0].axes
+    with cl.open_result(periodic) as run:
+        for limits, channel in (
+            (axes.get_xlim(), run["slider"].vx),
+            (axes.get_ylim(), run["slider"].ax),
+        ):
+            assert np.ptp(limits) == pytest.approx(0.1 * np.abs(channel).max(), rel=1e-9)
+
+
+# --- laws of one's own, through everything that reads a run
+@pytest.fixture(scope="module")
+def journals(tmp_path_factory):
+    """The guide's laws in a case file, run with its picture: the folder."""
+    folder = tmp_path_factory.mktemp("journals")
+    blocks = [
+        next(b for b in BLOCKS if mark in b) for mark in ("@cl.transition", "cl.fuzzy_table(")
+    ]
+    (folder / "journals.py").write_text("\n".join([*blocks, SCENE]))
+    command = [
+        "run",
+        str(folder / "journals.py"),
+        "--turns",
+        "3",
+        "-o",
+        str(folder / "run.h5"),
+        "--plot",
+    ]
+    assert cli.main(command) == 0
+    return folder
+
+
+@pytest.mark.parametrize("joint", ["P", "Q"])
+def test_U3_own_laws_run(journals, joint):
+    """Films, frictions, asperities and transitions of one's own, and memberships from points, are in the file."""
+    with cl.open_result(journals / "run.h5") as run:
+        found = run.joint(joint)
+        shares = np.array(
+            [getattr(found, f"membership_{s}") for s in ("full_film", "mixed", "dry")]
+        )
+        np.testing.assert_allclose(shares.sum(axis=0), 1.0, atol=1e-12)
+        assert shares[0].min() < 0.9
+        assert run.solver["energy_residual_share"] < 1e-5
+    assert (journals / "run.png").stat().st_size > 0
+
+
+def test_U3_own_friction_and_asperity_act(journals):
+    """Element by element as the laws say (1e-9: rounding)."""
+    with cl.open_result(journals / "run.h5") as run:
+        found, ratio = run.joint("P"), run.joint("P").film_thickness_ratio
+        np.testing.assert_allclose(
+            found.asperity_force, 1e6 * 0.01 * 0.02 * np.exp(-ratio), rtol=1e-9
+        )
+        assert np.abs(found.friction).max() > 0.0
+
+
+def test_U3_points_act_as_their_law(journals):
+    """The memberships in the file are those of the points at the film thickness ratio there (1e-9: rounding)."""
+    scope: dict = {}
+    exec(next(b for b in BLOCKS if "cl.fuzzy_table(" in b), scope)
+    with cl.open_result(journals / "run.h5") as run:
+        found = run.joint("Q")
+        joint = JOINT._replace(viscosity=0.001)
+        expected = scope["transition"](found.film_thickness_ratio * joint.roughness, joint)
+        np.testing.assert_allclose(found.membership_full_film, expected[5], atol=1e-9)
+        np.testing.assert_allclose(found.membership_dry, expected[7], atol=1e-9)
+
+
+@pytest.mark.parametrize("picture", ["orbit", "history", "phase", "overview", "contacts"])
+def test_U3_own_laws_are_drawn(journals, picture):
+    more = {"history": ["--channels", "P.force"], "phase": ["--channels", "P.gap,Q.gap"]}.get(
+        picture, []
+    )
+    path = journals / f"{picture}.png"
+    assert cli.main(["plot", str(journals / "run.h5"), picture, *more, "-o", str(path)]) == 0
+    assert path.exists()
+
+
+def test_U3_own_laws_are_reported(journals):
+    path = journals / "run.html"
+    assert cli.main(["report", str(journals / "run.h5"), "-o", str(path)]) == 0
+    assert "two_states" in path.read_text()
+
+
+def test_U3_own_laws_are_swept(journals):
+    arguments = [
+        "--turns",
+        "2",
+        "--settle",
+        "1",
+        "--workers",
+        "1",
+        "--quiet",
+        "-o",
+        str(journals / "sweep"),
+    ]
+    case = str(journals / "journals.py")
+    assert cli.main(["sweep", case, "-p", "share=0.4,0.5", *arguments]) == 0
+    assert cl.open_sweep(journals / "sweep").done.all()
+
+
+def test_U3_an_own_transition_without_roughness_is_drawn(tmp_path):
+    """The states have no film thickness ratio to be drawn over: the orbit is drawn alone."""
+    joint = pin(
+        cl.hertz, length=0.02, film=cl.harmonic, lubricant=cl.Lubricant(0.01), transition=cl.superposed,
+    )  # fmt: skip
+    result = cl.simulate(cl.Scene(joint, name="smooth"), until=0.01)
+    from clearance.postprocess.plots import overview
+
+    assert overview(result, tmp_path / "run.png").exists()
+
+
+# --- memberships from points
+RATIOS = np.linspace(-1.0, 5.0, 1201)
+JOINT = FilmJoint(0.01, 1e-4, 0.02, 0.01, 1e-6)
+
+
+def memberships_of(law):
+    return np.array(law(RATIOS * JOINT.roughness, JOINT)[5:])
+
+
+def test_points_of_the_default_are_the_default():
+    """Three points make cubics where `fuzzy` has half cosines: within 0.011 everywhere."""
+    points = [(0.4, 0.0, 0.0, 1.0), (1.0, 0.0, 1.0, 0.0), (3.0, 1.0, 0.0, 0.0)]
+    assert np.abs(memberships_of(cl.fuzzy_table(points)) - memberships_of(cl.fuzzy())).max() < 0.011
+
+
+def test_memberships_from_points_are_memberships():
+    """Through the points; in [0, 1], sum 1 (rounding); continuous slopes (steps of 0.005: jumps below 5 %)."""
+    random = np.random.default_rng(1)
+    for _ in range(50):
+        count = random.integers(2, 9)
+        ratios = np.sort(random.uniform(0.0, 4.0, count) + 0.3 * np.arange(count))
+        shares = random.dirichlet((0.5, 0.5, 0.5), count)
+        shares[-1] = 1.0, 0.0, 0.0
+        law = cl.fuzzy_table(np.column_stack([ratios, shares]))
+        found = memberships_of(law)
+        assert found.min() > -1e-12
+        np.testing.assert_allclose(found.sum(axis=0), 1.0, atol=1e-12)
+        at_points = np.array(law(ratios * JOINT.roughness, JOINT)[5:])
+        np.testing.assert_allclose(at_points.T, shares, atol=1e-9)
+        slope = np.diff(found, axis=1) / np.diff(RATIOS)
+        assert (
+            np.abs(np.diff(slope, axis=1)).max()
+            < 0.05 * (1.0 + np.abs(slope).max()) * 3.0 / np.diff(ratios).min()
+        )
+
+
+@pytest.mark.parametrize(
+    ("points", "said"),
+    [
+        ([(1.0, 1.0, 0.0, 0.0)], "at least two points"),
+        ([(1.0, 0.0, 1.0), (2.0, 1.0, 0.0, 0.0)], "point 0 must be .film thickness ratio"),
+        (
+            [(1.0, 0.0, 0.5, 0.4), (2.0, 1.0, 0.0, 0.0)],
+            "point 0: the memberships must have the sum 1",
+        ),
+        ([(2.0, 0.0, 0.0, 1.0), (1.0, 1.0, 0.0, 0.0)], "must grow, got 1 after 2"),
+        ([(1.0, 0.0, 0.0, 1.0), (2.0, 0.0, 1.0, 0.0)], "last point must be all full film"),
+        ([(1.0, 0.0, -0.5, 1.5), (2.0, 1.0, 0.0, 0.0)], "point 0: mixed must lie in"),
+    ],
+)
+def test_points_that_are_no_table_are_refused(points, said):
+    with pytest.raises(ValueError, match=said):
+        cl.fuzzy_table(points)
