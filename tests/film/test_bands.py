@@ -451,8 +451,8 @@ class TestAgainstFiniteElements:
         assert self.pocket(*groove, state) < 0.06
 
     def test_pocket_beside_the_cut_with_some_ambient_pressure(self):
-        """Closing, the long film is lowest where this pocket is. With any ambient pressure nothing is cut: 8e-3 (6.4e-3,
-        its edges being right to a cell)."""
+        """Closing, the long film is lowest where this pocket is. With any ambient pressure nothing is cut: 8e-3
+        (6.4e-3, its edges being right to a cell)."""
         assert self.pocket(0.0, 0.3, 0.5, (0.6, 1.0, 1.0), ambient=1e-9 * SCALE) < 8e-3
 
     def test_pocket_beside_the_cut(self):
