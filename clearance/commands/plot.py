@@ -1,11 +1,10 @@
 """`clearance plot`: pictures of run files and of sweeps."""
 
 import argparse
-import json
 from contextlib import ExitStack
 from pathlib import Path
 
-from clearance.commands.common import DONE, add_command, listed, number, quantity_of
+from clearance.commands.common import DONE, add_command, json_text, listed, number, quantity_of
 
 #: kinds of pictures of run files and of sweeps, each with the options that belong to it; the first is the default
 OF_RUNS = {
@@ -89,7 +88,7 @@ def run(options) -> int:
         picture = _of_runs(options, paths, kind)
     else:
         picture = _of_sweep(options, paths[0], kind)
-    print(json.dumps({"status": "complete", "picture": str(picture)}) if options.json else f"wrote {picture}")
+    print(json_text({"status": "complete", "picture": str(picture)}) if options.json else f"wrote {picture}")
     return DONE
 
 

@@ -1,7 +1,6 @@
 """`clearance run`: a case, integrated, into a result file."""
 
 import argparse
-import json
 import logging
 import sys
 import time
@@ -17,6 +16,7 @@ from clearance.commands.common import (
     add_length,
     channel_patterns,
     complain,
+    json_text,
     length_of,
     number,
     peak,
@@ -70,7 +70,7 @@ def run(options) -> int:
     if failure is not None:
         summary.pop("status")
         return complain(options, failure, FAILED, **summary)
-    print(json.dumps(summary) if options.json else _readable(summary))
+    print(json_text(summary) if options.json else _readable(summary))
     return DONE
 
 

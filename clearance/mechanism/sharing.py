@@ -41,7 +41,7 @@ class Sharing:
 
         One that repeats others finds no body and is left out.
         """
-        moving = {body: (equation, None) for body in self._left(equation)}  # what would come, where from
+        moving = dict.fromkeys(self._left(equation), (equation, None))  # what would come, where from
         waiting = list(moving)
         for body in waiting:
             self.visits += 1
@@ -50,7 +50,7 @@ class Sharing:
                 return
             for other in self.held[body]:
                 new = [b for b in self._left(other) if b not in moving]
-                moving |= {b: (other, body) for b in new}
+                moving |= dict.fromkeys(new, (other, body))
                 waiting += new
 
     def _move(self, body: Hashable, moving: dict) -> None:
