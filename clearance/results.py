@@ -250,8 +250,11 @@ class Record(ABC):
         path, _, which = name.rpartition("_")
         if which not in ("min", "max"):
             raise KeyError(f"{name!r}: the name of an extreme is that of a channel and _min or _max")
-        seen = self.located.of(name, begin, end) if self.located and name in self.located else None
-        return better(name, [self._of_samples(path, which, begin, end), seen])
+        located = self.located.of(name, begin, end) if self.located and name in self.located else None
+        sampled = None
+        if located is None or path in self or f"{path}_x" in self:
+            sampled = self._of_samples(path, which, begin, end)
+        return better(name, [sampled, located])
 
     def _of_samples(self, path: str, which: str, begin: float, end: float) -> Extreme | None:
         time, inside = self.time, self._between(begin, end)

@@ -16,6 +16,7 @@ LAYERS = [
     ["clearance.regimes"],
     ["clearance.mechanism", "clearance.stepping", "clearance.film"],
     ["clearance.reading", "clearance.results", "clearance.recording", "clearance.checkpoint"],
+    ["clearance.starting"],
     ["clearance.simulation", "clearance.inverse"],
     ["clearance.choices", "clearance.catalogue", "clearance.evidence", "clearance.sweeping", "clearance.identify"],
     ["clearance", "clearance.cli", "clearance.commands", "cases", "postprocess", "paper_figures"],
@@ -93,7 +94,7 @@ def test_laws_import_only_math():
 
 
 #: what reads run files, sweep directories, measurements and fits
-FILES = {"clearance.results", "clearance.reading"}
+FILES = {"clearance.results", "clearance.reading", "clearance.extremes"}
 FILES |= {f"clearance.sweeping.{name}" for name in ("definition", "index", "metrics")}
 FILES |= {"clearance.identify.records", "clearance.identify.fit"}
 

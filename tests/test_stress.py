@@ -2,7 +2,9 @@
 
 import dataclasses
 import json
+import math
 import os
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -10,6 +12,7 @@ import pytest
 
 import clearance as cl
 from clearance import cli
+from clearance.commands import common
 from clearance.evidence import pictures, stress
 from clearance.evidence.stress import Cell, judge, matrix
 from tests import mechanisms as m
@@ -88,6 +91,28 @@ def test_command(tmp_path, capsys, monkeypatch):
     with h5py.File(tmp_path / "stress.h5") as file:
         assert list(file["cells/kind"].asstr()) == ["done", "done"]
     assert (tmp_path / "stress.png").stat().st_size > 5000
+
+
+def test_H3_json_is_strict(capsys, monkeypatch):
+    """A cell without a result has no energy and no closure: null, which every parser reads; NaN is no JSON."""
+    monkeypatch.setattr(stress, "TIME_BUDGET", 0)
+    out_of_time = judge(Cell("as it comes", "slider_crank", "lubricated"))
+    assert np.isnan(out_of_time.energy)
+    monkeypatch.setattr(stress, "stress", lambda *options, **more: [out_of_time])
+    cli.main(["stress", "--json"])
+    found = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert found["cells"][0]["energy"] is None
+    assert found["cells"][0]["warnings"] == []
+
+
+def test_H3_every_command_prints_by_the_one_writer():
+    """No command writes JSON of its own, so that nothing but finite numbers and null goes out."""
+    folder = Path(cli.__file__).parent / "commands"
+    texts = {path.name: path.read_text() for path in folder.glob("*.py")}
+    assert [name for name, text in texts.items() if "json.dumps" in text] == ["common.py"]
+    odd = {"a": (math.nan, 1.5), "b": [np.float64(-math.inf)], "c": {"d": math.inf}, "e": "NaN", "f": None, "g": 3}
+    plain = {"a": [None, 1.5], "b": [None], "c": {"d": None}, "e": "NaN", "f": None, "g": 3}
+    assert json.loads(common.json_text(odd), parse_constant=pytest.fail) == plain
 
 
 def killed(cell):

@@ -1,10 +1,9 @@
 """`clearance bench-data`: measurements of a synthetic test bench."""
 
 import argparse
-import json
 from pathlib import Path
 
-from clearance.commands.common import DONE, add_command, number, seed_of
+from clearance.commands.common import DONE, add_command, json_text, number, seed_of
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -30,7 +29,7 @@ def run(options) -> int:
     write(path, measurement)
     roles = {r: {"trials": len((of := measurement.of(r)).trials), "samples": of.samples} for r in measurement.roles}
     if options.json:
-        print(json.dumps({"status": "complete", "file": str(path), "facts": measurement.facts, "roles": roles}))
+        print(json_text({"status": "complete", "file": str(path), "facts": measurement.facts, "roles": roles}))
         return DONE
     print(f"{measurement.facts['title']}, seed {options.seed}: nothing of it was measured")
     for role, n in roles.items():

@@ -1,9 +1,8 @@
 """`clearance cases`: the cases there are, with their parameters."""
 
 import argparse
-import json
 
-from clearance.commands.common import DONE, add_command, quiet
+from clearance.commands.common import DONE, add_command, json_text, quiet
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -31,7 +30,7 @@ def run(options) -> int:
             }
             for c in cases
         }
-        print(json.dumps(rows, indent=1))
+        print(json_text(rows, indent=1))
         return DONE
     for case in cases:
         print(f"{case.name}: {case.summary}")

@@ -93,11 +93,25 @@ def length_of(options, scene) -> dict[str, float | None]:
     return {"turns": options.turns, "until": options.until}
 
 
+def json_text(document, indent: int | None = None) -> str:
+    """A document as strict JSON: what is not a finite number is null."""
+    return json.dumps(_finite(document), indent=indent, allow_nan=False)
+
+
+def _finite(value):
+    if isinstance(value, dict):
+        return {name: _finite(v) for name, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
 def complain(options, message: str, status: int, **more) -> int:
     """One line on stderr, and under --json a document on stdout; returns the exit status."""
     line = " ".join(message.split())
     if options.json:
-        print(json.dumps({"status": "failed" if status == FAILED else "wrong input", "message": line, **more}))
+        what = "failed" if status == FAILED else "wrong input"
+        print(json_text({"status": what, "message": line, **more}))
     print(f"clearance: {line}", file=sys.stderr)
     return status
 
@@ -173,7 +187,7 @@ def publish(options, lines: list[str], document: dict, save, draw, study, stem: 
         document["files"] = [str(save(folder)), str(draw(study, folder / f"{stem}.png")), str(folder / f"{stem}.md")]
         (folder / f"{stem}.md").write_text("\n".join(lines) + "\n")
         lines = [*lines, "", *(f"wrote {f}" for f in document["files"])]
-    print(json.dumps(document) if options.json else "\n".join(lines))
+    print(json_text(document) if options.json else "\n".join(lines))
     return DONE
 
 

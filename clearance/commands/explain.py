@@ -1,11 +1,10 @@
 """`clearance explain`: what a compiled scene contains, and what was left out."""
 
 import argparse
-import json
 import textwrap
 from collections import Counter
 
-from clearance.commands.common import DONE, Line, add_case, add_command, scene_of
+from clearance.commands.common import DONE, Line, add_case, add_command, json_text, scene_of
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -25,7 +24,7 @@ def run(options) -> int:
     parts = ablation.ablation(scene, options.cost, Line(options))
     found = {"parameters_given": values, **explain(scene), "cost": ablation.plain(parts)}
     if options.json:
-        print(json.dumps(found))
+        print(json_text(found))
         return DONE
     print(f"{case.name}: {len(found['bodies'])} bodies, {len(found['states'])} states")
     for name in found["states"]:

@@ -2,13 +2,12 @@
 
 import argparse
 import dataclasses
-import json
 import time
 from fnmatch import fnmatch
 from pathlib import Path
 
 from clearance.checks import meant
-from clearance.commands.common import DONE, FAILED, Line, add_command
+from clearance.commands.common import DONE, FAILED, Line, add_command, json_text
 
 EXAMPLES = """\
   clearance figures --list                       names and titles
@@ -45,7 +44,7 @@ def run(options) -> int:
     titles = {name: workshop.about(name)[0] for name in names}
     if options.list:
         width = max(map(len, names))
-        print(json.dumps(titles) if options.json else "\n".join(f"{n:<{width}}  {t}" for n, t in titles.items()))
+        print(json_text(titles) if options.json else "\n".join(f"{n:<{width}}  {t}" for n, t in titles.items()))
         return DONE
     folder, began = Path(options.output), time.perf_counter()
     if folder.exists() and not folder.is_dir():
@@ -61,7 +60,7 @@ def run(options) -> int:
     failed = [e.name for e in found if e.status != gallery.DONE]
     if options.json:
         document = {"status": "failed" if failed else "complete", "folder": str(folder), "seconds": seconds}
-        print(json.dumps(document | {"figures": [dataclasses.asdict(e) for e in found]}))
+        print(json_text(document | {"figures": [dataclasses.asdict(e) for e in found]}))
     else:
         print(f"{len(found) - len(failed)} of {len(found)} figures in {seconds:.0f} s; see {page}")
     return FAILED if failed else DONE

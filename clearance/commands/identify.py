@@ -2,10 +2,17 @@
 
 import argparse
 import dataclasses
-import json
 from pathlib import Path
 
-from clearance.commands.common import DONE, Line, add_command, listed, make_folder, seed_of
+from clearance.commands.common import (
+    DONE,
+    Line,
+    add_command,
+    json_text,
+    listed,
+    make_folder,
+    seed_of,
+)
 
 #: parameters are listed up to so many; networks have more
 MOST_LISTED = 100
@@ -62,7 +69,7 @@ def run(options) -> int:
             lines.append(
                 f"  a hinge      open_fit('{document['files'][0]}').law('spin') is its friction, a cl.joint_lugre"
             )
-    print(json.dumps(document) if options.json else "\n".join(lines))
+    print(json_text(document) if options.json else "\n".join(lines))
     return DONE
 
 

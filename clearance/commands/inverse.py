@@ -1,7 +1,6 @@
 """`clearance inverse`: prescribed motion in, driving efforts and joint reactions out."""
 
 import argparse
-import json
 import time
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from clearance.commands.common import (
     add_command,
     add_length,
     complain,
+    json_text,
     length_of,
     make_folder,
     peak,
@@ -64,7 +64,7 @@ def run(options) -> int:
         summary.pop("status")
         kept = f"{failure}; kept {result.time.size} samples before it in {path}"
         return complain(options, kept, FAILED, **summary)
-    print(json.dumps(summary) if options.json else "\n".join(_readable(summary)))
+    print(json_text(summary) if options.json else "\n".join(_readable(summary)))
     return DONE
 
 

@@ -1,12 +1,11 @@
 """`clearance plot`: pictures of run files and of sweeps."""
 
 import argparse
-import json
 from contextlib import ExitStack
 from pathlib import Path
 
 from clearance.checks import meant
-from clearance.commands.common import DONE, add_command, listed, number, quantity_of
+from clearance.commands.common import DONE, add_command, json_text, listed, number, quantity_of
 
 #: kinds of pictures of run files and of sweeps, each with the options that belong to it; the first is the default
 OF_RUNS = {
@@ -87,7 +86,7 @@ def add(commands) -> argparse.ArgumentParser:
 def run(options) -> int:
     """Draw the picture and say where it is. Raises ValueError for options that do not belong to it."""
     picture = _drawn(options, *_inputs(options.inputs))
-    print(json.dumps({"status": "complete", "picture": str(picture)}) if options.json else f"wrote {picture}")
+    print(json_text({"status": "complete", "picture": str(picture)}) if options.json else f"wrote {picture}")
     return DONE
 
 

@@ -1,10 +1,9 @@
 """`clearance report`: one HTML file about a run or a sweep."""
 
 import argparse
-import json
 from pathlib import Path
 
-from clearance.commands.common import DONE, add_command
+from clearance.commands.common import DONE, add_command, json_text
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -28,7 +27,7 @@ def run(options) -> int:
     found = report(source, options.output or default(source))
     size = found.stat().st_size
     if options.json:
-        print(json.dumps({"status": "complete", "report": str(found), "bytes": size}))
+        print(json_text({"status": "complete", "report": str(found), "bytes": size}))
     else:
         print(f"wrote {found} ({size / 1e3:.0f} kB)")
     return DONE

@@ -1,7 +1,6 @@
 """`clearance run`: a case, integrated, into a result file."""
 
 import argparse
-import json
 import logging
 import math
 import sys
@@ -19,6 +18,7 @@ from clearance.commands.common import (
     add_length,
     channel_patterns,
     complain,
+    json_text,
     length_of,
     number,
     parameter_lines,
@@ -85,7 +85,7 @@ def run(options) -> int:
         summary.pop("status")
         return complain(options, failure, FAILED, **summary)
     lines = parameter_lines(case, values)
-    print(json.dumps(summary) if options.json else _readable(summary, lines))
+    print(json_text(summary) if options.json else _readable(summary, lines))
     return DONE
 
 
@@ -278,14 +278,15 @@ def _is_there(result, name: str) -> bool:
 def _drives(result, begin: float, end: float) -> dict:
     """Largest efforts of the drives, and of what they were without joint friction."""
     found = {}
-    for name in result.names("drives") if result.time.size else ():
-        kinds = [k for k in EFFORTS if f"drives/{name}/{k}" in result]
+    located = [n.split("/")[1] for n in (result.located.names if result.located else ()) if n.startswith("drives/")]
+    for name in dict.fromkeys([*result.names("drives"), *located]) if result.time.size else ():
+        kinds = [k for k in EFFORTS if _is_there(result, f"drives/{name}/{k}_max")]
         for kind in kinds:
             path = f"drives/{name}/{kind}"
             found[name] = {"units": EFFORTS[kind], "peak": peak(result, path, begin, end)}
             if begin > 0.0:
                 found[name]["startup_peak"] = peak(result, path, 0.0, begin)
-            if f"{path}_ideal" in result:
+            if _is_there(result, f"{path}_ideal_max"):
                 found[name]["peak_ideal"] = peak(result, f"{path}_ideal", begin, end)
     return found
 

@@ -1,7 +1,6 @@
 """`clearance sweep`: a case at many points."""
 
 import argparse
-import json
 import logging
 import sys
 import time
@@ -15,6 +14,7 @@ from clearance.commands.common import (
     channel_patterns,
     complain,
     given,
+    json_text,
     number,
     quantity_of,
     quiet,
@@ -113,7 +113,7 @@ def run(options) -> int:
     if failure is not None:
         return complain(options, failure, FAILED, **{n: v for n, v in document.items() if n != "status"})
     if options.json:
-        print(json.dumps(document))
+        print(json_text(document))
     elif not options.quiet:
         print("\n".join(readable(document)))
     return DONE if found.done.all() else FAILED

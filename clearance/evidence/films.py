@@ -191,7 +191,7 @@ def map_report(table: Table, title: str) -> list[str]:
     """What a table is worth."""
     return [
         title, f"largest relative force error where the journal closes in  {table.error_closing:.1e}",
-        f"median of wet area, of side flow                          {table.error_shear:.1e}, {table.error_flow:.1e}",
+        f"largest of wet area, of side flow                         {table.error_shear:.1e}, {table.error_flow:.1e}",
         f"median of all states                                      {table.error_median:.1e}",
         f"largest where it recedes (of a force that is small then)  {table.error_opening:.1e}",
         f"{table.numbers.size} numbers, {table.numbers.nbytes / 1024:.0f} kB",

@@ -17,9 +17,11 @@ h_T the mean gap (H for smooth surfaces), w the entrainment, time derivative in 
 uses bilinear elements with the vertex rule across each derivative, so that A is an M-matrix on any mesh, lumped
 storage and upwind transport. Each node has one unknown: P - lowest where the gap is full, th - 1 where it is not.
 
-The mesh is uniform between the edges of the grooves and never adapted: up to an eccentricity ratio of 0.9 a mesh of
-64 by 8 is within 1e-3 of the load (mass-conserving: 0.8 %); nearer contact more cells around are needed, about in
-proportion to 1 / sqrt(1 - eps).
+The mesh is uniform between the edges of the grooves and never adapted. A mesh of 64 by 8 is within
+1e-3 of the load up to an eccentricity ratio of 0.7 for any length, up to 0.85 for L/D from 1/2 on;
+at 0.9 it is within 4e-3 for any, 1e-3 from L/D 1/2 on (mass-conserving: 0.8 % at L/D 1). Nearer
+contact more cells around are needed, about in proportion to 1 / sqrt(1 - eps): see `load_error` in
+film/bearing.py.
 
 Source: Hintermueller, Ito and Kunisch, SIAM J. Optim. 13 (2003) 865, the active set; Elrod, J. Lubrication Technology
 103 (1981) 350 and Woloszynski, Podsiadlo and Stachowiak, Tribology Letters 58 (2015), the mass-conserving film.
@@ -36,7 +38,15 @@ from scipy.sparse.linalg import SuperLU, splu
 from scipy.special import ndtr
 
 from clearance import checks
-from clearance.film.bearing import Bearing, FilmSolution, Groove, check_mesh, check_state, coarseness
+from clearance.film.bearing import (
+    DOUBTFUL,
+    Bearing,
+    FilmSolution,
+    Groove,
+    check_mesh,
+    check_state,
+    coarseness,
+)
 from clearance.laws.asperity import PRESSURE_FACTORS
 
 TURN = 2.0 * math.pi
@@ -533,14 +543,17 @@ class FemFilm:
         groove or where it has no such content.
         """
         state = self._state(eccentricity_ratio, radial_rate, entrainment)
-        if doubt := self.doubt(state[0]):
-            raise ValueError(f"mesh: {doubt}")
+        if refused := coarseness(self._cells, state[0], self.bearing.slenderness):
+            raise ValueError(f"mesh: {refused}")
         return self._film.solution(self._film.solve(state, warm), state[0])
 
     def doubt(self, eccentricity_ratio: float) -> str | None:
         """What there is to say against this mesh at an eccentricity, see `coarseness`."""
-        cells = len(self._film.parts.theta) // (2 if isinstance(self._film, _Memoryless) else 1)
-        return coarseness(cells, eccentricity_ratio)
+        return coarseness(self._cells, eccentricity_ratio, self.bearing.slenderness, DOUBTFUL)
+
+    @property
+    def _cells(self) -> int:
+        return len(self._film.parts.theta) // (2 if isinstance(self._film, _Memoryless) else 1)
 
     def outputs(self, eccentricity_ratio: float, radial_rate: float, entrainment: float) -> np.ndarray:
         """radial, tangential [N], shear, side flow [m3/s] alone, warm started, on any mesh."""

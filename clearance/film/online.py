@@ -167,7 +167,7 @@ class MemoryAnswer(Answerer):
 
     def doubt(self, eccentricity_ratio: float) -> str | None:
         """What there is to say against the mesh at the largest eccentricity of a run."""
-        return coarseness(len(self.film.theta), eccentricity_ratio)
+        return coarseness(len(self.film.theta), eccentricity_ratio, self.film.bearing.slenderness)
 
 
 _solved = DataLaw(wet_film, solved, {}, FilmAnswer)

@@ -3,14 +3,21 @@
 The film with P >= 0 is homogeneous of degree one in V = (v_r, v_t) (see film/bearing.py). With s = sqrt(1 - eps^2),
 V' = (v_r, s v_t) and alpha' the angle of V' it is
 
-    W_r = |V'| s^-3 w_r(eps, alpha'),  W_t = |V'| s^-2 w_t(eps, alpha'),  shear = K(eps, alpha') / s,
-    side flow = |V'| s^-1 q(eps, alpha'),
+    W_r = |V'| s^-3 w_r(eps, alpha'),  W_t = |V'| s^-2 w_t(eps, alpha'),  shear = K(eps, alpha') / s
 
-and w_r, w_t, K, q stay bounded and smooth up to contact: near it the gap is a parabola of half-width sqrt(2 (1 - eps)).
+and w_r, w_t, K stay bounded and smooth up to contact: near it the gap is a parabola of half-width sqrt(2 (1 - eps)).
 They are kept on a grid uniform in y = -ln(1 - eps) and alpha' as C2 cubic B-splines. Beyond the last y the force goes
 on (C1) to its limit, the film of a parabolic gap, from which it differs in proportion to s, that is to exp(-y / 2); K
-and q stay as they are. The film of the concentric bearing, -A (v_r, -v_t), is taken off before, so that the force and
-its derivatives are exact in the centre.
+stays as it is. The film of the concentric bearing, -A (v_r, -v_t), is taken off before, so that the force and its
+derivatives are exact in the centre.
+
+The oil leaves through the wide gap, which does not scale like the film near contact. With alpha the
+true angle of V,
+
+    side flow = |V| q(eps, alpha),
+
+and q is the smooth one. It has a spline over y and alpha with about half the nodes, and beyond the
+last y it stays as it is. The grid that solves it has more nodes in the wide gap.
 
 An ambient pressure above the cavitation pressure adds a third axis tau = S / (S + 3), S = sigma |V| s^4 / |V'|, from
 cavitation at ambient pressure (0) to the full film (1); sigma |V| = p_ambient (c/R)^2 / mu.
@@ -43,7 +50,10 @@ from clearance.mechanism import store
 
 LOG = logging.getLogger("clearance")
 HALF_WAY = 3.0  # S at tau = 1/2
-MESH = (96, 12)  # of the solver behind the nodes
+MESH = (96, 12)  # of the solver behind the nodes of the force
+FLOW_MESH, FLOW_EVEN = (192, 8), 0.5  # of the solver behind those of the side flow
+FEWEST = 5  # nodes of a spline
+FLOW_CHECK = (256, 12)  # mesh that the side flow is tested with
 BESIDE = 0.01  # step in ln(L/D) of the tables that others are interpolated from
 CHECKS = 40  # states of each kind that a table is tested at
 #: closing in, opening, receding straight: alpha' / pi from and to, largest y, mesh of the solver
@@ -56,9 +66,10 @@ PARTS = 3  # splines that a force needs: w_r + A cos, w_t - A sin, K
 class Table:
     """Numbers that the law reads, and how far they are from the film they stand for.
 
-    error_closing: largest relative force error of the states tested where the journal comes closer, up to the last
-    node; error_median of all; error_shear, error_flow: medians of wet area and side flow; error_opening: largest where
-    the journal recedes, relative to the force there, which is small near contact.
+    All are relative, and the largest of the states tested. error_closing: of the force where the
+    journal comes closer, up to the last node; error_median: the median force error of all states;
+    error_shear, error_flow: of wet area and side flow; error_opening: of the force where the journal
+    recedes, which is small near contact.
     """
 
     numbers: np.ndarray
@@ -104,8 +115,19 @@ class Key:
     @property
     def size(self) -> int:
         """How many numbers the table has."""
-        layers = self.layers + 2 if self.layers > 1 else 1
-        return HEAD + layers + 4 * (self.nodes + 2) ** 2 * layers
+        layers, flow_layers = (n + 2 if n > 1 else 1 for n in (self.layers, self.flow_layers))
+        force = PARTS * (self.nodes + 2) ** 2 * layers
+        return HEAD + layers + force + (self.flow_nodes + 2) ** 2 * flow_layers
+
+    @property
+    def flow_nodes(self) -> int:
+        """Nodes of the side flow over y and alpha."""
+        return _half(self.nodes)
+
+    @property
+    def flow_layers(self) -> int:
+        """Layers of the side flow over tau."""
+        return _half(self.layers) if self.layers > 1 else 1
 
     def name(self) -> str:
         """Of the file: all of the key, and the text of what makes it and reads it."""
@@ -113,20 +135,38 @@ class Key:
         return hashlib.sha256(json.dumps([vars(self), text], default=list).encode()).hexdigest()[:24]
 
 
+def _half(nodes: int) -> int:
+    """About half the nodes of a spline, and not fewer than it needs."""
+    return max(nodes // 2 + 1, FEWEST)
+
+
 # --- nodes
 def scaled_film(key: Key, y: float, angle: float, tau: float, mesh: tuple[int, int]) -> np.ndarray:
-    """(w_r, w_t, K, q) at one state, by the fast solver."""
+    """(w_r, w_t, K) at one state, by the fast solver."""
     eps = -math.expm1(-y)
     s = math.sqrt(1.0 - eps * eps)
-    vr, vt = math.cos(angle), math.sin(angle) / s
+    found = _film(key, eps, (math.cos(angle), math.sin(angle) / s), tau, s**-4, mesh, 0.0)
+    return found[:PARTS] * np.array([s**3, s * s, s])
+
+
+def scaled_flow(key: Key, y: float, angle: float, tau: float, mesh: tuple[int, int]) -> float:
+    """q at one state, by the fast solver; the angle is alpha here."""
+    motion = math.cos(angle), math.sin(angle)
+    return float(_film(key, -math.expm1(-y), motion, tau, 1.0, mesh, FLOW_EVEN)[PARTS])
+
+
+def _film(key: Key, eps: float, motion, tau: float, scale: float, mesh, even: float) -> np.ndarray:
+    """What the fast solver finds at tau; scale: sigma |V| over S."""
     code, lowest = bands.CODES[key.cavitation], 0.0
     if tau >= 1.0:
         code = bands.FULL
     elif tau > 0.0:
-        lowest = -HALF_WAY * tau / (1.0 - tau) / s**4
-    found, solutions, *_ = bands.film(*mesh, eps, key.axial, vr, vt, lowest, key.thickness, code, np.zeros((0, 4)))
+        lowest = -HALF_WAY * tau / (1.0 - tau) * scale
+    found, solutions, *_ = bands.film(
+        *mesh, eps, key.axial, *motion, lowest, key.thickness, code, np.zeros((0, 4)), even
+    )
     bands.check_settled(solutions)
-    return found * np.array([s**3, s * s, s, s])
+    return found
 
 
 def centre(key: Key, tau: float, mesh: tuple[int, int]) -> tuple[float, float, float]:
@@ -141,12 +181,17 @@ def centre(key: Key, tau: float, mesh: tuple[int, int]) -> tuple[float, float, f
     return float(size), b + 2.0 * slope(0.25 * math.pi, 1, size * math.sin(0.25 * math.pi)), b
 
 
+def places(nodes: int) -> tuple[np.ndarray, np.ndarray]:
+    """y and angles of the nodes."""
+    return np.linspace(0.0, TOP, nodes), np.linspace(0.0, math.pi, nodes)
+
+
 def layer(key: Key, tau: float, progress) -> tuple[float, np.ndarray]:
-    """A and the coefficients (nodes + 2, nodes + 2, 4) of one tau."""
+    """A and the coefficients of the force (nodes + 2, nodes + 2, PARTS) of one tau."""
     nodes = key.nodes
-    ys, angles = np.linspace(0.0, TOP, nodes), np.linspace(0.0, math.pi, nodes)
+    ys, angles = places(nodes)
     size, a, b = centre(key, tau, key.mesh)
-    values = np.empty((nodes, nodes, 4))
+    values = np.empty((nodes, nodes, PARTS))
     for i, y in enumerate(ys):
         for j, angle in enumerate(angles):
             values[i, j] = scaled_film(key, y, angle, tau, key.mesh)
@@ -158,13 +203,32 @@ def layer(key: Key, tau: float, progress) -> tuple[float, np.ndarray]:
     values[0, :, 2] = values[0, :, 2].mean()  # has no direction to depend on
     slopes = {0: -(a * cos * cos + b * sin * sin), 1: (a - b) * sin * cos}
     spacing = TOP / (nodes - 1)
-    coefficients = np.empty((nodes + 2, nodes + 2, 4))
-    for part in range(4):
+    coefficients = np.empty((nodes + 2, nodes + 2, PARTS))
+    for part in range(PARTS):
         mirror = "odd" if part == 1 else "even"
         across = spline(values[:, :, part].T, mirror, mirror)
         begin = spline(slopes[part][:, None], mirror, mirror)[:, 0] * spacing if part in slopes else "free"
         coefficients[:, :, part] = spline(across.T, begin, "free")
     return size, coefficients
+
+
+def flow_layer(key: Key, tau: float, progress) -> np.ndarray:
+    """The coefficients of the side flow (nodes + 2, nodes + 2, 1) of one tau."""
+    ys, angles = places(key.flow_nodes)
+    values = np.empty((len(ys), len(angles)))
+    for i, y in enumerate(ys):
+        values[i] = [scaled_flow(key, y, angle, tau, FLOW_MESH) for angle in angles]
+        progress()
+    values[0] = values[0].mean()  # has no direction to depend on
+    return spline(spline(values.T, "even", "even").T, "free", "free")[:, :, None]
+
+
+def over_tau(layers: list[np.ndarray]) -> np.ndarray:
+    """Coefficients (y, angle, tau, part) from those of each tau."""
+    values = np.stack(layers)
+    if len(layers) > 1:
+        values = spline(values.reshape(len(layers), -1), "free", "free").reshape(-1, *values.shape[1:])
+    return np.moveaxis(values, 0, 2)
 
 
 def spline(values: np.ndarray, begin, end) -> np.ndarray:
@@ -190,29 +254,34 @@ def spline(values: np.ndarray, begin, end) -> np.ndarray:
     return np.linalg.solve(matrix, known)
 
 
+def taus(layers: int) -> np.ndarray:
+    """The layers of a table over tau."""
+    return np.linspace(0.0, 1.0, layers) if layers > 1 else np.zeros(1)
+
+
 def build(key: Key) -> Table:
     """Solve all nodes, fit the splines, measure the error at states between them."""
-    taus = np.linspace(0.0, 1.0, key.layers) if key.layers > 1 else np.zeros(1)
     from tqdm import tqdm
 
     LOG.info("building the film table of L/D = %g, %s (kept for later runs)", key.slenderness, key.cavitation)
-    with tqdm(total=len(taus) * key.nodes, desc="film table", disable=None, leave=False) as bar:
-        layers = [layer(key, tau, bar.update) for tau in taus]
+    rows = key.layers * key.nodes + key.flow_layers * key.flow_nodes
+    with tqdm(total=rows, desc="film table", disable=None, leave=False) as bar:
+        layers = [layer(key, tau, bar.update) for tau in taus(key.layers)]
+        flow = over_tau([flow_layer(key, tau, bar.update) for tau in taus(key.flow_layers)]).ravel()
     sizes = np.array([size for size, _ in layers])
-    numbers = np.stack([c for _, c in layers], axis=2)  # y, alpha', tau, part
     if key.layers > 1:
-        flat = np.moveaxis(numbers, 2, 0)
-        numbers = spline(flat.reshape(key.layers, -1), "free", "free").reshape(key.layers + 2, *flat.shape[1:])
-        numbers = np.moveaxis(numbers, 0, 2)
         sizes = spline(sizes[:, None], "free", "free")[:, 0]
-    cells = key.nodes - 1
-    force, flow = numbers[..., :PARTS].ravel(), numbers[..., PARTS].ravel()
-    begin = HEAD + len(sizes) + len(force)  # of the flow
-    head = [sizes[0], key.nodes, cells / TOP, cells / math.pi, key.layers, len(sizes), begin, 0]
-    numbers = np.concatenate([head, sizes, force, flow])
+    force = over_tau([coefficients for _, coefficients in layers]).ravel()
+    head = [sizes[0], *_axes(key.nodes, key.layers), len(sizes), HEAD + len(sizes) + len(force)]
+    numbers = np.concatenate([head, _axes(key.flow_nodes, key.flow_layers), sizes, force, flow])
     if not np.isfinite(numbers).all():
         raise RuntimeError(f"film table of {key}: the solver gave no finite force")
     return Table(numbers, *_errors(key, numbers))
+
+
+def _axes(nodes: int, layers: int) -> list[float]:
+    """Nodes over y and the angle, cells per y and per angle, nodes over tau."""
+    return [nodes, (nodes - 1) / TOP, (nodes - 1) / math.pi, layers]
 
 
 def _errors(key: Key, numbers: np.ndarray) -> tuple[float, ...]:
@@ -224,7 +293,8 @@ def _errors(key: Key, numbers: np.ndarray) -> tuple[float, ...]:
         tau = draw.uniform() if key.layers > 1 else 0.0
         eps = -math.expm1(-y)
         s = math.sqrt(1.0 - eps * eps)
-        radial, tangential, shear, flow = scaled_film(key, y, angle, tau, mesh)
+        radial, tangential, shear = scaled_film(key, y, angle, tau, mesh)
+        flow = scaled_flow(key, y, angle, tau, FLOW_CHECK)
         if key.layers > 1:
             size, *w = looked_up_ambient(numbers, 0, y, angle, tau)
             leaves = looked_up_flow_ambient(numbers, 0, y, angle, tau)
@@ -233,10 +303,10 @@ def _errors(key: Key, numbers: np.ndarray) -> tuple[float, ...]:
             leaves = looked_up_flow(numbers, 0, y, angle)
         off = w[0] - size * math.cos(angle) - radial, w[1] + size * math.sin(angle) - tangential
         error = math.hypot(off[0], off[1] * s) / math.hypot(radial, tangential * s)
-        found.append((error, abs(w[2] / shear - 1.0), abs(leaves - flow) / max(abs(flow), 1e-12)))
+        found.append((error, abs(w[2] / shear - 1.0), abs(leaves / flow - 1.0)))
     force, shear, flow = np.array(found).reshape(CHECKS, len(CHECKED), 3).T
-    every = (np.median(e[:2]) for e in (force, shear, flow))
-    return (float(force[0].max()), *(float(e) for e in every), float(force[1:].max()))
+    errors = force[0].max(), np.median(force[:2]), shear.max(), flow.max(), force[1:].max()
+    return tuple(float(e) for e in errors)
 
 
 # --- store

@@ -7,9 +7,9 @@ from clearance.film.bearing import CAVITATIONS, Bearing, check_mesh, check_nodes
 from clearance.laws.film import REST, WALL
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, wet_film
 
-#: numbers before the coefficients: A, nodes over y and alpha', cells per y and per alpha', nodes over tau, values of A,
-#: where the side flow begins, none
-HEAD = 8
+#: numbers before the coefficients: A; nodes over y and alpha', cells per y, per alpha', nodes over tau; values of A;
+#: where the side flow begins; the same four of the side flow, over y and alpha
+HEAD = 11
 TOP = 6.2  # largest y of the nodes
 LAST = 1.0 - math.exp(-TOP)  # its eccentricity ratio, 0.998
 LAYERS = 25  # nodes over tau
@@ -63,10 +63,10 @@ def looked_up(data, start, y, angle):
 
 
 def looked_up_flow(data, start, y, angle):
-    """The spline of the side flow, q."""
-    nodes = int(data[start + 1])
+    """The spline of the side flow, q, at y and alpha in [0, pi]."""
+    nodes = int(data[start + 7])
     top = nodes - 1.0
-    x, z = min(y * data[start + 2], top), min(angle * data[start + 3], top)
+    x, z = min(y * data[start + 8], top), min(angle * data[start + 9], top)
     i, j = min(int(x), nodes - 2), min(int(z), nodes - 2)
     t, u = x - i, z - j
     at = start + int(data[start + 6]) + i * (nodes + 2) + j
@@ -88,14 +88,25 @@ def answering(eps, radial_rate, across):
     return eps - x * x * (3.0 - 2.0 * x) * (eps - LAST)
 
 
+def polar(radial_rate, turning):
+    """Size of a motion, its angle in [0, pi], and the size of the part across; the last is never quite 0."""
+    width = math.sqrt(turning * turning + REST * REST)
+    speed = math.sqrt(radial_rate * radial_rate + width * width)
+    return speed, math.atan2(width, radial_rate), width
+
+
+def logarithm(eps):
+    """y = -ln(1 - eps), finite at contact too."""
+    return -math.log(max(1.0 - eps, 0.5 * WALL))
+
+
 def scaled_motion(eps, radial_rate, turning):
-    """s^2, s, s v_t and its size (never quite 0), |V'|, -ln(1 - eps) and alpha' of a motion; finite at contact too."""
+    """s^2, s, s v_t and its size (never quite 0), |V'|, y and alpha' of a motion; finite at contact too."""
     gap = max(1.0 - eps * eps, WALL)
     root = math.sqrt(gap)
     across = root * turning
-    width = math.sqrt(across * across + REST * REST)
-    speed = math.sqrt(radial_rate * radial_rate + width * width)
-    return gap, root, across, width, speed, -math.log(max(1.0 - eps, 0.5 * WALL)), math.atan2(width, radial_rate)
+    speed, angle, width = polar(radial_rate, across)
+    return gap, root, across, width, speed, logarithm(eps), angle
 
 
 def table(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
@@ -122,11 +133,11 @@ def table(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
 
 
 def side_flow(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
-    """Oil that leaves the bearing at both ends [m3/s]: c R L |V'| q(eps, alpha') / s."""
+    """Oil that leaves the bearing at both ends [m3/s]: c R L |V| q(eps, alpha), V = (eps', eps w / 2)."""
     eps = min(eccentricity_ratio, 1.0)
-    gap, root, across, width, speed, y, angle = scaled_motion(eps, radial_rate, 0.5 * eps * entrainment)
-    flow = looked_up_flow(data, int(start), y, angle)
-    return joint.clearance * joint.radius * joint.length * speed * flow / root
+    speed, angle, _ = polar(radial_rate, 0.5 * eps * entrainment)
+    flow = looked_up_flow(data, int(start), logarithm(eps), angle)
+    return joint.clearance * joint.radius * joint.length * speed * flow
 
 
 def block(data, at, plane, line, step, p0, p1, p2, p3, w0, w1, w2, w3, q0, q1, q2, q3):
@@ -165,10 +176,10 @@ def looked_up_ambient(data, start, y, angle, tau):
 
 
 def looked_up_flow_ambient(data, start, y, angle, tau):
-    """The spline of the side flow, q, at y, alpha' and tau."""
-    nodes, layers = int(data[start + 1]), int(data[start + 4])
+    """The spline of the side flow, q, at y, alpha and tau."""
+    nodes, layers = int(data[start + 7]), int(data[start + 10])
     top, roof = nodes - 1.0, layers - 1.0
-    x, z, c = min(y * data[start + 2], top), min(angle * data[start + 3], top), min(tau * roof, roof)
+    x, z, c = min(y * data[start + 8], top), min(angle * data[start + 9], top), min(tau * roof, roof)
     i, j, k = min(int(x), nodes - 2), min(int(z), nodes - 2), min(int(c), layers - 2)
     t, u, v = x - i, z - j, c - k
     line = layers + 2
@@ -200,12 +211,13 @@ def table_ambient(eccentricity_ratio, radial_rate, entrainment, joint, data, sta
 
 
 def side_flow_ambient(eccentricity_ratio, radial_rate, entrainment, joint, data, start, ambient):
-    """Oil that leaves the bearing at both ends [m3/s]: c R L |V'| q(eps, alpha', tau) / s."""
+    """Oil that leaves the bearing at both ends [m3/s]: c R L |V| q(eps, alpha, tau), S = sigma here."""
     eps = min(eccentricity_ratio, 1.0)
-    gap, root, across, width, speed, y, angle = scaled_motion(eps, radial_rate, 0.5 * eps * entrainment)
-    still = ambient * joint.clearance**2 * gap * gap / (3.0 * joint.viscosity * joint.radius**2)
-    flow = looked_up_flow_ambient(data, int(start), y, angle, still / (still + speed))
-    return joint.clearance * joint.radius * joint.length * speed * flow / root
+    speed, angle, _ = polar(radial_rate, 0.5 * eps * entrainment)
+    still = ambient * joint.clearance**2 / (3.0 * joint.viscosity * joint.radius**2)
+    tau = still / (still + speed)
+    flow = looked_up_flow_ambient(data, int(start), logarithm(eps), angle, tau)
+    return joint.clearance * joint.radius * joint.length * speed * flow
 
 
 # --- the laws, and how their numbers are made

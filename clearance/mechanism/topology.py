@@ -7,14 +7,11 @@ Where no such set exists, one joint coordinate becomes an independent coordinate
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from itertools import combinations
 
 from clearance.joints import Prismatic
 from clearance.loads import Drive
+from clearance.mechanism.sharing import Sharing
 from clearance.scene import Body, Scene, ground
-
-#: largest set of bodies searched for a group exhaustively
-GROUP_LIMIT = 8
 
 
 @dataclass(frozen=True)
@@ -95,13 +92,17 @@ class _Planner:
         self.angle_of = {d.target: d for d in drives if d.prescribes and isinstance(d.target, Body)}
         self.driven = {d.target: d for d in drives if d.prescribes and not isinstance(d.target, Body)}
         self.known: set[Body] = {ground}
+        self.sharing = Sharing(scene.bodies, self._equations())
 
     def run(self) -> Plan:
         plan = Plan()
         while self._unknown():
-            group = self._determined_group() or self._free_group()
+            determined = self.sharing.smallest()
+            group = self._free_group() if determined is None else self._group(determined)
             plan.groups.append(group)
-            self.known |= {a.body for a in group.attachments}
+            placed = {a.body for a in group.attachments}
+            self.known |= placed
+            self.sharing.place(placed)
         used = {c.drive for g in plan.groups for a in g.attachments for c in a.coordinates}
         for drive in (*self.angle_of.values(), *self.driven.values()):
             if drive not in used:
@@ -114,36 +115,11 @@ class _Planner:
         return [b for b in self.scene.bodies if b not in self.known]
 
     # --- groups that their joints determine
-    def _freedom(self, bodies: frozenset) -> int:
-        """Unknown coordinates minus equations of a set of bodies, seen from the known ones."""
-        inside = bodies | self.known
-        touching = [j for j in self.joints if set(j.bodies()) <= inside and set(j.bodies()) & bodies]
-        driven = sum(j in self.driven for j in touching) + sum(b in self.angle_of for b in bodies)
-        return 3 * len(bodies) - 2 * len(touching) - driven
-
-    def _determined_group(self) -> Group | None:
-        candidates = self._without_leaves()
-        for size in range(1, min(len(candidates), GROUP_LIMIT) + 1):
-            for bodies in combinations(candidates, size):
-                if self._freedom(frozenset(bodies)) <= 0:
-                    return self._group(frozenset(bodies))
-        if len(candidates) > GROUP_LIMIT and self._freedom(frozenset(candidates)) <= 0:
-            return self._group(frozenset(candidates))
-        return None
-
-    def _without_leaves(self) -> list[Body]:
-        """Unknown bodies that can belong to a determined group: an undriven end of a chain cannot."""
-        bodies = self._unknown()
-        while True:
-            kept = [b for b in bodies if self._grip(b, bodies) > 1]
-            if len(kept) == len(bodies):
-                return kept
-            bodies = kept
-
-    def _grip(self, body: Body, bodies: list[Body]) -> int:
-        inside = set(bodies) | self.known
-        touching = [j for j in self.joints if body in j.bodies() and set(j.bodies()) <= inside]
-        return len(touching) + sum(j in self.driven for j in touching) + (body in self.angle_of)
+    def _equations(self) -> list[tuple[Body, ...]]:
+        """The bodies that each equation constrains: two equations of a joint, one of a drive."""
+        driven = [j.bodies() for j in self.joints if j in self.driven]
+        angles = [(body,) for body in self.angle_of]
+        return [*(bodies for j in self.joints for bodies in 2 * [j.bodies()]), *driven, *angles]
 
     def _group(self, bodies: frozenset) -> Group:
         inside = bodies | self.known

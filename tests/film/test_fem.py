@@ -10,7 +10,8 @@ import math
 import numpy as np
 import pytest
 
-from clearance.film.bearing import Bearing, Groove
+from clearance.film import bands
+from clearance.film.bearing import Bearing, Groove, load_error
 from clearance.film.fem import FemFilm, flow_factors, solve
 from clearance.laws.asperity import contact_flow_factor, pressure_flow_factor
 
@@ -366,6 +367,33 @@ class TestRoughness:
         smooth, fine, coarse = (force(solve(bearing(roughness=s * C), 0.6, 0.3, 1.0, (32, 4))) for s in (0, 1e-3, 0.1))
         np.testing.assert_allclose(fine, smooth, rtol=1e-10)
         assert np.linalg.norm(coarse) > 1.05 * np.linalg.norm(smooth)
+
+
+class TestMeshError:
+    """H2: short bearings need more cells; the sentence on the mesh of 64 by 8, and what `load_error` says."""
+
+    @pytest.mark.parametrize("slenderness", [0.1, 0.125, 1 / 6, 0.25, 0.5, 1.0, 2.0])
+    def test_H2_load_error(self, slenderness):
+        """Of meshes of 32 and 64 cells, never above what is said; bounds of the docstring: 1e-3 up to eps 0.7, at 0.9
+        4e-3, from L/D 1/2 on 1e-3. The fast solver on a fine mesh is right to 1e-5."""
+        of = bearing(slenderness, grooves=LINE)
+        films = {cells: FemFilm(of, (cells, cells // 8)) for cells in (32, 64)}
+        for eps in (0.5, 0.7, 0.8, 0.85, 0.9, 0.95):
+            for state in ((0.0, 1.0), (0.5, 1.0), (1.0, 0.0)):
+                wanted = bands.solve(of, eps, *state, (384, 24)).load
+                loads = {n: math.hypot(*film.outputs(eps, *state)[:2]) for n, film in films.items()}
+                errors = {n: abs(load / wanted - 1.0) for n, load in loads.items()}
+                assert all(error < load_error(n, eps, slenderness) for n, error in errors.items())
+                bound = 1e-3 if eps <= 0.7 or (slenderness >= 0.5 and eps <= 0.9) else 4e-3
+                assert errors[64] < bound or eps > 0.9
+
+    def test_H2_doubt_knows_the_slenderness(self):
+        """The mesh of a run: 2 % of a short bearing's load at eps 0.9, less than 1 % of a longer one's."""
+        said = FemFilm(bearing(0.125), (32, 4)).doubt(0.9)
+        assert said == "32 cells around are too coarse for eccentricity ratio 0.9: the load may be 1.5% off; take 64"
+        assert FemFilm(bearing(1.0), (32, 4)).doubt(0.9) is None
+        with pytest.raises(ValueError, match="mesh: 16 cells .* 0.99: the load may be 61.7% off; take 64"):
+            solve(bearing(), 0.99, 0.0, 1.0, (16, 2))
 
 
 class TestBadInput:
