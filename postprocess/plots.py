@@ -28,9 +28,9 @@ OF_STATES = {"film_thickness_ratio", "asperity_share", *MEMBERSHIPS}
 def overview(result: Record, path: str | Path, *, settle: float | None = None) -> Path:
     """One page: motion, drive, joint forces, journal orbits and the energy balance. Saved under `path`.
 
-    Of a mechanism whose joints rub and have no clearance: efforts, joint friction, reactions and losses instead. settle:
-    turns of the start-up (seconds, where nothing turns; default one of two or more). It is shaded, and axes are those of
-    the motion after it. Dots: located extremes. Raises ValueError for a settle that is negative or not finite.
+    Of a mechanism whose joints rub and have no clearance: efforts, joint friction, reactions and losses instead.
+    settle: turns of the start-up (seconds, where nothing turns; default one of two or more). It is shaded, and axes are
+    those of the motion after it. Dots: located extremes. Raises ValueError for a settle that is negative or not finite.
     """
     clearance_joints = [n for n in result.clearances if "eccentricity_x" in result.names(f"joints/{n}")]
     rubbing = efforts.joint_friction(result)
