@@ -489,6 +489,8 @@ def write_extremes(file: h5py.File, extremes: Extremes) -> None:
     for name, values in columns.items():
         data = create_column(group, name, values)
         data.attrs["units"], data.attrs["long_name"] = EXTREME_COLUMNS[name]
+        if name in ("quantity", "units_of"):
+            data.attrs["_Encoding"] = "utf-8"  # for xarray
     for scale in ("quantity", "stretch"):
         group[scale].make_scale(scale)
     group["units_of"].dims[0].attach_scale(group["quantity"])

@@ -13,6 +13,8 @@ QUASI_STATIC = "quasi-static"
 ITERATIONS = 200  # of the search for a quasi-static state, at most
 FIRST_STEP = 1e-3  # of it, over the typical time 1 / frequency
 ROOM = 0.5  # share of the clearance left that one of its steps may take
+THINNEST = 1e-3  # of the clearance: room that a journal at the wall has all the same
+HALVINGS = 60  # of one of its steps, at most
 AT_REST = 1e-9  # of the typical acceleration: what is left of the journals' at the end
 PHASE = 1e-6  # of a turn: a drive that stands further from its start there begins another motion
 
@@ -121,8 +123,17 @@ def quasi_static(mechanism: Mechanism) -> np.ndarray:
 
 
 def _share_of_room(place: np.ndarray, move: np.ndarray, clearances: np.ndarray) -> float:
-    """Largest share of a move that takes no journal through more than a part of the room it has left."""
-    eccentricity = np.hypot(*place.reshape(-1, 2).T)
-    length = np.hypot(*move.reshape(-1, 2).T)
-    room = ROOM * np.maximum(clearances[::2] - eccentricity, 1e-3 * clearances[::2])
-    return float(min(1.0, np.min(room / np.maximum(length, 1e-300))))
+    """Share of a move, halved until no journal goes further outward than a part of the room that it has left.
+
+    Along the wall it may go further than across.
+    """
+    clearance = clearances[::2]
+    before = np.hypot(*place.reshape(-1, 2).T)
+    room = ROOM * np.maximum(clearance - before, THINNEST * clearance)
+    share = 1.0
+    for _ in range(HALVINGS):
+        after = np.hypot(*(place + share * move).reshape(-1, 2).T)
+        if (after - before <= room).all():
+            break
+        share *= 0.5
+    return share

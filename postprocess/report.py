@@ -41,7 +41,7 @@ from clearance.postprocess.sweep_report import sweep_page
 from clearance.reading import Damaged
 from clearance.results import Result, open_result
 from clearance.sweeping.index import Sweep, open_sweep
-from clearance.sweeping.metrics import Metric, Window, metrics
+from clearance.sweeping.metrics import Metric, Window, metrics, startup
 
 #: turns left out of a Poincare section, and passages that make one worth drawing
 SETTLE, PASSAGES = 2.0, 4
@@ -52,8 +52,6 @@ ORIGINS = {"case_file": "case", "command": "command"}
 NAMED = 6
 #: what a run file knows of a joint as a whole: name, words, units
 JOINT_FACTS = (
-    ("peak_force", "largest force, of samples and contacts", "N"),
-    ("smallest_gap", "smallest gap, negative in contact", "m"),
     ("film_pressure", "largest film pressure, an estimate", "Pa"),
     ("film_thickness_ratio", "smallest film thickness ratio", "1"),
     ("piezoviscous_number", "piezoviscous number", "1"),
@@ -67,10 +65,13 @@ JOINT_FACTS = (
 )
 
 
-def report(source: str | Path | Result | Sweep, path: str | Path) -> Path:
+def report(
+    source: str | Path | Result | Sweep, path: str | Path, *, settle: float | None = None
+) -> Path:
     """Write the report of a run or of a sweep as one HTML file under `path`.
 
-    source: a run's file or Result, a sweep's directory or Sweep. Raises ValueError for a path that does not end in
+    source: a run's file or Result, a sweep's directory or Sweep. settle: turns of a run's start-up (seconds, where
+    nothing turns; default one of two or more), whose numbers stand apart. Raises ValueError for a path that does not end in
     .html and for a run that has not ended, FileNotFoundError and ValueError as `open_result` and `open_sweep` for what
     is no run and no sweep.
     """
@@ -78,24 +79,26 @@ def report(source: str | Path | Result | Sweep, path: str | Path) -> Path:
     if path.suffix.lower() not in (".html", ".htm"):
         raise ValueError(f"report {path}: its name must end in .html")
     if isinstance(source, Result):
-        return run_page(source).save(path)
+        return run_page(source, settle).save(path)
     if isinstance(source, Sweep) or Path(source).is_dir():
+        if settle is not None:
+            raise ValueError("settle is for the report of a run; a sweep has its own, given when it was run")
         sweep = source if isinstance(source, Sweep) else open_sweep(source)
         return sweep_page(sweep, path).save(path)
     with open_result(source) as run:
-        return run_page(run).save(path)
+        return run_page(run, settle).save(path)
 
 
-def run_page(run: Result) -> Page:
-    """The report of a run, not yet written. Raises ValueError for a file whose run has not ended."""
+def run_page(run: Result, settle: float | None = None) -> Page:
+    """The report of a run, not yet written; settle as in `report`. Raises ValueError for a file whose run has not ended."""
     if "method" not in run.solver:
         raise ValueError(f"{run.path} has no summary, for its run has not ended ({run.status})")
     page = Page(f"{run.attributes['case']}: report of {run.path.name}")
     page.head = _head(run)
     page.section("Mechanism", *_mechanism(page, run))
     page.section(*_how(run))
-    page.section("Summary", *_summary(run))
-    page.section("Overview", _overview(page, run), apart=True)
+    page.section("Summary", *_summary(run, settle))
+    page.section("Overview", _overview(page, run, settle), apart=True)
     if rubbing := _rubbing(page, run):
         page.section("Efforts and joint friction", *rubbing, apart=True)
     for joint in (j for j in run.scene["joints"] if j["type"] == "ClearanceRevolute"):
@@ -204,24 +207,39 @@ def _ledger(run: Result) -> str:
 # --- what came out
 
 
-def _summary(run: Result) -> list[Markup]:
-    """The metrics of the run, or where they need channels that were not kept, the ranges of those that were."""
+def _summary(run: Result, settle: float | None) -> list[Markup]:
+    """The metrics of the settled motion, and the extremes of the start-up beside them.
+
+    Where they need channels that were not kept, the ranges of those that were.
+    """
     found, said = kept_metrics(run), "As the sweep that this run belongs to has kept them."
+    before = {}
     if not found:
-        window = Window.of(run, None)
+        window = Window.of(run, settle)
         if window is None:
             return [missing("The run ended before there was anything to sum up.")]
         turns = f", {number(window.turns)} turns" if window.turns else ""
         said = f"Taken from t = {quantity(window.begin, 's')} to {quantity(window.end, 's')}{turns}."
         try:
-            found = metrics(run)
+            found, before = metrics(run, settle), startup(run, settle)
         except KeyError as error:
             return [missing(f"There are no summary metrics: {error.args[0]}."), _ranges(run)]
     if not found:
         return [missing("There is nothing to sum up.")]
     shown = {name: measured(m.value, m.units) for name, m in found.items()}
-    rows = [(m.text, valued(m.value, shown[n][0]), shown[n][1], breakable(n)) for n, m in found.items()]
-    return [element("p", said), table(["what", "value", "units", "name"], rows)]
+    rows = [
+        (m.text, valued(m.value, shown[n][0]), shown[n][1], _at(m), _before(before.get(n), m.units), breakable(n))
+        for n, m in found.items()
+    ]
+    return [element("p", said), table(["what", "value", "units", "at time [s]", "in the start-up", "name"], rows)]
+
+
+def _at(metric: Metric) -> str:
+    return "" if metric.time is None else number(metric.time)
+
+
+def _before(metric: Metric | None, units: str) -> str:
+    return "" if metric is None else " ".join(measured(metric.value, units))
 
 
 def kept_metrics(run: Result) -> dict[str, Metric]:
@@ -237,7 +255,7 @@ def kept_channels(run: Result) -> list[str]:
 
 
 def _ranges(run: Result) -> Markup:
-    """Smallest and largest values of the channels that were kept, of samples and steps."""
+    """Smallest and largest values of the channels that were kept."""
     rows = []
     for path in kept_channels(run):
         low, high = run.extremes(path)
@@ -246,13 +264,13 @@ def _ranges(run: Result) -> Markup:
     return table(["channel", "units", "smallest", "largest"], rows)
 
 
-def _overview(page: Page, run: Result) -> Markup:
+def _overview(page: Page, run: Result, settle: float | None) -> Markup:
     """The overview, or where it needs more channels than were kept, those that were."""
     wanted, kept = overview_channels(run), kept_channels(run)
     said = "Motion, drive, joint forces, energies, and journal paths of the joints with clearance"
     if joint_friction(run) and not run.clearances:
         said = "Driving efforts, motion, energies, joint friction, reactions of the joints with friction, power lost"
-    drawn = page.picture(_needing(run, wanted, partial(plots.overview, run)), said, run.time.size)
+    drawn = page.picture(_needing(run, wanted, partial(plots.overview, run, settle=settle)), said, run.time.size)
     if all(p in run for p in wanted) or not kept or run.time.size < 2:
         return drawn
     instead = partial(histories, run, channels=kept[:MOST_PANELS])
@@ -330,7 +348,7 @@ def _settle(run: Result) -> tuple[float, str]:
 
 def _phase(page: Page, run: Result) -> list[Markup]:
     """Phase portraits, and where there are enough turns a Poincare section."""
-    body, (settle, without) = run.scene["bodies"][-1]["name"], _settle(run)
+    body, (settle, without) = plots.output_body(run.scene), _settle(run)
     moves = [f"bodies/{body}/{rate}{axis}" for rate in ("", "v", "a") for axis in "xy"]
     draw = _needing(run, moves, partial(sections.portrait, run, settle=settle))
     parts = [page.picture(draw, f"Phase portraits of {body}{without}", run.time.size)]
@@ -346,7 +364,7 @@ def _phase(page: Page, run: Result) -> list[Markup]:
 
 def _spectrum(page: Page, run: Result) -> Markup:
     """Spectrum of the last body's acceleration along the axis that it moves on more."""
-    body, (settle, without) = run.scene["bodies"][-1]["name"], _settle(run)
+    body, (settle, without) = plots.output_body(run.scene), _settle(run)
 
     def draw(path: Path) -> Path:
         kept = [f"bodies/{body}/{c}" for c in ("ax", "ay") if f"bodies/{body}/{c}" in run]

@@ -9,7 +9,7 @@ from clearance.commands.common import DONE, add_command, json_text, listed, numb
 
 #: kinds of pictures of run files and of sweeps, each with the options that belong to it; the first is the default
 OF_RUNS = {
-    "overview": (), "history": ("channels", "along", "last"), "orbit": ("joint",), "phase": ("channels", "settle"),
+    "overview": ("settle",), "history": ("channels", "along", "last"), "orbit": ("joint",), "phase": ("channels", "settle"),
     "poincare": ("channels", "joint", "settle", "angle"), "spectrum": ("channels", "settle"),
     "contacts": ("joint", "settle"), "efforts": (), "friction": ("joint",), "sketch": ("turns",),
     "animation": ("turns", "frames", "magnify"),
@@ -175,7 +175,7 @@ def _overview(options, records, output: Path) -> Path:
     from clearance.postprocess.plots import overview
 
     try:
-        return overview(records[0], output)
+        return overview(records[0], output, **_given(options, "settle"))
     except (KeyError, AttributeError) as error:  # what a channel that was not kept raises
         said = str(error.args[0]).partition(";")[0]
         raise ValueError(f"overview needs more channels than were kept: {said}; draw a history") from None

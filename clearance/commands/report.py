@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from clearance.commands.common import DONE, add_command, json_text
+from clearance.commands.common import DONE, add_command, json_text, number
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -14,6 +14,9 @@ def add(commands) -> argparse.ArgumentParser:
         "-o", dest="output", metavar="OUT.html",
         help="report (default FILE.html beside a run file, report.html in a sweep directory)",
     )  # fmt: skip
+    p.add_argument(
+        "--settle", type=number, metavar="N", help="turns of a run's start-up, whose numbers stand apart (default 1)"
+    )
     return p
 
 
@@ -24,7 +27,7 @@ def run(options) -> int:
     source = Path(options.input)
     if not source.exists():
         raise FileNotFoundError(f"no file or directory {source}")
-    found = report(source, options.output or default(source))
+    found = report(source, options.output or default(source), settle=options.settle)
     size = found.stat().st_size
     if options.json:
         print(json_text({"status": "complete", "report": str(found), "bytes": size}))
