@@ -31,7 +31,7 @@ def same(one, other) -> None:
         for name in ["/", *names]:
             first, second = dict(a[name].attrs), dict(b[name].attrs)
             for key in first.keys() | second.keys():
-                if key not in ("created", "wall_s", "loop_s", "REFERENCE_LIST", "DIMENSION_LIST"):
+                if key not in ("created", "command", "wall_s", "loop_s", "REFERENCE_LIST", "DIMENSION_LIST"):
                     np.testing.assert_array_equal(first[key], second[key], err_msg=f"{name} {key}")
             if isinstance(a[name], h5py.Dataset):
                 np.testing.assert_array_equal(a[name][()], b[name][()], err_msg=name)

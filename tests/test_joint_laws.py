@@ -778,6 +778,8 @@ class TestMixedJoints:
             writer = Recorder(channels, MemorySink(channels, {}))
             writer.samples(np.zeros(1), np.array([[gap if c.path == "joints/C/gap" else 0.0 for c in channels]]))
             writer.ledger.since = 0.1
+            quantity = next(i for i, q in enumerate(run.followed) if q.name == "joints/C/gap_min")
+            run.place[run.state.STARTED], run.peaks[quantity, run.state.VALUE] = 1, -gap
             failure = run._failure(codes.LEDGER_BROKEN, writer)
             assert failure.startswith(f"from t = 0.1 s on: {codes.MESSAGES[codes.LEDGER_BROKEN]}: {said}")
 

@@ -77,7 +77,7 @@ def test_failed_points_give_status_1(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        (["-p", "spead=1,2"], "no parameter 'spead'; it has speed"),
+        (["-p", "spead=1,2"], "no parameter 'spead' (did you mean speed?); it has speed"),
         (["-p", "speed=1:2:0"], "is empty"),
         (["-p", "speed=1,2", "-p", "speed=3"], "given twice"),
         (["-p", "speed=20:30"], "LO:HI:N"),

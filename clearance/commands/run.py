@@ -216,17 +216,20 @@ def _summary(case, values: dict, result, began: tuple[float, float], settle: flo
         "settled": None if window is None else {"begin_s": window.begin, "end_s": window.end, "turns": window.turns},
         "joints": _joints(result, begin, end),
         "drives": _drives(result, begin, end),
-        "metrics": {name: _plain(metric) for name, metric in metrics(result, settle).items()},
-        "startup": {name: _plain(metric) for name, metric in startup(result, settle).items()},
+        "metrics": _metrics(metrics, result, settle),
+        "startup": _metrics(startup, result, settle),
         "warnings": result.warnings,
     }
 
 
-def _plain(metric) -> dict:
-    """A metric as plain data, an extreme with its time."""
-    value = metric.value if math.isfinite(metric.value) else None
-    time = {} if metric.time is None else {"time_s": metric.time}
-    return {"value": value, "units": metric.units} | time
+def _metrics(of, result, settle: float | None) -> dict:
+    """Metrics as plain data, extremes with their times; none where they need channels that were not kept."""
+    try:
+        given = of(result, settle)
+    except KeyError:
+        return {}
+    times = {name: {} if m.time is None else {"time_s": m.time} for name, m in given.items()}
+    return {name: {"value": m.value, "units": m.units} | times[name] for name, m in given.items()}
 
 
 SHARES = {"share_full_film": "full film", "share_mixed": "mixed", "share_dry": "dry"}

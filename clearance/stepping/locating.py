@@ -101,11 +101,12 @@ def may_peak(s, k, width):
     """A larger value may lie inside an interval: not where it rises or falls throughout, nor where it bends too little.
 
     The slope's change over the interval is taken as four times that of the chords, of this interval and of the last.
+    In the first interval of a phase there is nothing to tell it by.
     """
     before, last, now = s.peaks[k, EARLIER], s.peaks[k, LAST], s.peaks[k, NEXT]
     slope, back = (now - last) / width, s.clock[INTERVAL]
     if back == 0.0:
-        return max(last, now) + abs(now - last) > s.peaks[k, VALUE]
+        return True
     change = 4.0 * abs(slope - (last - before) / back) * width / (width + back)
     return abs(slope) <= change and max(last, now) + 0.25 * change * width > s.peaks[k, VALUE]
 

@@ -197,7 +197,7 @@ def test_roles(small, capsys):
         (["--bound", "spin_stiffness=5"], "--bound spin_stiffness=5: expected NAME=LO:HI"),
         (["--bound", "spin_stifness=1:5"], "bounds: lugre3d has no parameter 'spin_stifness'"),
         (["--model", "lstm", "--bound", "x=1:5"], "--bound x=1:5: lstm has no bounds"),
-        (["--starts", "0"], "starts must be at least 1, got 0"),
+        (["--starts", "0"], "starts must be a whole number from 1 to 10000, got 0"),
         (["--plot"], "--plot needs a folder for the pictures: give -o DIR"),
         (["--data", "none.h5"], "no measurement file none.h5"),
     ],

@@ -496,7 +496,7 @@ def spoilt(name, value) -> Measurement:
         (lambda: fit(small(), seed=-1), "seed must be a whole number from 0 on, got -1"),
         (lambda: fit(broken(rate=np.zeros((2000, 3)))), "'training_x_0' never moves"),
         (lambda: fit(small(), "lugre"), "model must be one of .*'lugre'"),
-        (lambda: fit(small(), starts=0), "starts must be at least 1, got 0"),
+        (lambda: fit(small(), starts=0), "starts must be a whole number from 1 to 10000, got 0"),
         (lambda: fit(broken(measured=(False,) * 3)), "'training_x_0' has no measured axis"),
         (lambda: fit(spoilt("torque", math.nan)), "'training_x_0': torque_x is nan in row 5"),
         (lambda: fit(spoilt("rate", math.inf)), "'training_x_0': rate_x is inf in row 5"),

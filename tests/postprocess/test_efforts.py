@@ -179,7 +179,7 @@ def test_few_are_all_drawn():
 def test_overview_of_joints_that_rub(run, page, tmp_path):
     plots.overview(run, tmp_path / "o.png")
     assert labels(page[0]) == [
-        "driving torque [N m]", "driving force [N]", "acceleration y [m/s²]", "kinetic energy [J]",
+        "driving torque [N m]", "driving force [N]", "acceleration x [m/s²]", "kinetic energy [J]",
         "friction torque [N m]", "friction force [N]", "joint force [N]", "bending moment [N m]", "power lost [W]",
     ]  # fmt: skip
     reactions, moments, losses = page[0].axes[-3:]
