@@ -29,7 +29,7 @@ from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.closing import last_position, lost_at, no_number
 from clearance.mechanism.dead_centre import Motion, dead_centre
 from clearance.recording import FileSink, LedgerWatch, Recorder, Unwritable, chosen, filters
-from clearance.regimes import FULL_FILM, depth_warning, hole_warning
+from clearance.regimes import FULL_FILM, depth_warning, facts, hole_warning
 from clearance.results import Record, Result
 from clearance.scene import Scene
 from clearance.starting import end_state, state_from
@@ -47,6 +47,7 @@ LOG_ROWS = 4096
 IMPACT_ROWS = 512
 BUDGET, SLOW_BUDGET = 2000, 20  # steps between two looks at the progress, of usual films and of those solved online
 STEP_LIMIT = 2**62
+USUAL_SOLUTIONS = 3000  # of a film a turn, at rtol 1e-6; more where its mesh is coarse
 WORST_LEDGER = 0.5  # share of lost energy at which a run ends itself, however loose its tolerance
 THIN = 1e-6  # film left over the clearance at which a run that cannot go on has run out of film
 LOST_ENERGY = 1e-3  # share of the energy turned over whose loss makes a run doubtful
@@ -124,7 +125,7 @@ def simulate(
         samples=samples, energy=energy, max_step=max_step, max_steps=max_steps, start=start,
     )  # fmt: skip
     chosen(run.mechanism.structure.channels, channels)
-    for warning in foreseen(run.mechanism):
+    for warning in foreseen(run.mechanism) + dear(run.mechanism):
         LOG.warning(warning)
     return run.to_file(path, progress, channels, compression, checkpoint)
 
@@ -184,6 +185,16 @@ def foreseen(mechanism: Mechanism) -> list[str]:
     inertia = sum(b.mass for b in mechanism.scene.bodies) * mechanism.acceleration
     found = (hole_warning(j, mechanism.frequency, inertia) for j in mechanism.scene.clearance_joints)
     return [f for f in found if f]
+
+
+def dear(mechanism: Mechanism) -> list[str]:
+    """The cost of films that are solved as the run goes, from the time of one solution."""
+    found, turn = [], mechanism.scene.turn
+    for joint in (j for j, s in mechanism.sources.items() if isinstance(s, Answerer)):
+        each = joint.film.source(facts(joint)).seconds()  # on its side: the run begins as ever
+        cost = f"{joint.label()}: its film is solved as the run goes, {each:.1g} s of CPU each time"
+        found.append(f"{cost}, {each * USUAL_SOLUTIONS:.1g} s a turn or more" if turn else cost)
+    return found
 
 
 def span_of(scene: Scene, *, turns, until, samples, samples_per_turn=SAMPLES_PER_TURN) -> Span:
