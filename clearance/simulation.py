@@ -191,7 +191,10 @@ def dear(mechanism: Mechanism) -> list[str]:
     """The cost of films that are solved as the run goes, from the time of one solution."""
     found, turn = [], mechanism.scene.turn
     for joint in (j for j, s in mechanism.sources.items() if isinstance(s, Answerer)):
-        each = joint.film.source(facts(joint)).seconds()  # on its side: the run begins as ever
+        try:
+            each = joint.film.source(facts(joint)).seconds()  # another film: the run's stays as it is
+        except Exception:  # noqa: BLE001 - the run itself ends with the reason
+            continue
         cost = f"{joint.label()}: its film is solved as the run goes, {each:.1g} s of CPU each time"
         found.append(f"{cost}, {each * USUAL_SOLUTIONS:.1g} s a turn or more" if turn else cost)
     return found
