@@ -26,6 +26,7 @@ def scene(
     film_torques: bool = False,
     ambient: float = 0.0,
     flow_factors: bool = False,
+    mesh: str = "auto",
     roughness: float = 0.8e-6,
     transition: str = "load_sharing",
     thresholds: str = "0.4,1,3",
@@ -46,6 +47,7 @@ def scene(
     film_torques: whether the film drags on both bodies; the benchmark leaves it out [-]
     ambient: pressure at the bearing's ends above cavitation (films table, fem, conserving); 0: cavitates there [Pa]
     flow_factors: whether the film of table and fem is that of rough surfaces (Patir and Cheng) [-]
+    mesh: cells around and over half the length (films fast, fem, conserving), as 16x2; or auto [-]
     roughness: composite rms roughness; 0 leaves out the film thickness ratio, and mixed joints need it [m]
     transition: how film and contact share a mixed joint: none, flores, fuzzy or load_sharing [-]
     thresholds: film thickness ratios dry,mixed,full of the fuzzy states [-]
@@ -58,7 +60,8 @@ def scene(
         joints, ("C",), model=model, clearance=clearance, radius=BEARING_RADIUS - clearance, length=BEARING_LENGTH,
         viscosity=viscosity, restitution=restitution, contact=contact, friction=friction,
         friction_coefficient=friction_coefficient, film=film, roughness=roughness, film_torques=film_torques,
-        ambient=ambient, flow_factors=flow_factors, transition=transition, thresholds=thresholds, asperity=asperity,
+        ambient=ambient, flow_factors=flow_factors, mesh=mesh,
+        transition=transition, thresholds=thresholds, asperity=asperity,
     )  # fmt: skip
     return cl.Scene(
         cl.Revolute(cl.ground.at(0, 0), crank["shaft"], name="A"),

@@ -18,9 +18,9 @@ from clearance.locks import Lock
 from clearance.recording import FileSink, Recorder, Unwritable, lock_of
 from clearance.results import Result, check_replaceable, replacing
 
-VERSION = 3
+VERSION = 4
 #: what of a run changes as it goes, beside its arrays
-NAMES = ("method", "reason", "spoilt")
+NAMES = ("method", "reason", "spoilt", "dead_centre")
 ARRAYS = (
     "y", "f", "work", "scale", "band", "control", "counts", "clock", "place", "contacts", "impacts", "log", "times",
     "rows", "dense", "vector", "matrix", "complexes", "scratch", "peaks", "best", "when", "turned",

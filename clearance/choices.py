@@ -165,12 +165,24 @@ def _solids(model: str, pair: Pair, contact: str, restitution: float, friction: 
     return found
 
 
-def _film(name: str, ambient: float, flow_factors: bool):
+def mesh_of(text: str) -> tuple[int, int]:
+    """Cells around the bearing and over half its length from "16x2"."""
+    try:
+        around, along = (int(t) for t in text.split("x"))
+    except (AttributeError, ValueError):
+        known = "mesh must be auto or two numbers of cells such as 16x2"
+        raise ValueError(f"{known}, got {text!r}") from None
+    return around, along
+
+
+def _film(name: str, ambient: float, flow_factors: bool, mesh: str):
     """A film law; ambient: pressure above cavitation [Pa], 0 where the film cavitates at ambient pressure."""
     options: dict = {"ambient": ambient} if checks.non_negative("ambient", ambient) > 0.0 else {}
     if flow_factors:
         options["flow_factors"] = True
-    known = {"ambient": WITH_AMBIENT, "flow_factors": WITH_FLOW_FACTORS}
+    if mesh != "auto":
+        options["mesh"] = mesh_of(mesh)
+    known = {"ambient": WITH_AMBIENT, "flow_factors": WITH_FLOW_FACTORS, "mesh": ONLINE_FILMS}
     for option in options:
         if name not in known[option]:
             raise ValueError(f"film {name} has no {option}; {', '.join(known[option])} have")
@@ -195,6 +207,7 @@ def joint_factory(
     film_torques: bool = True,
     ambient: float = 0.0,
     flow_factors: bool = False,
+    mesh: str = "auto",
     transition: str = "load_sharing",
     thresholds: str = "0.4,1,3",
     asperity: str = "greenwood_tripp",
@@ -222,7 +235,8 @@ def joint_factory(
         if model in ("dry", "mixed"):
             slots |= _solids(model, pair, contact, restitution, friction, friction_coefficient)
         if model in ("lubricated", "mixed"):
-            slots |= {"film": _film(film, ambient, flow_factors), "lubricant": Lubricant(viscosity)}
+            slots["film"] = _film(film, ambient, flow_factors, mesh)
+            slots["lubricant"] = Lubricant(viscosity)
             slots["film_torques"] = bool(film_torques)
         if model == "mixed":
             slots["transition"] = TRANSITIONS[transition](*thresholds_of(thresholds))

@@ -27,8 +27,9 @@ from clearance.joints import Prismatic
 from clearance.mechanism import store
 from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.closing import last_position, lost_at, no_number
+from clearance.mechanism.dead_centre import Motion, dead_centre
 from clearance.recording import FileSink, LedgerWatch, Recorder, Unwritable, chosen, filters
-from clearance.regimes import FULL_FILM, depth_warning, hole_warning
+from clearance.regimes import FULL_FILM, depth_warning, facts, hole_warning
 from clearance.results import Record, Result
 from clearance.scene import Scene
 from clearance.starting import end_state, state_from
@@ -46,6 +47,7 @@ LOG_ROWS = 4096
 IMPACT_ROWS = 512
 BUDGET, SLOW_BUDGET = 2000, 20  # steps between two looks at the progress, of usual films and of those solved online
 STEP_LIMIT = 2**62
+USUAL_SOLUTIONS = 3000  # of a film a turn, at rtol 1e-6; more where its mesh is coarse
 WORST_LEDGER = 0.5  # share of lost energy at which a run ends itself, however loose its tolerance
 THIN = 1e-6  # film left over the clearance at which a run that cannot go on has run out of film
 LOST_ENERGY = 1e-3  # share of the energy turned over whose loss makes a run doubtful
@@ -123,7 +125,7 @@ def simulate(
         samples=samples, energy=energy, max_step=max_step, max_steps=max_steps, start=start,
     )  # fmt: skip
     chosen(run.mechanism.structure.channels, channels)
-    for warning in foreseen(run.mechanism):
+    for warning in foreseen(run.mechanism) + dear(run.mechanism):
         LOG.warning(warning)
     return run.to_file(path, progress, channels, compression, checkpoint)
 
@@ -183,6 +185,19 @@ def foreseen(mechanism: Mechanism) -> list[str]:
     inertia = sum(b.mass for b in mechanism.scene.bodies) * mechanism.acceleration
     found = (hole_warning(j, mechanism.frequency, inertia) for j in mechanism.scene.clearance_joints)
     return [f for f in found if f]
+
+
+def dear(mechanism: Mechanism) -> list[str]:
+    """The cost of films that are solved as the run goes, from the time of one solution."""
+    found, turn = [], mechanism.scene.turn
+    for joint in (j for j, s in mechanism.sources.items() if isinstance(s, Answerer)):
+        try:
+            each = joint.film.source(facts(joint)).seconds()  # another film: the run's stays as it is
+        except Exception:  # noqa: BLE001 - the run itself ends with the reason
+            continue
+        cost = f"{joint.label()}: its film is solved as the run goes, {each:.1g} s of CPU each time"
+        found.append(f"{cost}, {each * USUAL_SOLUTIONS:.1g} s a turn or more" if turn else cost)
+    return found
 
 
 def span_of(scene: Scene, *, turns, until, samples, samples_per_turn=SAMPLES_PER_TURN) -> Span:
@@ -339,6 +354,8 @@ class Run:
         self.wall, self.contact_count = 0.0, 0
         self.started = "as the scene says"
         self.spoilt = ""  # why the outputs cannot be trusted any more
+        self.dead_centre = ""  # of which loop, once the ledger has failed there
+        self.latest: list[tuple[np.ndarray, np.ndarray]] = []  # times and rows put out last
 
     def _follow(self) -> None:
         """The outputs that are watched at every step: extremes, angles, energies; none where there are no outputs."""
@@ -536,7 +553,7 @@ class Run:
             LOG.info("going on from t = %.6g s", self.clock[self.state.TIME])
         began, failure = clock_of_the_wall.perf_counter(), None
         cut = began
-        code = codes.RUNNING
+        code, doubted = codes.RUNNING, False
         try:
             while code == codes.RUNNING:
                 code = self.advance()
@@ -544,7 +561,11 @@ class Run:
                 self._notice_interrupt()
                 if check is not None:
                     check()
-                if writer.residual_share() > max(LedgerWatch.limit, min(1e4 * self.rtol, WORST_LEDGER)):
+                residual = writer.residual_share()
+                if residual > self._doubtful and not doubted:
+                    doubted = True
+                    self._look_for_dead_centre()
+                if residual > max(LedgerWatch.limit, min(1e4 * self.rtol, WORST_LEDGER)):
                     code = codes.LEDGER_BROKEN
                 elif self.spoilt:
                     code = codes.NOT_FINITE
@@ -582,7 +603,10 @@ class Run:
             self.spoilt = f"at t = {self.times[good]:.9g} s: {channel} is not finite; a law or motion has no value here"
             before = self.times[good - 1] if good else writer.last[0] if writer.last else self.times[good]
             self.spoilt = self._lost(before, self.times[good]) or self.spoilt
+        before = writer.last
         writer.samples(self.times[:good], rows[:good])
+        self.latest = [(np.atleast_1d(before[0]), before[1][None])] if before else []
+        self.latest.append((self.times[:good], rows[:good]))
         writer.impacts(self._names(), self.impacts[: place[state.EVENTS]])
         writer.steps(self.log[: place[state.LOGGED]])
         place[state.ROWS] = place[state.EVENTS] = place[state.LOGGED] = 0
@@ -636,7 +660,7 @@ class Run:
         if code in (codes.STEP_TOO_SMALL, codes.NOT_FINITE):
             if lost := self._lost(time, time + self.clock[self.state.LARGEST]):
                 return lost
-            what = self._no_number() or what
+            what = self._no_number() or self._look_for_dead_centre() or what
         return f"at t = {time:.9g} s: {what} ({'; '.join(states) or 'no free state'})"
 
     def _no_number(self) -> str | None:
@@ -657,6 +681,16 @@ class Run:
         found = last_position(self.mechanism, self.work, before, after)
         return found and f"at t = {found[0]:.9g} s: {found[1]}"
 
+    def _look_for_dead_centre(self) -> str:
+        """The loop that stands at its dead centre now or did since the output before the last; "" where none does."""
+        if not self.dead_centre and self.outputs:
+            time, row = self.clock[self.state.TIME], np.empty((1, self.rows.shape[1]))
+            self.mechanism.kernel("observe")(time, self.y, self.mechanism.par, self.work.copy(), row[0])
+            times, rows = (np.concatenate(c) for c in zip(*self.latest, ([time], row), strict=True))
+            later = np.concatenate([[True], np.diff(times) > 0.0])
+            self.dead_centre = dead_centre(Motion(self.mechanism, self.work, times[later], rows[later])) or ""
+        return self.dead_centre
+
     def _gap(self, joint) -> float:
         """Film left over the clearance."""
         at = self.mechanism.places[joint]
@@ -671,6 +705,8 @@ class Run:
         """Why an energy ledger may not close: impossible penetrations, else what this scene can do."""
         if deep := [*filter(None, (depth_warning(j, depth) for j, depth in self._depths().items()))]:
             return "; ".join(deep)
+        if at := self._look_for_dead_centre():
+            return at
         found = []
         if any(g.closures for g in self.mechanism.plan.groups):
             found.append("a loop passed a dead centre and changed its branch")
@@ -688,7 +724,7 @@ class Run:
             found.append("method dop853 is explicit and its steps are held up by stability; radau suits this scene")
         found += filter(None, map(self._too_sharp, self.mechanism.scene.joints))
         residual = writer.residual_share()
-        if residual > max(LOST_ENERGY, 100.0 * self.rtol):
+        if residual > self._doubtful:
             found.append(
                 f"the energy ledger does not close: {residual:.2g} of the energy turned over is missing: "
                 f"{self._suspects(writer)}"
@@ -708,6 +744,11 @@ class Run:
         for joint, depth in self._depths().items():
             found += filter(None, [depth_warning(joint, depth) or _beyond(joint, depth)])
         return found
+
+    @property
+    def _doubtful(self) -> float:
+        """Share of the energy turned over that must be missing for a warning."""
+        return max(LOST_ENERGY, 100.0 * self.rtol)
 
     def _too_sharp(self, joint) -> str | None:
         """Friction that turns round within less than the tolerance resolves of the joint's rate."""

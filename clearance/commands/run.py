@@ -116,6 +116,7 @@ def _simulated(options, scene, output: Path):
     bar = ProgressBar() if watched else None
     if not options.json:
         logging.basicConfig(level=logging.INFO, format="clearance: %(message)s")
+        logging.getLogger("skfem").setLevel(logging.WARNING)  # it tells of every basis
     try:
         result = simulate(
             scene, **length_of(options, scene), rtol=options.rtol, method=options.method,

@@ -14,6 +14,7 @@ KINDS = {
     "finite elements": ("#00843d", "D"),
 }  # fmt: skip
 WET = 0.999  # content above which a place counts as full
+FAINT = 1.0 / 16.0  # of the largest pressure of all snapshots: about one colour of their scale
 
 
 def unwrapped(solution: FilmSolution, axes, top: float | None = None, lowest: float | None = None):
@@ -92,9 +93,10 @@ def snapshots(shots: list, joint: str, title: str, path: str | Path) -> Path:
         axes.axis("off")
     for i, (axes, shot) in enumerate(zip(panels.flat, shots, strict=False)):
         drawn = unwrapped(shot.solution, axes, top, lowest)
+        flat = shot.solution.peak_pressure / 1e6 < FAINT * top
         axes.set_title(
             f"{shot.time * 1e3:.4g} ms: eps {shot.eccentricity_ratio:.3f}, {shot.solution.load:.3g} N, "
-            f"up to {shot.solution.peak_pressure / 1e6:.3g} MPa",
+            f"up to {shot.solution.peak_pressure / 1e6:.3g} MPa{', too low for the scale' if flat else ''}",
             fontsize=8,
         )
         if i + columns < len(shots):
@@ -106,6 +108,11 @@ def snapshots(shots: list, joint: str, title: str, path: str | Path) -> Path:
     return saved(figure, path)
 
 
+def _short(name: str) -> str:
+    """The mesh or the nodes of a rung without its kind."""
+    return name.removeprefix("fast solver ").removeprefix("FEM ").removeprefix("table ")
+
+
 def ladder(study, path: str | Path) -> Path:
     """Error against run time, left of single states and right of a whole run."""
     figure = sheet(11.0, 5.4)
@@ -115,8 +122,10 @@ def ladder(study, path: str | Path) -> Path:
             own = [r for r in rungs if r.kind == kind]
             axes.loglog([r.error for r in own], [unit * r.seconds for r in own], marker, color=colour, ms=6, label=kind)
         tables = [r for r in rungs if r.kind == "table"]
-        for i, r in enumerate(r for r in rungs if r not in tables[1:-1]):  # tables lie close together
-            name = r.name.removeprefix("fast solver ").removeprefix("FEM ").removeprefix("table ")
+        for i, r in enumerate(r for r in rungs if r not in tables[:-1]):
+            name = _short(r.name)
+            if tables[1:] and r is tables[-1]:  # they lie close together: one label
+                name = f"{_short(tables[0].name)} to {name}"
             below = ((5, 3), (-12, -13))[i % 2]  # neighbours too
             axes.annotate(name, (r.error, unit * r.seconds), xytext=below, textcoords="offset points", fontsize=7)
         axes.invert_xaxis()

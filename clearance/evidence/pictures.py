@@ -3,8 +3,11 @@
 import math
 from pathlib import Path
 
+import numpy as np
 from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
@@ -74,6 +77,9 @@ def stress(verdicts, path: str | Path) -> Path:
     axes.set_xlim(-0.5, len(columns) - 0.5)
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.set_title("energy residual over the energy turned over", fontsize=9)
+    shades = colours(0.9 * np.linspace(0.0, 1.0, 256))
+    scale = ScalarMappable(LogNorm(1e-14, 1.0), ListedColormap(shades))
+    figure.colorbar(scale, ax=axes, label="energy residual", pad=0.02)
     return saved(figure, path)
 
 

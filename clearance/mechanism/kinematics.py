@@ -288,13 +288,16 @@ class Propagation:
         ]
         if all(is_number(r) and r == 0.0 for r in residual):
             return [0.0] * len(residual)
-        _, matrix = self._loop(number, group)
-        return loops.solve(self.kinematics, matrix, [-r for r in residual])
+        return loops.solve(self.kinematics, self.matrix(number, group), [-r for r in residual])
 
     def transposed(self, number: int, group: Group, load: list) -> list:
         """Forces of the closing equations that balance generalised loads of the group's unknown coordinates."""
-        _, matrix = self._loop(number, group)
-        return loops.solve(self.kinematics, [list(c) for c in zip(*matrix, strict=True)], load)
+        columns = zip(*self.matrix(number, group), strict=True)
+        return loops.solve(self.kinematics, [list(c) for c in columns], load)
 
     def effects(self, number: int, group: Group) -> list:
         return self._loop(number, group)[0]
+
+    def matrix(self, number: int, group: Group) -> list:
+        """The closing equations of a group's unknown rates, row by row."""
+        return self._loop(number, group)[1]

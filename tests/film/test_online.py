@@ -6,6 +6,7 @@ The film with memory is compared with films that remember nothing where the two 
 import gc
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from clearance.film.online import conserving_film, fast_film, fem_film
 from clearance.film.tabulated import table_film
 from clearance.laws.law import FilmJoint
 from clearance.mechanism.build import build
-from clearance.simulation import Run, Span, choose_method
+from clearance.simulation import Run, Span, choose_method, dear
 
 C = 1e-4
 JOINT = FilmJoint(radius=0.01, clearance=C, length=0.02, viscosity=0.05)
@@ -304,6 +305,42 @@ class TestRuns:
         """A gap whose pressure is narrower than a cell: the run says so."""
         result = cl.simulate(loaded(conserving_film(mesh=(16, 2)), mass=30.0), until=0.02, rtol=1e-3)
         assert any("too coarse for eccentricity ratio" in w for w in result.warnings)
+
+
+class TestCost:
+    """Stumble 20: films solved online took 19 s a turn without a word before."""
+
+    def test_stumble_20_a_run_says_what_its_film_costs(self, caplog):
+        """Before it begins, and only of films that are solved as it goes."""
+        cl.simulate(loaded(fem_film(mesh=(16, 2))), until=1e-5, samples=2)
+        (said,) = (m for m in caplog.messages if "its film is solved as the run goes" in m)
+        assert re.fullmatch(r"joint J: .*, \S+ s of CPU each time", said)
+        caplog.clear()
+        cl.simulate(loaded(table_film()), until=1e-5, samples=2)
+        assert not caplog.messages
+
+    @pytest.mark.parametrize("film", ["fem", "conserving"])
+    def test_stumble_20_seconds_a_turn_where_there_are_turns(self, film):
+        """One digit of each time; the film of the run itself is not touched."""
+        mechanism = build(cl.load_case("slider_crank", model="lubricated", film=film, mesh="16x2"))
+        (said,) = dear(mechanism)
+        times = r"goes, (\S+) s of CPU each time, (\S+) s a turn or more"
+        each, turn = re.search(times, said).groups()
+        assert 0.0 < 100.0 * float(each) < float(turn)
+        (source,) = mechanism.sources.values()
+        assert source.asked is None
+
+    def test_stumble_20_cases_take_a_mesh(self):
+        """Of films solved online; what is no mesh is refused, and so is a mesh of the table."""
+        scene = cl.load_case("slider_crank", model="lubricated", film="fem", mesh="16x2")
+        assert scene.clearance_joints[0].film.parameters["mesh"] == (16, 2)
+        for film, mesh, said in (
+            ("fem", "16", "joint C: mesh must be auto or two numbers .* 16x2, got '16'"),
+            ("fem", "2x2", "joint C: mesh: needs at least 16 cells around the bearing, got 2"),
+            ("table", "16x2", "joint C: film table has no mesh; fast, fem, conserving have"),
+        ):
+            with pytest.raises(ValueError, match=said):
+                cl.load_case("slider_crank", model="lubricated", film=film, mesh=mesh)
 
 
 class TestMemory:

@@ -1,0 +1,192 @@
+"""Dead centres: where the equations of a loop are singular, along a motion that has gone wrong."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from clearance.joints import Prismatic
+from clearance.mechanism.build import Mechanism
+from clearance.mechanism.kinematics import ZERO, Kinematics, Pose, Propagation
+from clearance.mechanism.numbers import Numbers
+from clearance.mechanism.topology import Group
+from clearance.mechanism.trace import Trace
+from clearance.scene import ground
+
+DEAD = 1e-2  # closing determinant at a dead centre, over the largest of the motion
+STEEP = 4.0  # a determinant may reach zero within this many of its changes between two outputs
+FAR = 1.0  # way of a coordinate between two outputs, of its natural size, that is too long
+POINTS = 33  # places between two outputs that are looked at together
+ZOOMS = 6
+RATES = {"x": "vx", "y": "vy", "angle": "omega"}
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Outputs of a mechanism at a few times, (times, channels), with its states between them.
+
+    work: what an accepted step left for the next.
+    """
+
+    mechanism: Mechanism
+    work: np.ndarray
+    times: np.ndarray
+    rows: np.ndarray
+
+    def column(self, path: str) -> np.ndarray:
+        return self.rows[:, self._places[path]]
+
+    @cached_property
+    def _places(self) -> dict[str, int]:
+        return {c.path: i for i, c in enumerate(self.mechanism.structure.channels)}
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """Poses of all bodies, each number an array over the times."""
+        numbers = Numbers(self.mechanism.scene).constants
+        index = self.mechanism.structure.index
+        numbers |= {name: self.mechanism.par[i] for name, i in index.items()}
+        k = Kinematics(Trace(), numbers.__getitem__, {}, {})
+        for body in self.mechanism.scene.bodies:
+            x, y, angle = (self.column(f"bodies/{body.name}/{n}") for n in ("x", "y", "theta"))
+            k.poses[body] = Pose(x, y, np.cos(angle), np.sin(angle), angle)
+        return k
+
+    @cached_property
+    def velocities(self) -> dict:
+        """Planar twists of all bodies."""
+        twists = {
+            body: tuple(self.column(f"bodies/{body.name}/{n}") for n in RATES.values())
+            for body in self.mechanism.scene.bodies
+        }
+        return twists | {ground: ZERO}
+
+    def determinants(self, group: Group) -> np.ndarray:
+        """Closing determinant of a group over its scale, the product of the lengths of its columns.
+
+        Of a dyad it is the sine of the angle between its links.
+        """
+        number = self.mechanism.plan.groups.index(group)
+        matrix = Propagation(self.kinematics, self.mechanism.plan).matrix(number, group)
+        lengths = [1.0] * len(matrix)
+        for i, joint in enumerate(group.closures):
+            if isinstance(joint, Prismatic):  # its second equation is of angles
+                lengths[2 * i + 1] = self.mechanism.start.size
+        cells = np.zeros((len(self.times), len(matrix), len(matrix)))
+        for i, row in enumerate(matrix):
+            for j, value in enumerate(row):
+                cells[:, i, j] = lengths[i] * value
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.linalg.det(cells) / np.linalg.norm(cells, axis=1).prod(axis=1)
+
+    # --- between the times
+    def slide(self, joint: Prismatic) -> np.ndarray:
+        """Displacement of a slide."""
+        (x, y), _ = self.kinematics.separation(joint, self.velocities)
+        dx, dy = self.kinematics.axis(joint, joint.a.body)
+        return dx * x + dy * y
+
+    @cached_property
+    def states(self) -> tuple[np.ndarray, np.ndarray]:
+        """Independent coordinates and their rates, (times, coordinates)."""
+        values, rates = [], []
+        placed = {a.body: a.joint for g in self.mechanism.plan.groups for a in g.attachments}
+        for c in self.mechanism.plan.free:
+            if c.what == "slide":
+                values.append(self.slide(placed[c.body]))
+                rates.append(self.kinematics.slide_rate(placed[c.body], self.velocities))
+            else:
+                name = "theta" if c.what == "angle" else c.what
+                values.append(self.column(f"bodies/{c.body.name}/{name}"))
+                rates.append(self.column(f"bodies/{c.body.name}/{RATES[c.what]}"))
+        for joint in self.mechanism.eccentric:
+            offset, rate = self.kinematics.separation(joint, self.velocities)
+            values += offset
+            rates += rate
+        shape = (len(self.times), len(values))
+        return tuple(np.array(found).T.reshape(shape) for found in (values, rates))
+
+    @cached_property
+    def carried(self) -> np.ndarray:
+        """Angles and slides that steps carry on, (times, carried)."""
+        joints = {j.name: j for j in self.mechanism.scene.joints}
+        found = [
+            self.column(f"bodies/{name}/theta") if what == "angle" else self.slide(joints[name])
+            for what, name in self.mechanism.structure.carried
+        ]
+        return np.array(found).T.reshape(len(self.times), len(found))
+
+    def between(self, times: np.ndarray) -> "Motion":
+        """Outputs at other times, from cubic interpolation of the states."""
+        rows = np.empty((len(times), self.rows.shape[1]))
+        y, work = self.mechanism.y0.copy(), self.work.copy()
+        values, rates = self.states
+        size, joints = values.shape[1], len(self.mechanism.scene.clearance_joints)
+        for time, row in zip(times, rows, strict=True):
+            i = int(np.clip(np.searchsorted(self.times, time) - 1, 0, len(self.times) - 2))
+            h = self.times[i + 1] - self.times[i]
+            s = (time - self.times[i]) / h
+            y[:size] = (1.0 - s) ** 2 * ((1.0 + 2.0 * s) * values[i] + s * h * rates[i])
+            y[:size] += s**2 * ((3.0 - 2.0 * s) * values[i + 1] + (s - 1.0) * h * rates[i + 1])
+            carried = (1.0 - s) * self.carried[i] + s * self.carried[i + 1]
+            work[joints : joints + carried.size] = carried
+            self.mechanism.kernel("observe")(time, y, self.mechanism.par, work.copy(), row)
+        return Motion(self.mechanism, self.work, times, rows)
+
+    @cached_property
+    def dense(self) -> np.ndarray:
+        """True for each piece between two times in which no coordinate moves far.
+
+        The states are right there.
+        """
+        count = len(self.mechanism.plan.free)
+        rates = np.abs(self.states[1][:, :count]) / self.mechanism.scale[:count]
+        moved = np.maximum(rates[1:], rates[:-1]) * np.diff(self.times)[:, None]
+        return (moved < FAR).all(axis=1)
+
+    def lowest(self, group: Group, first: float, last: float) -> float:
+        """Size of a group's smallest determinant from the first to the last time."""
+        size = np.inf
+        for _ in range(ZOOMS):
+            times = np.linspace(first, last, POINTS)
+            sizes = _sizes(self.between(times), group)
+            best = int(sizes.argmin())
+            size = min(size, float(sizes[best]))
+            first, last = times[max(best - 1, 0)], times[min(best + 1, POINTS - 1)]
+        return size
+
+
+def dead_centre(motion: Motion) -> str | None:
+    """The first loop that comes to a dead centre along a motion, in words; None where none does."""
+    mechanism = motion.mechanism
+    row, work = np.empty((1, motion.rows.shape[1])), np.append(mechanism.work0, 0.0)
+    mechanism.kernel("observe")(0.0, mechanism.y0, mechanism.par, work, row[0])
+    start = Motion(mechanism, motion.work, np.zeros(1), row)
+    for group in (g for g in mechanism.plan.groups if g.closures):
+        begun, sizes = float(_sizes(start, group)[0]), _sizes(motion, group)
+        enough = DEAD * max(begun, *sizes[np.isfinite(sizes)])
+        size = next((s for s in _lows(motion, group, sizes) if s < enough), None)
+        if size is not None:
+            return (
+                f"loop {group.label()} came to its dead centre, where two branches meet: "
+                f"its closing determinant fell to {size:.1g} of its scale ({begun:.2g} at the start)"
+            )
+    return None
+
+
+def _lows(motion: Motion, group: Group, sizes: np.ndarray) -> Iterator[float]:
+    """Small sizes of a group's determinant: where it may go to zero, then at the times."""
+    for i, size in enumerate(sizes):
+        before = i - 1 if i > 0 and motion.dense[i - 1] else i
+        after = i + 1 if i + 1 < len(sizes) and motion.dense[i] else i
+        change = max(abs(sizes[before] - size), abs(sizes[after] - size))
+        if size <= min(sizes[before], sizes[after]) and size < STEEP * change < np.inf:
+            yield motion.lowest(group, motion.times[before], motion.times[after])
+    yield float(sizes.min())
+
+
+def _sizes(motion: Motion, group: Group) -> np.ndarray:
+    """Sizes of a group's determinant along a motion, endless where there is no position."""
+    found = np.abs(motion.determinants(group))
+    return np.where(np.isfinite(found), found, np.inf)
