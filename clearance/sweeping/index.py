@@ -203,6 +203,8 @@ def _from_index(folder: Path, definition: definitions.Definition) -> Numbers | N
             numbers = [*costs.values(), *metrics.values()]
             if any(v.shape != (len(definition.points),) or v.dtype.kind not in "iuf" for v in numbers):
                 raise Damaged(f"{path}: its columns do not have a number for each point")
+            if any(v.shape != (len(definition.points),) or v.dtype.kind != "U" for v in (status, reason)):
+                raise Damaged(f"{path}: its columns do not have a text for each point")
     except NewerFormat:
         raise
     except (OSError, ValueError) as error:
