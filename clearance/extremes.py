@@ -128,6 +128,13 @@ class Extremes:
         """Column of each quantity."""
         return {name: i for i, name in enumerate(self.names)}
 
+    def _inside(self, begin: float, end: float, column: int) -> np.ndarray | slice:
+        """Stretches whose extreme lies between two times; where no times are kept, those that lie whole there."""
+        times, slack = self.times[:, column], ROUNDING * self.length
+        if np.isnan(times).any():
+            return self.whole(begin, end)
+        return (times >= begin - slack) & (times <= end + slack)
+
     def whole(self, begin: float, end: float) -> slice:
         """Stretches that lie whole between two times [s]."""
         first = math.ceil(max(begin, 0.0) / self.length * (1.0 - ROUNDING))
@@ -136,8 +143,11 @@ class Extremes:
         return slice(first, max(first, min(last, count)))
 
     def of(self, name: str, begin: float = 0.0, end: float = math.inf) -> Extreme | None:
-        """Extreme of a quantity in the stretches that lie whole between two times [s]; None where there are none."""
-        inside, column = self.whole(begin, end), self.columns[name]
+        """Outermost of the extremes that lie between two times [s]; None where there is none.
+
+        In a stretch that the times cut, an extreme beside them hides those between them.
+        """
+        inside, column = self._inside(begin, end, self.columns[name]), self.columns[name]
         values, times = self.values[inside, column], self.times[inside, column]
         if not np.isfinite(values).any():
             return None
@@ -145,7 +155,7 @@ class Extremes:
         return Extreme(float(values[i]), float(times[i]))
 
 
-def better(name: str, extremes: Iterable[Extreme | None]) -> Extreme:
+def better(name: str, extremes: Iterable[Extreme | None]) -> Extreme | None:
     """The outermost of several extremes of a quantity; None among them do not count."""
     sign = -1.0 if name.endswith("_min") else 1.0
-    return max((e for e in extremes if e is not None), key=lambda e: sign * e.value)
+    return max((e for e in extremes if e is not None), key=lambda e: sign * e.value, default=None)

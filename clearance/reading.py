@@ -42,6 +42,9 @@ FACT_UNITS = {
     "mean_asperity_share": "1",
     "film_table_error_closing": "1",
     "film_table_error_opening": "1",
+    "film_table_error_flow": "1",
+    "film_table_error_shear": "1",
+    "film_table_error_median": "1",
     "turned_over": "J",
     "largest_residual": "J",
 }

@@ -31,6 +31,13 @@ LOG = logging.getLogger("clearance.files")
 FORMAT = "clearance-result"
 FORMAT_VERSION = 2
 PACKAGES = ("clearance", "numpy", "numba", "h5py")
+#: groups whose channels move along time
+MOVING = ("bodies", "joints", "springs", "drives", "friction", "energy")
+#: extremes that follow from the smallest gap [m]
+OF_GAP = {
+    "film_thickness_ratio_min": lambda gap, joint: gap / joint["roughness"],
+    "eccentricity_ratio_max": lambda gap, joint: 1.0 - gap / joint["clearance"],
+}
 _count = itertools.count()
 #: dimension of each table of a result file, a dataset beside its columns; along all other groups goes time
 DIMENSIONS = {"events": "event", "solver": "step_number"}
@@ -247,14 +254,30 @@ class Record(ABC):
         gaps, film pressures, friction and forces of joints, efforts of drives and accelerations along guides; of the
         samples elsewhere. Raises KeyError for a channel the run has not got.
         """
+        name = str(name).strip("/")
         path, _, which = name.rpartition("_")
-        if which not in ("min", "max"):
-            raise KeyError(f"{name!r}: the name of an extreme is that of a channel and _min or _max")
-        located = self.located.of(name, begin, end) if self.located and name in self.located else None
+        if which not in ("min", "max") or path.partition("/")[0] not in MOVING:
+            raise KeyError(f"{name!r}: the name of an extreme is the path of a channel and _min or _max")
+        if not begin <= end:
+            raise ValueError(f"extreme {name}: begin must not lie after end, got {begin!r} and {end!r}")
+        located = self._located_extreme(name, begin, end)
         sampled = None
         if located is None or path in self or f"{path}_x" in self:
             sampled = self._of_samples(path, which, begin, end)
-        return better(name, [sampled, located])
+        if (found := better(name, [sampled, located])) is None:
+            raise ValueError(f"extreme {name}: the run has nothing between {begin:g} and {end:g} s")
+        return found
+
+    def _located_extreme(self, name: str, begin: float, end: float) -> Extreme | None:
+        """A located extreme; of the ratios of a gap, that of the gap."""
+        if self.located is None or name in self.located:
+            return self.located and self.located.of(name, begin, end)
+        group, _, quantity = name.rpartition("/")
+        if quantity not in OF_GAP or f"{group}/gap_min" not in self.located:
+            return None
+        gap = self.located.of(f"{group}/gap_min", begin, end)
+        joint = next(j for j in self.scene["joints"] if f"joints/{j['name']}" == group)
+        return gap and Extreme(OF_GAP[quantity](gap.value, joint), gap.time)
 
     def _of_samples(self, path: str, which: str, begin: float, end: float) -> Extreme | None:
         time, inside = self.time, self._between(begin, end)
@@ -380,7 +403,11 @@ class Result(Record):
         names, units, values, times = (self.reader.column(f"extremes/{n}") for n in columns)
         if values.shape != times.shape or values.shape[1:] != names.shape or names.shape != units.shape:
             raise Damaged(f"{self.path}: /extremes holds columns that do not fit one another")
+        if {names.dtype.kind, units.dtype.kind} != {"U"} or {values.dtype.kind, times.dtype.kind} != {"f"}:
+            raise Damaged(f"{self.path}: /extremes holds columns of another kind")
         length = float(self.reader.attribute("extremes", "stretch_s"))
+        if not 0.0 < length < math.inf:
+            raise Damaged(f"{self.path}: /extremes: attribute stretch_s must be positive, got {length!r}")
         return Extremes(length, tuple(map(str, names)), tuple(map(str, units)), values, times)
 
     @property
@@ -405,6 +432,12 @@ class Result(Record):
                 columns[name] = (along, values, {n: about[n] for n in ("units", "long_name")})
             data = xarray.Dataset(columns, attrs=self.reader.attributes(group))
             found[f"/{group}"] = data.set_coords("time")
+        if self.reader.has("extremes") and (located := self.located) is not None:
+            along = ("stretch", "quantity")
+            columns = {"value": (along, located.values), "when": (along, located.times, {"units": "s"})}
+            starts = located.length * np.arange(len(located.values))
+            names = {"stretch": starts, "quantity": list(located.names), "units_of": ("quantity", list(located.units))}
+            found["/extremes"] = xarray.Dataset(columns, names)
         return xarray.DataTree.from_dict(found)
 
     def save(self, path: str | Path) -> Path:

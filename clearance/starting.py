@@ -1,10 +1,12 @@
 """Where a run starts: the scene's own start, the state at the end of another run, or a quasi-static one."""
 
 import math
+from difflib import get_close_matches
 from pathlib import Path
 
 import numpy as np
 
+from clearance.joints import Prismatic
 from clearance.loads import Drive
 from clearance.mechanism.build import Mechanism
 from clearance.results import Record, open_result
@@ -16,7 +18,7 @@ ROOM = 0.5  # share of the clearance left that one of its steps may take
 THINNEST = 1e-3  # of the clearance: room that a journal at the wall has all the same
 HALVINGS = 60  # of one of its steps, at most
 AT_REST = 1e-9  # of the typical acceleration: what is left of the journals' at the end
-PHASE = 1e-6  # of a turn: a drive that stands further from its start there begins another motion
+PHASE = 1e-6  # of a turn, or of the size: how far a drive may stand from where the scene starts
 
 
 def state_names(mechanism: Mechanism) -> list[str]:
@@ -31,55 +33,108 @@ def state_names(mechanism: Mechanism) -> list[str]:
 
 def end_state(mechanism: Mechanism, y: np.ndarray, work: np.ndarray, time: float) -> dict:
     """Attributes of a result file that another run can start from."""
+    driven = prescribed(mechanism, time)
+    return {
+        "names": state_names(mechanism),
+        "values": y[: mechanism.size],
+        "clearances": [j.clearance for j in mechanism.eccentric],
+        "carried": _carried(mechanism, work),
+        "driven_names": list(driven),
+        "driven_values": np.array(list(driven.values())),
+        "time": time,
+    }
+
+
+def prescribed(mechanism: Mechanism, time: float) -> dict[str, float]:
+    """Coordinates that drives prescribe at a time: by the body or joint that is driven, rad or m."""
+    drives = (d for d in mechanism.scene.loads if isinstance(d, Drive) and d.prescribes)
+    return {
+        d.target.name: d.motion(time) if d.speed is None else mechanism.start.driven(d) + d.speed * time
+        for d in drives
+    }
+
+
+def _carried(mechanism: Mechanism, work: np.ndarray) -> np.ndarray:
+    """Angles and slides that Newton's method in the kernel starts from."""
     joints = len(mechanism.scene.clearance_joints)
-    carried = work[joints : joints + len(mechanism.structure.carried)]
-    return {"names": state_names(mechanism), "values": y[: mechanism.size], "carried": carried, "time": time}
+    return work[joints : joints + len(mechanism.structure.carried)]
 
 
 def state_from(mechanism: Mechanism, start: Record | str | Path) -> tuple[np.ndarray, np.ndarray, str]:
     """State and carried angles that a run starts with, and a sentence about them.
 
-    start: a result, the path of its file, or "quasi-static". Raises ValueError for a run that has not kept its end,
-    whose states are others, or that ended with the drive elsewhere in its turn.
+    start: a result, the path of its file, or "quasi-static". Eccentricities are taken over the clearance. Raises
+    ValueError for a run that has not kept its end, whose states are others, or whose drives ended elsewhere.
     """
-    if start == QUASI_STATIC:
-        return quasi_static(mechanism), _carried(mechanism), "quasi-static: films carry the joint forces"
+    if isinstance(start, str) and start == QUASI_STATIC:
+        text = f"{QUASI_STATIC}: films carry the joint forces"
+        return quasi_static(mechanism), _carried(mechanism, mechanism.work0), text
+    if not isinstance(start, Record | str | Path) or not start:
+        raise ValueError(f'start must be a result, the path of its file or "{QUASI_STATIC}", got {start!r}')
+    if isinstance(start, str) and get_close_matches(start, [QUASI_STATIC]):
+        raise ValueError(f'start: did you mean "{QUASI_STATIC}"? There is no file {start!r}')
     record = start if isinstance(start, Record) else open_result(start)
     name = Path(record.path).name if hasattr(record, "path") else "another run"
-    end = record.facts("state")
-    if not end:
-        raise ValueError(f"start: {name} has not kept the state at its end; it was written by an older clearance")
+    end = _end_of(record, name)
     names, given = state_names(mechanism), [str(n) for n in end["names"]]
-    if set(names) != set(given):
-        missing = ", ".join(sorted(set(names) - set(given))) or "none"
-        more = ", ".join(sorted(set(given) - set(names))) or "none"
-        raise ValueError(f"start: {name} has other states than this scene: missing {missing}; too many {more}")
-    _check_phase(mechanism, name, float(end["time"]), record)
+    if missing := sorted(set(names) - set(given)):
+        raise ValueError(f"start: {name} has other states than this scene: it has no {', '.join(missing)}")
+    if more := sorted(set(given) - set(names)):
+        raise ValueError(f"start: {name} has other states than this scene, which has no {', '.join(more)}")
+    _check_drives(mechanism, name, end)
     values = dict(zip(given, np.asarray(end["values"], dtype=float), strict=True))
+    _stretch(mechanism, values, np.atleast_1d(end["clearances"]))
     carried = np.asarray(end["carried"], dtype=float)
-    if carried.size != _carried(mechanism).size:
-        carried = _carried(mechanism)
+    if carried.size != len(mechanism.structure.carried):
+        carried = _carried(mechanism, mechanism.work0)
     state = np.array([values[n] for n in names])
     return state, carried, f"the end of {name}, t = {float(end['time']):.9g} s"
 
 
-def _carried(mechanism: Mechanism) -> np.ndarray:
-    joints = len(mechanism.scene.clearance_joints)
-    return mechanism.work0[joints : joints + len(mechanism.structure.carried)]
+def _end_of(record: Record, name: str) -> dict:
+    """The end that a result keeps. Raises ValueError where it has none, or a damaged one."""
+    end = record.facts("state")
+    if not end:
+        raise ValueError(f"start: {name} has not kept the state at its end; it was written by an older clearance")
+    try:
+        columns = ("values", "clearances", "carried", "driven_values", "time")
+        numbers = [np.asarray(end[n], dtype=float) for n in columns]
+        whole = all(np.isfinite(v).all() for v in numbers)
+        whole &= len(end["names"]) == numbers[0].size and len(end["driven_names"]) == numbers[3].size
+    except (KeyError, TypeError, ValueError):
+        whole = False
+    if not whole:
+        raise ValueError(f"start: /state of {name} is damaged: it is not a number for each state")
+    return end
 
 
-def _check_phase(mechanism: Mechanism, name: str, time: float, record: Record) -> None:
-    """Drives at constant speed stand where they start, but for whole turns."""
-    described = {d["name"]: d for d in record.scene["loads"] if d["type"] == "Drive"}
-    for drive in (d for d in mechanism.scene.loads if isinstance(d, Drive) and d.speed is not None):
-        other = described.get(drive.name)
-        if other is None or not other.get("speed") or record.turn is None:
-            continue
-        turns = other["speed"] * time / (2.0 * math.pi)
-        if abs(turns - round(turns)) > PHASE:
+def _stretch(mechanism: Mechanism, values: dict[str, float], clearances: np.ndarray) -> None:
+    """Eccentricities and their rates for other clearances: the same shares of them."""
+    for joint, before in zip(mechanism.eccentric, clearances, strict=True):
+        for axis in "xy":
+            for form in ("{}", "rate of {}"):
+                values[form.format(f"joints/{joint.name}/eccentricity_{axis}")] *= joint.clearance / before
+
+
+def _check_drives(mechanism: Mechanism, name: str, end: dict) -> None:
+    """What drives prescribe at the start is what they prescribed at the other run's end, but for whole turns."""
+    here = prescribed(mechanism, 0.0)
+    there = dict(zip(map(str, end["driven_names"]), np.atleast_1d(end["driven_values"]), strict=True))
+    if set(here) != set(there):
+        raise ValueError(
+            f"start: the drives of {name} prescribe {', '.join(there) or 'nothing'}, "
+            f"those of this scene {', '.join(here) or 'nothing'}"
+        )
+    slides = {d.target.name for d in mechanism.scene.loads if isinstance(d, Drive) and isinstance(d.target, Prismatic)}
+    for target, value in here.items():
+        apart, unit = (there[target] - value) / mechanism.start.size, "of the mechanism's size"
+        if target not in slides:
+            turns = (there[target] - value) / (2.0 * math.pi)
+            apart, unit = turns - round(turns), "turns"
+        if abs(apart) > PHASE:
             raise ValueError(
-                f"start: {name} ended {turns:.6g} turns of drive {drive.name} after its start; "
-                "only the end of a whole number of turns is a start of this scene"
+                f"start: {name} ended with {target} {apart:.6g} {unit} from where this scene starts; end it after whole "
+                f"turns, or start this scene there"
             )
 
 

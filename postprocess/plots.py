@@ -128,9 +128,12 @@ def motion(result: Result, axes) -> None:
     name = output_body(result.scene)
     channels = result[name]
     component = max(("ax", "ay"), key=lambda c: np.ptp(getattr(channels, c)))
+    label = f"acceleration {component[1]} [m/s²]"
+    if np.ptp(getattr(channels, component)) == 0.0:  # it turns about its centre of mass
+        component, label = "alpha", "angular acceleration [rad/s²]"
     line(axes, result.time, getattr(channels, component), label=name)
     _mark(result, axes, {name: f"bodies/{name}/{component}"})
-    finish(axes, f"acceleration {component[1]} [m/s²]")
+    finish(axes, label)
 
 
 def output_body(scene: dict) -> str:
@@ -218,7 +221,10 @@ def orbit(result: Result, joint: str, axes) -> None:
     elif law["film"]:
         trajectory(axes, *e.T, color=STATES["full film"])
         far = np.hypot(*e.T)
-        label = f"smallest gap {1.0 - far.max():.3g} c"
+        gap, name = 1.0 - far.max(), f"joints/{joint}/gap_min"
+        if result.located and name in result.located:
+            gap = result.located.of(name).value / law["clearance"]
+        label = f"smallest gap {gap:.3g} c"
         axes.plot(*e[far.argmax()], "D", ms=3.5, color="tab:orange", label=label, zorder=3)
     else:
         _coloured(axes, *e.T, touched(result, joint, result.time).astype(int), FLIGHT, trajectory)

@@ -280,7 +280,7 @@ def _overview(page: Page, run: Result, settle: float | None) -> Markup:
 def overview_channels(run: Result) -> list[str]:
     """Paths of the channels that the overview draws."""
     scene, rubbing = run.scene, joint_friction(run)
-    paths = [f"bodies/{scene['bodies'][-1]['name']}/{c}" for c in ("ax", "ay")]
+    paths = [f"bodies/{plots.output_body(scene)}/{c}" for c in ("ax", "ay")]
     drives = run.names("drives")
     paths += [f"drives/{d}/{'force' if f'drives/{d}/force' in run else 'torque'}" for d in drives]
     paths += [] if drives else [f"bodies/{b}/theta" for b in run.names("bodies")]

@@ -14,12 +14,15 @@ from clearance.sweeping.metrics import metrics
 def test_stretches_hold_their_extremes():
     """Whole stretches between two times, to rounding of their ends; outer ones are left out, empty ones are None."""
     values = np.array([[3.0, -1.0], [7.0, -5.0], [5.0, -2.0]])
-    kept = Extremes(2.0, ("a_max", "b_min"), ("N", "m"), values, values + 100.0)
-    assert kept.of("a_max") == better("a_max", [None, kept.of("a_max")]) == kept.of("a_max", 2.0 * (1.0 + 1e-12))
-    assert (kept.of("a_max").value, kept.of("a_max").time) == (7.0, 107.0)
+    kept = Extremes(2.0, ("a_max", "b_min"), ("N", "m"), values, np.full((3, 2), np.nan))
+    assert kept.of("a_max", 2.0 * (1.0 + 1e-12)).value == better("a_max", [None, kept.of("a_max")]).value
+    assert (kept.of("a_max").value, better("a_max", [])) == (7.0, None)
     assert kept.of("a_max", 2.1).value == 5.0
     assert kept.of("b_min", 0.0, 3.9).value == -1.0
     assert kept.of("b_min", 0.1, 3.9) is None
+    cut = Extremes(2.0, kept.names, kept.units, values, np.array([[1.0, 1.0], [3.5, 3.5], [4.5, 4.5]]))
+    assert cut.of("a_max", 3.0, 4.0).value == 7.0  # it lies in the part that is left of its stretch
+    assert cut.of("a_max", 3.6, 4.0) is None
 
 
 @pytest.mark.parametrize(("until", "turn", "count"), [(1.0, None, 100), (6.0, 1.0, 6), (6.5, 1.0, 7), (250.0, 1.0, 84)])
@@ -83,6 +86,15 @@ def test_extremes_of_channels_that_are_not_followed_are_those_of_samples():
         run.extreme("joints/B/force")
     with pytest.raises(KeyError, match="joints/B/nothing"):
         run.extreme("joints/B/nothing_max")
+    with pytest.raises(KeyError, match="_min or _max"):
+        run.extreme("events/time_max")
+    with pytest.raises(ValueError, match="the run has nothing between 10 and 11 s"):
+        run.extreme("joints/B/force_max", 10.0, 11.0)
+    with pytest.raises(ValueError, match="begin must not lie after end"):
+        run.extreme("joints/B/force_max", 1.0, 0.0)
+    gap, roughness = run.extreme("/joints/B/gap_min"), 0.8e-6
+    ratio = run.extreme("joints/B/film_thickness_ratio_min")
+    assert (ratio.value, ratio.time) == (pytest.approx(gap.value / roughness, rel=1e-12), gap.time)
 
 
 @pytest.mark.parametrize("name", case_names())

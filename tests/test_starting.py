@@ -5,6 +5,7 @@ import json
 import math
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -33,6 +34,13 @@ def test_a_run_goes_on_where_another_ended(settled):
         late = getattr(whole.joint("B"), f"eccentricity_{axis}")[100:]
         np.testing.assert_allclose(getattr(more.joint("B"), f"eccentricity_{axis}"), late, atol=1e-5 * 1e-4)
     assert more.attributes["start"] == "the end of two.h5, t = 0.4 s"
+
+
+def test_another_clearance_takes_the_share_of_it(settled):
+    """Half the clearance: the journal stands where it stood over the clearance."""
+    run = cl.simulate(cl.load_case("six_bar_feeder", clearance=0.5e-4), turns=0.1, start=settled)
+    before, after = (r.joint("B").eccentricity[i] / c for r, i, c in ((settled, -1, 1e-4), (run, 0, 0.5e-4)))
+    np.testing.assert_allclose(after, before, rtol=1e-9)
 
 
 def test_a_pendulum_goes_on_where_another_ended():
@@ -74,11 +82,20 @@ def test_quasi_static_journals_are_not_accelerated(case, model):
 def test_starts_that_cannot_be(settled, tmp_path):
     """Other states, a part of a turn, an older file, no clearance: one line that says so."""
     feeder = cl.load_case("six_bar_feeder")
-    with pytest.raises(ValueError, match="start: two.h5 has other states than this scene: missing .*joints/C"):
+    with pytest.raises(ValueError, match="start: two.h5 has other states than this scene: it has no joints/C"):
         cl.simulate(cl.load_case("six_bar_feeder", joints="B,C"), turns=1, start=settled)
     part = cl.simulate(feeder, turns=0.5, path=tmp_path / "part.h5")
-    with pytest.raises(ValueError, match=r"part.h5 ended 0\.5 turns of drive crank after its start"):
+    with pytest.raises(ValueError, match=r"part.h5 ended with crank .?0\.5 turns from where this scene starts"):
         cl.simulate(feeder, turns=1, start=part)
+    for start in (3, [], b"x", ""):
+        with pytest.raises(ValueError, match="start must be a result"):
+            cl.simulate(feeder, turns=1, start=start)
+    with pytest.raises(ValueError, match='did you mean "quasi-static"'):
+        cl.simulate(feeder, turns=1, start="quasistatic")
+    with h5py.File(part.save(tmp_path / "torn.h5"), "r+") as file:
+        del file["state"].attrs["values"]
+    with pytest.raises(ValueError, match="/state of torn.h5 is damaged"):
+        cl.simulate(feeder, turns=1, start=tmp_path / "torn.h5")
     old = tmp_path / "old.h5"
     old.write_bytes(gzip.decompress((FILES / "version_1.h5.gz").read_bytes()))
     with pytest.raises(ValueError, match="has not kept the state at its end"):
@@ -114,4 +131,7 @@ def test_U4_the_command_states_what_sweeps_do(settled, tmp_path, capsys):
     shown = capsys.readouterr().out
     assert "start-up in brackets" in shown
     assert cli.main([*words, "--from", str(tmp_path / "nothing.h5")]) == 2
-    assert cli.main([*words, "--settle", "-1"]) == 2
+    for settle, why in (("-1", "settle must not be negative"), ("3", "settle = 3 leaves nothing of a run of 3 turns")):
+        capsys.readouterr()
+        assert cli.main([*words[:-1], "--settle", settle]) == 2
+        assert why in capsys.readouterr().err

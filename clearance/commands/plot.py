@@ -9,7 +9,8 @@ from clearance.commands.common import DONE, add_command, json_text, listed, numb
 
 #: kinds of pictures of run files and of sweeps, each with the options that belong to it; the first is the default
 OF_RUNS = {
-    "overview": ("settle",), "history": ("channels", "along", "last"), "orbit": ("joint",), "phase": ("channels", "settle"),
+    "overview": ("settle",), "history": ("channels", "along", "last"), "orbit": ("joint",),
+    "phase": ("channels", "settle"),
     "poincare": ("channels", "joint", "settle", "angle"), "spectrum": ("channels", "settle"),
     "contacts": ("joint", "settle"), "efforts": (), "friction": ("joint",), "sketch": ("turns",),
     "animation": ("turns", "frames", "magnify"),

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from clearance import checks
 from clearance.commands.common import (
     DONE,
     FAILED,
@@ -68,6 +69,7 @@ def run(options) -> int:
     """
     with terminable():
         case, values, scene = scene_of(options)
+        _check_settle(options, scene)
         output = _output(options, case)
         replaced = output.exists()
         began = time.perf_counter(), time.process_time()
@@ -87,6 +89,19 @@ def run(options) -> int:
     lines = parameter_lines(case, values)
     print(json_text(summary) if options.json else _readable(summary, lines))
     return DONE
+
+
+def _check_settle(options, scene) -> None:
+    """Raises ValueError for a --settle that is negative or leaves nothing of the run."""
+    if options.settle is None:
+        return
+    from clearance.simulation import span_of
+
+    unit = scene.turn or 1.0
+    span = span_of(scene, **length_of(options, scene), samples=2).until / unit
+    if checks.non_negative("settle", options.settle) >= span * (1.0 - 1e-9):
+        units = "turns" if scene.turn else "s"
+        raise ValueError(f"settle = {options.settle:g} leaves nothing of a run of {span:g} {units}")
 
 
 def _output(options, case) -> Path:
@@ -326,7 +341,8 @@ def _settled_lines(s: dict) -> list[str]:
     """Joints and drives: the settled motion, and in brackets the start-up."""
     lines, window = [], s["settled"]
     if window and window["begin_s"] > 0.0:
-        lines.append(f"  settled      from {window['begin_s']:.6g} s on; start-up in brackets")
+        part = f"from {window['begin_s']:.6g} to {window['end_s']:.6g} s"
+        lines.append(f"  settled      {part}; start-up in brackets")
     for name, joint in s["joints"].items():
         lines.append(f"  joint {name:<6} {_joint_line(joint)}" + _counted(s["contacts"].get(name)))
     for name, drive in s["drives"].items():
