@@ -133,8 +133,8 @@ def _check_drives(mechanism: Mechanism, name: str, end: dict) -> None:
             apart, unit = turns - round(turns), "turns"
         if abs(apart) > PHASE:
             raise ValueError(
-                f"start: {name} ended with {target} {apart:.6g} {unit} from where this scene starts; end it after whole "
-                f"turns, or start this scene there"
+                f"start: {name} ended with {target} {apart:.6g} {unit} from where this scene starts; "
+                "end it after whole turns, or start this scene there"
             )
 
 

@@ -71,9 +71,9 @@ def report(
     """Write the report of a run or of a sweep as one HTML file under `path`.
 
     source: a run's file or Result, a sweep's directory or Sweep. settle: turns of a run's start-up (seconds, where
-    nothing turns; default one of two or more), whose numbers stand apart. Raises ValueError for a path that does not end in
-    .html and for a run that has not ended, FileNotFoundError and ValueError as `open_result` and `open_sweep` for what
-    is no run and no sweep.
+    nothing turns; default one of two or more), whose numbers stand apart.
+    Raises ValueError for a path that does not end in .html and for a run that has not ended, FileNotFoundError and
+    ValueError as `open_result` and `open_sweep` for what is no run and no sweep.
     """
     path = Path(path)
     if path.suffix.lower() not in (".html", ".htm"):
@@ -90,7 +90,10 @@ def report(
 
 
 def run_page(run: Result, settle: float | None = None) -> Page:
-    """The report of a run, not yet written; settle as in `report`. Raises ValueError for a file whose run has not ended."""
+    """The report of a run, not yet written; settle as in `report`.
+
+    Raises ValueError for a file whose run has not ended.
+    """
     if "method" not in run.solver:
         raise ValueError(f"{run.path} has no summary, for its run has not ended ({run.status})")
     page = Page(f"{run.attributes['case']}: report of {run.path.name}")

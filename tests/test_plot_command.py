@@ -142,7 +142,7 @@ def test_options_reach_the_picture(folder, tmp_path, capsys, monkeypatch):
         (["dry.h5", "portrait"], "portrait is no kind of picture; those are overview, history"),
         (["dry.h5", "map"], "dry.h5 is a run file, of which there is no map; there is overview"),
         (["grid", "history"], "grid is a sweep, of which there is no history; there is map, curves, bifurcation"),
-        (["grid", "map", "--settle", "1"], "--settle does not belong to map; it belongs to phase"),
+        (["grid", "map", "--settle", "1"], "--settle does not belong to map; it belongs to overview, phase"),
         (["dry.h5", "--x", "speed"], "--x does not belong to overview; it belongs to map, curves, bifurcation"),
         (["samples", "--y", "speed"], "--y does not belong to curves; it belongs to map"),
         (["dry.h5", "lubricated.h5"], "several runs are for history, phase, poincare, spectrum, not for overview"),

@@ -302,8 +302,7 @@ class _Driver:
         done, pending = self._pending(retry_failed)
         found = [o for o in done if o.recovered]
         self.now = common(modules_of(files_of(self.definition.path, self.definition.own)))
-        if pending:
-            self._compare([o for o in done if o.status == DONE], accept_changes)
+        self._compare([o for o in done if o.status == DONE], accept_changes or not pending)
         self.before = len(self.definition.points) - len(pending)
         LOG.info("%s: %d points, %d to run", self.definition.case, len(self.definition.points), len(pending))
         interrupted = True  # until the work has ended
@@ -326,7 +325,7 @@ class _Driver:
         """Finished points and those to come must be of one physics.
 
         Version and modules of every outcome are compared; some points, one of each structure among them, are built
-        again. Raises ValueError that names the changes, unless they are accepted.
+        again. Raises ValueError that names the changes; where they are accepted, or nothing is to come, warns.
         """
         changed = dict.fromkeys(c for o in done for c in common_differences(o.made, self.now))
         for outcome in _examples([o for o in done if o.made]):
@@ -340,7 +339,7 @@ class _Driver:
         if not accept_changes:
             more = "with --accept-changes (accept_changes=True) the rest is run all the same"
             raise ValueError(f"{words}. Give another directory; {more}")
-        LOG.warning("%s; accepted", words)
+        LOG.warning("%s; what is there stays", words)
 
     def _rebuilt(self, outcome: Outcome) -> list[str]:
         """What a finished point would be run with now that is different."""

@@ -51,6 +51,8 @@ class Points:
             raise ValueError(f"points: {twice[0]} is swept twice")
         if self.sampled and other.sampled:
             raise ValueError("points: draw all parameters in one call of sampled")
+        if (count := len(self) * len(other)) > MOST:
+            raise ValueError(f"points: {count} are too many, a sweep has at most {MOST}")
         columns = {n: tuple(v for v in values for _ in range(len(other))) for n, values in self.columns.items()}
         columns |= {n: tuple(values) * len(self) for n, values in other.columns.items()}
         return Points(columns, self.axes + other.axes, self.sampled or other.sampled)
@@ -84,6 +86,7 @@ def plain(name: str, value: object, kind: type, drawn: bool = False) -> object:
 
 
 ONE = Points({}, ())
+MOST = 1_000_000  # values of a range, and points of a sweep
 
 
 def _values(name: str, given: object, distinct: bool = True) -> tuple:
@@ -217,6 +220,8 @@ def _spread(parameter, text: str) -> list:
     if not parts[2].isdigit() or int(parts[2]) < 1:
         raise ValueError(f"{parameter.name}: the range {text!r} is empty; N must be a whole number of at least 1")
     count, log = int(parts[2]), len(parts) == 4
+    if count > MOST:
+        raise ValueError(f"{parameter.name}: {count} values are too many, at most {MOST} stand in a range")
     if log and min(low, high) <= 0.0:
         raise ValueError(f"{parameter.name}: a logarithmic range must be positive, got {text!r}")
     if count == 1 and low != high:

@@ -1,4 +1,4 @@
-"""How right and how dear located extremes are, and what a long dry run loses: `python tests/benchmarks/peaks.py [--update]`.
+"""Located extremes, right and dear, and a long dry run: `python tests/benchmarks/peaks.py [--update]`.
 
 Errors: extremes of the turns after the first at each rtol, against 1e-11. Costs: time of the compiled loop with located
 extremes over the same loop that looks at step ends only, for the energy ledger, and over one without any look; medians
@@ -99,8 +99,9 @@ def long_run() -> list[str]:
     share, energy = record.solver["energy_residual_share"], record.facts("energy")
     require(failure is None and share < LOST, f"{LONG} dry turns lose {share:.1e} of a stretch")
     return [
-        f"{LONG} turns of the dry feeder at rtol 1e-6: {steps / 1e6:.1f} million steps in {run.wall:.0f} s of the compiled "
-        f"loop; the worst stretch loses {share:.1e} of its energy, the whole run {energy['largest_residual']:.1e} J of "
+        f"{LONG} turns of the dry feeder at rtol 1e-6: {steps / 1e6:.1f} million steps in {run.wall:.0f} s of the "
+        f"compiled loop; the worst stretch loses {share:.1e} of its energy, "
+        f"the whole run {energy['largest_residual']:.1e} J of "
         f"{energy['turned_over']:.0f} J.",
     ]
 
