@@ -11,7 +11,7 @@ asperities.
 Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 50 mPa s (lubricated). Dry motion
 was irregular at all speeds that were looked at in longer runs (60 to 900 rpm), so that neighbouring points of its
 sweep scatter: extremes are those of six turns. Forces of contacts are the peaks of their events; largest accelerations
-are those of 12000 samples a turn and of the ends of all steps.
+are located on the dense output.
 
 Not comparable: the source's speeds and peaks, which were not in the part we had.
 """
