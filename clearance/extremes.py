@@ -58,12 +58,14 @@ def followed(channels: Sequence, accelerations: Iterable[str] = ()) -> list[Quan
 
     channels: its outputs, with path and units; accelerations: paths of those along guides.
     """
-    guided, quantities = set(accelerations), []
+    guided, quantities, paths = set(accelerations), [], {c.path for c in channels}
     for i, c in enumerate(channels):
         kind, _, name = c.path.partition("/")[0], *c.path.rpartition("/")[1:]
         if kind == "joints" and name == "force_x":
             quantities.append(Quantity(f"{c.path[:-2]}_max", c.units, i, paired=True))
         ends = FOLLOWED.get(name, ()) if kind in ("joints", "drives") else ()
+        if name == "friction" and c.path.replace("friction", "gap") in paths:
+            ends = ()  # of clearance joints: part of their force
         for end in BOTH if c.path in guided else ends:
             quantities.append(Quantity(f"{c.path}_{end}", c.units, i))
     return quantities

@@ -97,18 +97,21 @@ def seen_inside(call, s, t, h, k, theta):
 
 
 @inline
-def may_peak(s, k, width):
+def may_peak(s, k, per_width, per_back, curving):
     """A larger value may lie inside an interval: not where it rises or falls throughout, nor where it bends too little.
 
     The slope's change over the interval is taken as four times that of the chords, of this interval and of the last.
-    In the first interval of a phase there is nothing to tell it by.
+    In the first interval of a phase only the values at its ends tell it; a contact may be over within that.
+
+    per_width, per_back: 1 over the lengths of both intervals, the second 0 in the first interval; curving: their share
+    of the change, 4 width / (width + back).
     """
-    before, last, now = s.peaks[k, EARLIER], s.peaks[k, LAST], s.peaks[k, NEXT]
-    slope, back = (now - last) / width, s.clock[INTERVAL]
-    if back == 0.0:
-        return True
-    change = 4.0 * abs(slope - (last - before) / back) * width / (width + back)
-    return abs(slope) <= change and max(last, now) + 0.25 * change * width > s.peaks[k, VALUE]
+    last, now = s.peaks[k, LAST], s.peaks[k, NEXT]
+    if per_back == 0.0:
+        return s.peaks[k, JOINT] >= 0.0 or max(last, now) + abs(now - last) > s.peaks[k, VALUE]
+    slope = (now - last) * per_width
+    change = curving * abs(slope - (last - s.peaks[k, EARLIER]) * per_back)
+    return abs(slope) <= change and (max(last, now) - s.peaks[k, VALUE]) * per_width + 0.25 * change > 0.0
 
 
 @inline
@@ -143,13 +146,15 @@ def refine(call, s, t, h, k, low, high):
 @inline
 def look_into(call, s, t, h, low, high, row):
     """Extremes between low and high of the last step; row: outputs at high."""
-    width, searched = (high - low) * h, False
+    width, back, searched = (high - low) * h, s.clock[INTERVAL], False
+    per_width, per_back = 1.0 / width, 1.0 / back if back > 0.0 else 0.0
+    curving = 4.0 * width / (width + back)
     for k in range(s.peaks.shape[0]):
         s.peaks[k, NEXT], s.peaks[k, SEARCHED] = quantity(s, row, k), 0.0
         if asleep(s, k):
             continue
         offer(s, k, s.peaks[k, NEXT], t + high * h)
-        if may_peak(s, k, width):
+        if may_peak(s, k, per_width, per_back, curving):
             s.peaks[k, SEARCHED], searched = 1.0, True
     if searched:
         interpolate(call, s, t, h)
