@@ -2,7 +2,8 @@
 
 Errors: extremes of the turns after the first at each rtol, against 1e-11. Costs: time of the compiled loop with located
 extremes over the same loop that looks at step ends only, for the energy ledger, and over one without any look.
-They are medians of ratios of runs made in turn; in dry joints the peaks of each contact are part of it. Long run: 20,000 turns of the feeder with a dry joint (some four minutes).
+They are medians of ratios of runs made in turn; in dry joints the peaks of each contact are part of it.
+Long run: 20,000 turns of the feeder with a dry joint (some four minutes).
 """
 
 import statistics
