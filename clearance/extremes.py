@@ -15,6 +15,8 @@ STRETCHES = 100  # of a run that have extremes of their own, at most
 ROUNDING = 1e-9  # share of a stretch that rounding may move its ends by
 LOW, HIGH = ("min",), ("max",)
 BOTH = ("min", "max")
+#: extremes of joints that have names of their own, as attributes of a file's joints and in summaries
+JOINT_EXTREMES = {"force_max": "peak_force", "gap_min": "smallest_gap"}
 #: channels of joints and drives with located extremes; of joints also the size of the force
 FOLLOWED = {
     "gap": LOW,

@@ -18,7 +18,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from clearance.extremes import Extremes
+from clearance.extremes import JOINT_EXTREMES, Extremes
 from clearance.locks import Lock
 from clearance.reading import CHECKED, FACT_UNITS
 from clearance.regimes import Regime, regime
@@ -35,8 +35,6 @@ from clearance.results import (
     temporary_name,
 )
 
-#: extremes of the whole run that are attributes of joints
-JOINT_EXTREMES = {"force_max": "peak_force", "gap_min": "smallest_gap"}
 CHUNK = 2048  # rows
 NO_VALUES = f"This is a netCDF dimension but not a netCDF variable. {0:9d}"  # netCDF's way to say so
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # how a system says that there is no room

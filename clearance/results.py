@@ -250,9 +250,9 @@ class Record(ABC):
         """Smallest or largest value of a quantity between two times [s], and its time.
 
         name: path of a channel, or of a vector for its size, and the end: "joints/B/gap_min", "joints/B/force_max".
-        Located to the tolerance of the run in its stretches (turns, mostly) that lie whole between the times, for
-        gaps, film pressures, friction and forces of joints, efforts of drives and accelerations along guides; of the
-        samples elsewhere. Raises KeyError for a channel the run has not got.
+        Located to the tolerance of the run, one in each of its stretches (turns, mostly), for gaps, film pressures and
+        forces of joints, friction of those without clearance, efforts of drives and accelerations along guides; of the
+        samples elsewhere. Raises KeyError for a channel the run has not got, ValueError where nothing lies between.
         """
         name = str(name).strip("/")
         path, _, which = name.rpartition("_")

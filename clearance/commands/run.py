@@ -254,8 +254,6 @@ JOINT_FACTS = (
     "film_pressure", "piezoviscous_number", "flattening_ratio", "mean_asperity_share", "film_table_error_closing",
     *SHARES,
 )  # fmt: skip
-#: extremes of joints and drives that a summary states: name of an extreme -> its names in the summary
-JOINT_EXTREMES = {"force_max": "peak_force", "gap_min": "smallest_gap"}
 EFFORTS = {"torque": "N m", "force": "N"}
 
 
@@ -270,6 +268,8 @@ def _two(result, name: str, summary_name: str, begin: float, end: float) -> dict
 
 def _joints(result, begin: float, end: float) -> dict:
     """Peak forces, smallest gaps and friction of the settled motion, and of the start-up; regimes of the whole run."""
+    from clearance.extremes import JOINT_EXTREMES
+
     roughness = {j["name"]: j.get("roughness") for j in result.scene["joints"]}
     found = {}
     for name in result.names("joints"):
