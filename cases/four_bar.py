@@ -32,6 +32,9 @@ def scene(
     roughness: float = 0.8e-6,
     transition: str = "load_sharing",
     thresholds: str = "0.4,1,3",
+    memberships: str = "cosine",
+    datum: float = 1.0,
+    squeeze: float = 1.0,
     asperity: str = "greenwood_tripp",
 ) -> cl.Scene:
     """Crank-rocker: crank 50 mm, coupler 150 mm, rocker 120 mm, frame 160 mm.
@@ -53,6 +56,9 @@ def scene(
     roughness: composite rms roughness; 0 leaves out the film thickness ratio, and mixed joints need it [m]
     transition: how film and contact share a mixed joint: none, flores, fuzzy or load_sharing [-]
     thresholds: film thickness ratios dry,mixed,full of the fuzzy states [-]
+    memberships: of fuzzy: cosine, or a CSV file of film thickness ratio, full film, mixed, dry [-]
+    datum: of fuzzy: ratio from where contact begins, over the threshold mixed [-]
+    squeeze: of fuzzy: share of its squeeze rate that the film keeps where its gap is held [-]
     asperity: asperity law of load_sharing: greenwood_tripp, greenwood_williamson or none [-]
     """
     crank, coupler, rocker = _bar("crank", 0.050, 0.0), _bar("coupler", 0.150, 0.8), _bar("rocker", 0.120, 1.6)
@@ -60,7 +66,8 @@ def scene(
         joints, "ABCD", model=model, clearance=clearance, radius=10e-3, length=20e-3, viscosity=viscosity,
         restitution=restitution, contact=contact, friction=friction, friction_coefficient=friction_coefficient,
         film=film, roughness=roughness, film_torques=film_torques, ambient=ambient, flow_factors=flow_factors,
-        mesh=mesh, transition=transition, thresholds=thresholds, asperity=asperity,
+        mesh=mesh, transition=transition, thresholds=thresholds, memberships=memberships, datum=datum,
+        squeeze=squeeze, asperity=asperity,
     )  # fmt: skip
     return cl.Scene(
         joint("A", cl.ground.at(0, 0), crank["near"]),

@@ -6,10 +6,19 @@ us. Every other number is the assumed set *feeder-A*: link lengths that assemble
 section, joint radius 10 mm and length 20 mm. Results cannot be compared with the source's figures number by number.
 
 Crank A-B, rod 2 B-C, rocker D-C-E, rod 4 E-F, slider F along x at height 80 mm.
+
+The source's transitional joint is `model=mixed`: film and contact weighted by fuzzy states of the
+film thickness ratio. Its oil has 5 mPa s unless told otherwise. At 300 rpm and 0.1 mm that is where
+the journal comes down to the roughness: the ratio falls to 0.9, all three states occur, and speed,
+clearance and further joints show. With the 50 mPa s of the film-only joint the ratio stays above 7
+and the transition never acts.
 """
 
 import clearance as cl
 
+#: dynamic viscosity where none is given [Pa s]: of joints that never leave full film, and of mixed ones
+THICK_OIL = 0.05
+THIN_OIL = 0.005
 JOURNAL_RADIUS = 10e-3
 BEARING_LENGTH = 20e-3
 GUIDE_HEIGHT = 0.080
@@ -22,7 +31,7 @@ def scene(
     clearance: float = 1e-4,
     joints: str = "B",
     model: str = "lubricated",
-    viscosity: float = 0.05,
+    viscosity: float | None = None,
     restitution: float = 0.9,
     contact: str = "auto",
     friction: str = "coulomb",
@@ -33,8 +42,11 @@ def scene(
     flow_factors: bool = False,
     mesh: str = "auto",
     roughness: float = 0.8e-6,
-    transition: str = "load_sharing",
+    transition: str = "fuzzy",
     thresholds: str = "0.4,1,3",
+    memberships: str = "cosine",
+    datum: float = 1.0,
+    squeeze: float = 1.0,
     asperity: str = "greenwood_tripp",
 ) -> cl.Scene:
     """Six-bar rocking feeder (assumed parameter set feeder-A), crank angle 0 at t = 0.
@@ -43,7 +55,7 @@ def scene(
     clearance: radial clearance of the clearance joints [m]
     joints: clearance joints, a comma list of A B C D E F [-]
     model: ideal, dry, lubricated or mixed (film, asperities and contact) [-]
-    viscosity: dynamic viscosity of the oil [Pa s]
+    viscosity: dynamic viscosity of the oil; none given: 0.005 when mixed, 0.05 else [Pa s]
     restitution: coefficient of restitution of the dry contact [-]
     contact: contact law of dry and mixed joints; auto is lankarani_nikravesh when dry, winkler when mixed [-]
     friction: friction law of contact and asperities: none, coulomb, stribeck, lugre, ... [-]
@@ -56,6 +68,9 @@ def scene(
     roughness: composite rms roughness; 0 leaves out the film thickness ratio, and mixed joints need it [m]
     transition: how film and contact share a mixed joint: none, flores, fuzzy or load_sharing [-]
     thresholds: film thickness ratios dry,mixed,full of the fuzzy states [-]
+    memberships: of fuzzy: cosine, or a CSV file of film thickness ratio, full film, mixed, dry [-]
+    datum: of fuzzy: ratio from where contact begins, over the threshold mixed [-]
+    squeeze: of fuzzy: share of its squeeze rate that the film keeps where its gap is held [-]
     asperity: asperity law of load_sharing: greenwood_tripp, greenwood_williamson or none [-]
     """
     crank = cl.Body("crank", mass=0.0942, inertia=3.140e-5, points={"A": (-0.020, 0), "B": (0.020, 0)})
@@ -65,12 +80,15 @@ def scene(
     )
     rod4 = cl.Body("rod4", mass=0.2669, inertia=6.517e-4, points={"E": (-0.075, 0), "F": (0.075, 0)})
     slider = cl.Body("slider", mass=0.500, inertia=1e-4, points={"F": (0, 0)})
+    if viscosity is None:
+        viscosity = THIN_OIL if model == "mixed" else THICK_OIL
     joint = cl.joint_factory(
         joints, "ABCDEF", model=model, clearance=clearance, radius=JOURNAL_RADIUS, length=BEARING_LENGTH,
         viscosity=viscosity, restitution=restitution, contact=contact, friction=friction,
         friction_coefficient=friction_coefficient, film=film, roughness=roughness, film_torques=film_torques,
         ambient=ambient, flow_factors=flow_factors, mesh=mesh,
-        transition=transition, thresholds=thresholds, asperity=asperity,
+        transition=transition, thresholds=thresholds, memberships=memberships, datum=datum,
+        squeeze=squeeze, asperity=asperity,
     )  # fmt: skip
     return cl.Scene(
         joint("A", cl.ground.at(0, 0), crank["A"]),

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from pathlib import Path
 
 from clearance import checks, laws
 from clearance.film.online import conserving_film, fast_film, fem_film
@@ -93,12 +94,14 @@ ONLINE_FILMS = {"fast": fast_film, "fem": fem_film, "conserving": conserving_fil
 #: what a film must be to know an ambient pressure, or the flow factors of rough surfaces
 WITH_AMBIENT, WITH_FLOW_FACTORS = ("table", *ONLINE_FILMS), ("table", "fast", "fem")
 ASPERITIES = {"greenwood_tripp": laws.greenwood_tripp, "greenwood_williamson": laws.greenwood_williamson}
+#: memberships of the fuzzy transition that need no file: half-cosines between thresholds
+COSINE = "cosine"
 #: name -> the law for the thresholds dry, mixed, full of the film thickness ratio
 TRANSITIONS: dict[str, Callable] = {
-    "none": lambda dry, mixed, full: laws.superposed(dry=dry, mixed=mixed, full=full),
-    "flores": lambda dry, mixed, full: laws.flores_hybrid(dry=dry, mixed=mixed, full=full),
-    "fuzzy": lambda dry, mixed, full: laws.fuzzy(dry=dry, mixed=mixed, full=full),
-    "load_sharing": lambda dry, mixed, full: laws.load_sharing(dry=dry, mixed=mixed, full=full),
+    "none": laws.superposed,
+    "flores": laws.flores_hybrid,
+    "fuzzy": laws.fuzzy,
+    "load_sharing": laws.load_sharing,
 }
 
 
@@ -152,6 +155,48 @@ def thresholds_of(text: str | Collection[float]) -> tuple[float, ...]:
     if len(found) != 3 or not 0.0 < found[0] < found[1] < found[2]:
         raise ValueError(f"thresholds must be three growing positive numbers dry,mixed,full, got {text!r}")
     return found
+
+
+def points_of(path: str | Path) -> list[tuple[float, ...]]:
+    """Memberships from a CSV file: rows of film thickness ratio, full film, mixed, dry.
+
+    A first line of names and lines that begin with # are passed over. Raises ValueError for a file
+    that cannot be read or a row that is not four numbers.
+    """
+    try:
+        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise ValueError(f"memberships must be {COSINE} or a CSV file: {path}: {error}") from None
+    rows = [(i, line.replace(";", ",").split(",")) for i, line in enumerate(lines, 1)]
+    rows = [(i, cells) for i, cells in rows if "".join(cells).strip()[:1] not in ("", "#")]
+    if rows and not _numeric(rows[0][1]):
+        del rows[0]
+    for i, cells in rows:
+        if len(cells) != 4 or not _numeric(cells):
+            four = "needs four numbers: film thickness ratio, full film, mixed, dry"
+            raise ValueError(f"memberships: {path}, line {i} {four}; got {','.join(cells)!r}")
+    return [tuple(map(float, cells)) for _, cells in rows]
+
+
+def _numeric(cells: list[str]) -> bool:
+    try:
+        return all(math.isfinite(float(c)) for c in cells)
+    except ValueError:
+        return False
+
+
+def _transition(
+    name: str, thresholds: str, memberships: str, datum: float, squeeze: float
+) -> laws.BoundLaw:
+    """The transition for a name and its numbers, of which only the fuzzy one takes the last three."""
+    dry, mixed, full = thresholds_of(thresholds)
+    if name == "fuzzy" and memberships != COSINE:
+        return laws.fuzzy_table(points_of(memberships), datum=datum, squeeze=squeeze)
+    options = {"datum": (datum, 1.0), "squeeze": (squeeze, 1.0), "memberships": (memberships, COSINE)}
+    given = {n: value for n, (value, default) in options.items() if value != default}
+    if given and name != "fuzzy":
+        raise ValueError(f"transition {name} has no {next(iter(given))}; fuzzy has")
+    return TRANSITIONS[name](dry=dry, mixed=mixed, full=full, **given)
 
 
 def _solids(model: str, pair: Pair, contact: str, restitution: float, friction: str, coefficient: float) -> dict:
@@ -210,6 +255,9 @@ def joint_factory(
     mesh: str = "auto",
     transition: str = "load_sharing",
     thresholds: str = "0.4,1,3",
+    memberships: str = COSINE,
+    datum: float = 1.0,
+    squeeze: float = 1.0,
     asperity: str = "greenwood_tripp",
     material: Material = steel,
 ) -> Callable[..., Joint]:
@@ -239,7 +287,7 @@ def joint_factory(
             slots["lubricant"] = Lubricant(viscosity)
             slots["film_torques"] = bool(film_torques)
         if model == "mixed":
-            slots["transition"] = TRANSITIONS[transition](*thresholds_of(thresholds))
+            slots["transition"] = _transition(transition, thresholds, memberships, datum, squeeze)
             if asperity != "none" and transition == "load_sharing":
                 slots["asperity"] = ASPERITIES[asperity]().of(pair)
     except ValueError as error:

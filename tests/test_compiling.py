@@ -68,7 +68,7 @@ def test_both_ways_give_the_same_numbers(own_store, monkeypatch):
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_an_interrupt_ends_compiling(tmp_path):
     """The scene takes many seconds to compile; the process is interrupted as soon as it has begun to."""
-    chosen = "'six_bar_feeder', model='mixed', film='pinkus_sternlicht', joints='B,C,E'"
+    chosen = "'six_bar_feeder', model='mixed', transition='load_sharing', film='pinkus_sternlicht', joints='B,C,E'"
     heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"  # also in the background
     code = f"{heard}; import clearance as cl; cl.simulate(cl.load_case({chosen}), turns=1)"
     own = {**os.environ, "CLEARANCE_STORE": str(tmp_path)}

@@ -37,7 +37,7 @@ def test_stretches_are_turns_or_hundredths(until, turn, count):
 FILMS = {
     "feeder": ("six_bar_feeder", {}),
     "slider-crank": ("slider_crank", {"model": "lubricated", "viscosity": 0.04}),
-    "mixed feeder": ("six_bar_feeder", {"model": "mixed", "viscosity": 0.005}),
+    "mixed feeder": ("six_bar_feeder", {"model": "mixed", "transition": "load_sharing"}),
 }
 
 
@@ -127,7 +127,7 @@ def test_M3_a_long_crank_does_not_turn_its_rod():
 
 SCENES = {
     "dry": ({"model": "dry"}, 0.5),
-    "mixed": ({"model": "mixed", "viscosity": 0.005}, 1.0),
+    "mixed": ({"model": "mixed", "transition": "load_sharing"}, 1.0),
     "lubricated": ({"model": "lubricated", "clearance": 2e-4}, 1.0),
 }
 

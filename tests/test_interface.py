@@ -447,3 +447,44 @@ def test_memberships_from_points_are_memberships():
 def test_points_that_are_no_table_are_refused(points, said):
     with pytest.raises(ValueError, match=said):
         cl.fuzzy_table(points)
+
+
+# --- memberships from a file
+POINTS = [(0.4, 0.0, 0.0, 1.0), (0.8, 0.0, 0.7, 0.3), (1.2, 0.1, 0.9, 0.0), (3.0, 1.0, 0.0, 0.0)]
+ROWS = "\n".join(",".join(map(str, row)) for row in POINTS)
+
+
+@pytest.mark.parametrize(
+    "text", [ROWS, f"# of a paper\nratio,full,mixed,dry\n{ROWS}\n", ROWS.replace(",", "; ")]
+)
+def test_memberships_of_a_file(text, tmp_path):
+    """The case takes the file's points: the same law as `fuzzy_table` makes of them."""
+    path = tmp_path / "memberships.csv"
+    path.write_text(text)
+    scene = cl.load_case("six_bar_feeder", model="mixed", memberships=str(path), squeeze=0.5)
+    (joint,) = (j for j in scene.joints if j.name == "B")
+    assert joint.transition == cl.fuzzy_table(POINTS, squeeze=0.5)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (None, "memberships must be cosine or a CSV file: .*No such file"),
+        ("1,0,1\n", "line 1 needs four numbers: .*got '1,0,1'"),
+        (ROWS + "\n4,1,0,zero", "line 5 needs four numbers: .*got '4,1,0,zero'"),
+        ("ratio,full,mixed,dry\n", "give at least two points, got 0"),
+        ("0.4,0,0,1\n1,0,0.9,0\n", "point 1: the memberships must have the sum 1"),
+    ],
+)
+def test_files_that_hold_no_memberships_are_refused(text, line, tmp_path):
+    path = tmp_path / "memberships.csv"
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(ValueError, match=line):
+        cl.load_case("six_bar_feeder", model="mixed", memberships=str(path))
+
+
+@pytest.mark.parametrize("option", [{"datum": 0.0}, {"squeeze": 0.0}, {"memberships": "a.csv"}])
+def test_only_the_fuzzy_transition_takes_its_options(option):
+    with pytest.raises(ValueError, match=f"load_sharing has no {next(iter(option))}; fuzzy has"):
+        cl.load_case("six_bar_feeder", model="mixed", transition="load_sharing", **option)

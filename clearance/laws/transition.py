@@ -18,7 +18,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from clearance.checks import finite, fraction, inner_fraction, positive
+from clearance.checks import finite, fraction, inner_fraction, non_negative, positive
 from clearance.laws.asperity import normal_density, normal_tail
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, transition
 
@@ -50,6 +50,11 @@ def smooth_floor(value, floor, width):
     if value <= floor - width:
         return floor
     return floor + (value - floor + width) ** 2 / (4.0 * width)
+
+
+def smooth_floor_slope(value, floor, width):
+    """Derivative of `smooth_floor` by its value: from 0 below to 1 above."""
+    return min(max((value - floor + width) / (2.0 * width), 0.0), 1.0)
 
 
 def where(gap, roughness, dry, mixed, full):
@@ -92,28 +97,44 @@ def flores_hybrid(gap, joint, tolerance=0.05, largest_ratio=0.999, dry=0.4, mixe
 flores_hybrid.first_touch = True
 
 
-def weighted(gap, roughness, mixed, full, w_full, w_mixed, w_dry):
-    """What `fuzzy` makes of memberships: film down to the threshold `mixed`, contact from there on, weighted."""
+def weighted(gap, roughness, mixed, full, datum, squeeze, w_full, w_mixed, w_dry):
+    """Film share, film gap and the rest that `fuzzy` makes of memberships: see its equation."""
     floor = mixed * roughness
-    film_gap = smooth_floor(gap, floor, min(0.1 * mixed, full - mixed) * roughness)
-    return w_full + w_mixed, film_gap, 1.0, 1.0 - w_full, max(floor - gap, 0.0), w_full, w_mixed, w_dry
+    width = min(0.1 * mixed, full - mixed) * roughness
+    film_gap = smooth_floor(gap, floor, width)
+    slope = squeeze + (1.0 - squeeze) * smooth_floor_slope(gap, floor, width)
+    penetration = max(datum * floor - gap, 0.0)
+    return w_full + w_mixed, film_gap, slope, 1.0 - w_full, penetration, w_full, w_mixed, w_dry
 
 
-@transition(dry=positive, mixed=positive, full=positive)
-def fuzzy(gap, joint, dry=0.4, mixed=1.0, full=3.0):
+@transition(dry=positive, mixed=positive, full=positive, datum=non_negative, squeeze=fraction)
+def fuzzy(gap, joint, dry=0.4, mixed=1.0, full=3.0, datum=1.0, squeeze=1.0):
     """Fuzzy-weighted states of the film thickness ratio: full film H, mixed E, dry D, memberships as weights [N].
 
-    F = w_H F_film(h_0) + w_E F_film(max(h_0, l_m sigma)) + (1 - w_H) F_contact(max(0, l_m sigma - h_0))
+    F = w_H F_film(h_0) + w_E F_film(max(h_0, l_m sigma)) + (1 - w_H) F_contact(max(0, datum l_m sigma - h_0))
 
-    thresholds dry < mixed < full of lambda (inputs: 0.4, 1, 3; after measurements of rough contacts 0.05, 0.3, 1.2).
-    The film is never thinner than l_m sigma (blended there over a tenth of it, so that the force is C1); contact starts
-    where the film's weight starts to fall. Full film exactly for lambda >= full; dry contact, from the datum l_m
-    sigma, for lambda <= dry. A soft contact leaves a hole between them: see `clearance.hole_check`.
-    Source: reconstruction after Jin et al., Arch. Appl. Mech. 93 (2023) 2831 (whose membership functions are not
-    known to us) and Luo and Yan (1989); half-cosine memberships assumed.
+    Thresholds dry < mixed < full of lambda (inputs: 0.4, 1, 3; after measurements of rough contacts
+    0.05, 0.3, 1.2). The film is never thinner than l_m sigma. There it is blended over a tenth of
+    it, so that the force is C1. Full film exactly for lambda >= full; dry contact, from its datum,
+    for lambda <= dry. A soft contact leaves a hole between them: see `clearance.hole_check`.
+
+    Three choices are not in what we read of the source. The study `feeder_transition` compares
+    each with `load_sharing`, which has no threshold.
+    - datum: film thickness ratio, over l_m, from where contact begins and penetration counts
+      (at most l_f / l_m). 1: where the film's weight begins to fall. 0: at the nominal wall, as in
+      `flores_hybrid`; nothing carries between there and l_d. l_f / l_m: where full film ends; the
+      journal then rests on bodies that do not touch, at a gap of more than twice the true one.
+    - squeeze: share of its squeeze rate that the held film keeps. 1: the true rate, as in Flores'
+      hybrid, so that a load which is carried by squeezing does not drop where the gap is held.
+      0: the rate of a gap that stands still.
+    - memberships: half-cosines, see `memberships`; `fuzzy_table` takes others.
+
+    Source: reconstruction after Jin et al., Arch. Appl. Mech. 93 (2023) 2831 (whose membership
+    functions are not known to us) and Luo and Yan (1989). Raises ValueError for thresholds that do
+    not grow, a datum above l_f and a share outside [0, 1].
     """
     w_full, w_mixed, w_dry = memberships(gap / joint.roughness, dry, mixed, full)
-    return weighted(gap, joint.roughness, mixed, full, w_full, w_mixed, w_dry)
+    return weighted(gap, joint.roughness, mixed, full, datum, squeeze, w_full, w_mixed, w_dry)
 
 
 def _ordered(joint, parameters):
@@ -131,6 +152,16 @@ def _ordered(joint, parameters):
     return None
 
 
+def _weights_fit(joint, parameters):
+    """As `_ordered`, and contact begins where it has a weight."""
+    datum, mixed, full = parameters["datum"], parameters["mixed"], parameters["full"]
+    if reason := _ordered(joint, parameters):
+        return reason
+    if datum * mixed > full:
+        return f"needs a datum of at most full / mixed = {full / mixed:g}, got {datum:g}"
+    return None
+
+
 def _wide(joint, parameters):
     """Roughness should be small against the clearance."""
     reach = parameters["full"] * joint.roughness
@@ -139,7 +170,7 @@ def _wide(joint, parameters):
     return None
 
 
-fuzzy.demands(_ordered)
+fuzzy.demands(_weights_fit)
 fuzzy.carries_roughness = True
 
 
@@ -175,10 +206,10 @@ def tabled(ratio, data, start):
     return w_full, 1.0 - w_full - w_dry, w_dry
 
 
-def table_of_memberships(gap, joint, data, start, dry, mixed, full):
+def table_of_memberships(gap, joint, data, start, dry, mixed, full, datum=1.0, squeeze=1.0):
     """As `fuzzy`, with memberships from a table of points [N]: see `fuzzy_table`."""
     w_full, w_mixed, w_dry = tabled(gap / joint.roughness, data, int(start))
-    return weighted(gap, joint.roughness, mixed, full, w_full, w_mixed, w_dry)
+    return weighted(gap, joint.roughness, mixed, full, datum, squeeze, w_full, w_mixed, w_dry)
 
 
 @dataclass(frozen=True)
@@ -218,15 +249,20 @@ def _slopes(points: Sequence[tuple[float, ...]]) -> list[tuple[float, ...]]:
 
 
 _fuzzy_table = DataLaw(
-    transition, table_of_memberships, {"dry": finite, "mixed": positive, "full": positive}, Table.of
+    transition,
+    table_of_memberships,
+    {"dry": finite, "mixed": positive, "full": positive, "datum": non_negative, "squeeze": fraction},
+    Table.of,
 )
-_fuzzy_table.demands(_ordered)
+_fuzzy_table.demands(_weights_fit)
 _fuzzy_table.doubts(_wide_or_twice)
 _fuzzy_table.carries_roughness = True
 
 
-def fuzzy_table(points: Iterable[Sequence[float]]) -> BoundLaw:
-    """The transition `fuzzy` with memberships given as points.
+def fuzzy_table(
+    points: Iterable[Sequence[float]], *, datum: float = 1.0, squeeze: float = 1.0
+) -> BoundLaw:
+    """The transition `fuzzy` with memberships given as points; datum, squeeze: see there.
 
     A point is (film thickness ratio, full film, mixed, dry). Ratios grow. The memberships of a point
     are at least 0 and have the sum 1; the last point is all full film. Between points each
@@ -247,7 +283,8 @@ def fuzzy_table(points: Iterable[Sequence[float]]) -> BoundLaw:
     dry = max((r[0] for r in rows if r[3] == 1.0), default=rows[0][0])
     mixed = max(rows, key=lambda r: r[2])[0]
     full = min(r[0] for r in rows if r[1] == 1.0)
-    return _fuzzy_table.bind({"points": tuple(rows)}, dry=dry, mixed=mixed, full=full)
+    thresholds = {"dry": dry, "mixed": mixed, "full": full}
+    return _fuzzy_table.bind({"points": tuple(rows)}, **thresholds, datum=datum, squeeze=squeeze)
 
 
 def _point(place: int, row: Sequence[float]) -> tuple[float, ...]:

@@ -27,7 +27,10 @@ LONG, LOST = 20_000, 1e-6  # turns; share of the energy of a stretch that it may
 CASES = {
     "six_bar_feeder": {},
     "slider_crank -p model=lubricated -p viscosity=0.04": {"model": "lubricated", "viscosity": 0.04},
-    "six_bar_feeder -p model=mixed -p viscosity=0.005": {"model": "mixed", "viscosity": 0.005},
+    "six_bar_feeder -p model=mixed -p transition=load_sharing": {
+        "model": "mixed",
+        "transition": "load_sharing",
+    },
     "six_bar_feeder -p model=dry": {"model": "dry"},
     "slider_crank -p model=dry": {"model": "dry"},
 }

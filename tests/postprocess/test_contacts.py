@@ -172,7 +172,7 @@ def test_the_picture_of_a_mixed_run(tmp_path, gallery):
         ("double_pendulum", {}, "no joint of this scene has a contact law"),
         (
             "six_bar_feeder",
-            {"model": "mixed", "joints": "B,C"},
+            {"model": "mixed", "transition": "load_sharing", "joints": "B,C"},
             "no contact in joint B, C, load on asperities left out",
         ),
     ],

@@ -102,7 +102,7 @@ class Estimation:
 
 
 DRY = {"model": "dry"}
-MIXED = {"model": "mixed", "viscosity": 5e-3}
+MIXED = {"model": "mixed", "transition": "load_sharing"}
 RUNS = {
     "six_bar_feeder_ideal": Trajectory(
         "six_bar_feeder", {"model": "ideal"}, {"turns": 1}, (*SLIDER, *PINS), "multipliers", 1e-12, "speed", 2e-8

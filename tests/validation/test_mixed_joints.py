@@ -86,8 +86,9 @@ def test_bristles_in_rough_joints_cost_no_more_than_smooth_friction():
     steps = []
     for friction in ("coulomb", "lugre"):
         scene = cl.load_case(
-            "six_bar_feeder", model="mixed", joints="B,C,E", film="harmonic", viscosity=0.005, friction=friction
-        )
+            "six_bar_feeder", model="mixed", transition="load_sharing", joints="B,C,E", film="harmonic",
+            friction=friction,
+        )  # fmt: skip
         steps.append(cl.simulate(scene, turns=1, rtol=1e-6).solver["steps"])
     assert steps[1] < 5 * steps[0]
 
