@@ -31,7 +31,7 @@ def scene(
     clearance: float = 1e-4,
     joints: str = "B",
     model: str = "lubricated",
-    viscosity: float | None = None,
+    viscosity: float | str = "auto",
     restitution: float = 0.9,
     contact: str = "auto",
     friction: str = "coulomb",
@@ -55,7 +55,7 @@ def scene(
     clearance: radial clearance of the clearance joints [m]
     joints: clearance joints, a comma list of A B C D E F [-]
     model: ideal, dry, lubricated or mixed (film, asperities and contact) [-]
-    viscosity: dynamic viscosity of the oil; none given: 0.005 when mixed, 0.05 else [Pa s]
+    viscosity: dynamic viscosity of the oil; auto: 0.005 when mixed, 0.05 else [Pa s]
     restitution: coefficient of restitution of the dry contact [-]
     contact: contact law of dry and mixed joints; auto is lankarani_nikravesh when dry, winkler when mixed [-]
     friction: friction law of contact and asperities: none, coulomb, stribeck, lugre, ... [-]
@@ -80,7 +80,7 @@ def scene(
     )
     rod4 = cl.Body("rod4", mass=0.2669, inertia=6.517e-4, points={"E": (-0.075, 0), "F": (0.075, 0)})
     slider = cl.Body("slider", mass=0.500, inertia=1e-4, points={"F": (0, 0)})
-    if viscosity is None:
+    if viscosity == "auto":
         viscosity = THIN_OIL if model == "mixed" else THICK_OIL
     joint = cl.joint_factory(
         joints, "ABCDEF", model=model, clearance=clearance, radius=JOURNAL_RADIUS, length=BEARING_LENGTH,

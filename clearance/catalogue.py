@@ -32,7 +32,9 @@ class Parameter:
     text: str
 
     def value(self, given: str) -> object:
-        """A value from the command line, such as 300rpm, 0.1mm or dry."""
+        """A value from the command line, such as 300rpm, 0.1mm or dry; or the default's word, such as auto."""
+        if isinstance(self.default, str) and given.strip() == self.default:
+            return self.default
         try:
             if self.kind is bool:
                 return _SWITCH[given.strip().lower()]
