@@ -1,26 +1,26 @@
-"""Path of journal B in its clearance circle: dry, lubricated, mixed.
+"""Path of journal B in its clearance circle: dry, film only, transitional.
 
-Answers: Jin et al. (2023), the centre orbit of the journal in the clearance joint, dry against lubricated.
+Answers: Jin et al. (2023), the centre orbit of the journal in the clearance joint, dry, lubricated and transitional.
 
-Reproduced: the path relative to the bearing's centre, along the fixed axes, over the last turns at 300 rpm and 0.1 mm,
+Reproduced: the path relative to the bearing's centre, along the fixed axes, over the last turns at 300 rpm and 0.2 mm,
 coloured by what the joint is doing; below it how much of the clearance is left between the surfaces over the last
 turn. The dry journal penetrates by micrometres: it stands beyond the circle there, and its gap is negative.
 
-Assumed: parameter set feeder-A, oil of 50 mPa s (lubricated) and 2 mPa s (mixed, load shared by film and asperities),
-roughness 0.8 um, restitution 0.9, friction coefficient 0.1.
+Assumed: parameter set feeder-A, oil of 5 mPa s, fuzzy transition, roughness 0.8 um, restitution 0.9, friction
+coefficient 0.1.
 
 Not comparable: size and place of the orbit; clearances, loads and oil of the source are not known to us.
 """
 
 import numpy as np
 from clearance.paper_figures import workshop
-from clearance.paper_figures.feeder_slider import MODELS, feeder
+from clearance.paper_figures.feeder_slider import DRY, FILM, MODELS, TRANSITIONAL, feeder, say
 from clearance.postprocess.channels import abscissa, kept
 from clearance.postprocess.figures import degrees, finish, legend_below, sheet, trajectory
 from clearance.postprocess.plots import FLIGHT, MEMBERSHIPS, STATES, touched
 
 #: turns shown of the irregular motion and of the periodic ones
-SHOWN = {"dry": 3.0, "lubricated": 1.0, "mixed, 2 mPa s": 1.0}
+SHOWN = {DRY: 3.0, FILM: 1.0, TRANSITIONAL: 1.0}
 
 
 def draw(work: workshop.Workshop) -> None:
@@ -37,10 +37,23 @@ def orbits(runs: dict):
         turns = f"last {SHOWN[name]:g} turns" if SHOWN[name] > 1.0 else "last turn"
         above.set_title(f"{name}, {turns}", fontsize="medium")
         gap(below, run, colours, state)
+    say(figure, crossings(runs))
     panels[0, 0].set_ylabel("eccentricity y / c [-]")
     panels[1, 0].set_ylabel("gap [µm]")
     legend_below(figure, *panels[0])
     return figure
+
+
+def crossings(runs: dict) -> str:
+    """Contacts of the dry journal a turn, smallest gaps with oil, and the source's statement."""
+    turns = {n: kept(r, last=SHOWN[n]) for n, r in runs.items()}
+    state = touched(runs[DRY], "B", runs[DRY].time)[turns[DRY]]
+    count = np.count_nonzero(np.diff(state.astype(int)) == 1) / SHOWN[DRY]
+    gaps = {n: 1e6 * runs[n].joint("B").gap[turns[n]].min() for n in runs if n != DRY}
+    oiled = ", ".join(f"{n} {gap:.2g} µm" for n, gap in gaps.items())
+    met = "met" if count > 1.0 and min(gaps.values()) > 0.0 else "not met"
+    text = f"The dry journal touches some {count:.0f} times a turn; smallest gap with oil: {oiled}"
+    return f"{text}. Source: the dry journal bounces, the wet one slides along the wall; {met}."
 
 
 def states(run) -> tuple[dict, np.ndarray]:
