@@ -141,7 +141,8 @@ def influence(found: dict, at: np.ndarray, label: str, claim: str, log: bool = F
         plain_decades(panels[0, 0].xaxis, at[0], at[-1])
     grown = {name: ends(metrics["slider_acceleration_extreme"]) for name, metrics in found.items()}
     quantity, _, units = label.partition(" [")
-    conclude(figure, f"Largest slider acceleration, {quantity} {at[0]:g} to {at[-1]:g} {units.rstrip(']')}", grown, claim)
+    span = f"{quantity} {at[0]:g} to {at[-1]:g} {units.rstrip(']')}"
+    conclude(figure, f"Largest slider acceleration, {span}", grown, claim)
     figure.align_ylabels()
     legend_below(figure, panels[0, 0])
     return figure

@@ -580,7 +580,8 @@ class TestTransitions:
     @given(gap=gaps)
     @settings(deadline=None)
     def test_memberships_are_a_partition(self, name, gap):
-        film, film_gap, slope, contact, penetration, *states = TRANSITIONS[name](dry=0.4, mixed=1.0, full=3.0)(gap, JOINT)
+        law = TRANSITIONS[name](dry=0.4, mixed=1.0, full=3.0)
+        film, film_gap, slope, contact, penetration, *states = law(gap, JOINT)
         assert sum(states) == pytest.approx(1.0, abs=1e-14)
         assert all(0.0 <= s <= 1.0 for s in states)
         assert film_gap > 0.0

@@ -9,7 +9,11 @@ from clearance.mechanism.build import build
 from tests import mechanisms as m
 
 C = 1e-4
-FEEDER = {"lubricated": {"film": "pinkus_sternlicht"}, "dry": {"model": "dry"}, "mixed": {"model": "mixed", "viscosity": 0.05, "transition": "load_sharing"}}
+FEEDER = {
+    "lubricated": {"film": "pinkus_sternlicht"},
+    "dry": {"model": "dry"},
+    "mixed": {"model": "mixed", "viscosity": 0.05, "transition": "load_sharing"},
+}
 
 
 def feeder(kind, joints="B,C"):
