@@ -33,8 +33,6 @@ def scene(
     transition: str = "load_sharing",
     thresholds: str = "0.4,1,3",
     memberships: str = "cosine",
-    datum: float = 1.0,
-    squeeze: float = 1.0,
     asperity: str = "greenwood_tripp",
 ) -> cl.Scene:
     """Crank-rocker: crank 50 mm, coupler 150 mm, rocker 120 mm, frame 160 mm.
@@ -45,7 +43,7 @@ def scene(
     model: ideal, dry, lubricated or mixed (film, asperities and contact) [-]
     viscosity: dynamic viscosity of the oil [Pa s]
     restitution: coefficient of restitution of the dry contact [-]
-    contact: contact law of dry and mixed joints; auto is lankarani_nikravesh when dry, winkler when mixed [-]
+    contact: law, as hertz or impact(damping=440); auto: lankarani_nikravesh when dry, winkler when mixed [-]
     friction: friction law of contact and asperities: none, coulomb, stribeck, lugre, ... [-]
     friction_coefficient: coefficient of friction of contact and asperities [-]
     film: film law: table (of the Reynolds equation), harmonic, short, long, pinkus_sternlicht, sommerfeld, fem, ... [-]
@@ -54,11 +52,9 @@ def scene(
     flow_factors: whether the film of table and fem is that of rough surfaces (Patir and Cheng) [-]
     mesh: cells around and over half the length (films fast, fem, conserving), as 16x2; or auto [-]
     roughness: composite rms roughness; 0 leaves out the film thickness ratio, and mixed joints need it [m]
-    transition: how film and contact share a mixed joint: none, flores, fuzzy or load_sharing [-]
+    transition: how film and contact share a mixed joint: none, flores, fuzzy, load_sharing, or as fuzzy(squeeze=0) [-]
     thresholds: film thickness ratios dry,mixed,full of the fuzzy states [-]
     memberships: of fuzzy: cosine, or a CSV file of film thickness ratio, full film, mixed, dry [-]
-    datum: of fuzzy: ratio from where contact begins, over the threshold mixed [-]
-    squeeze: of fuzzy: share of its squeeze rate that the film keeps where its gap is held [-]
     asperity: asperity law of load_sharing: greenwood_tripp, greenwood_williamson or none [-]
     """
     crank, coupler, rocker = _bar("crank", 0.050, 0.0), _bar("coupler", 0.150, 0.8), _bar("rocker", 0.120, 1.6)
@@ -66,8 +62,8 @@ def scene(
         joints, "ABCD", model=model, clearance=clearance, radius=10e-3, length=20e-3, viscosity=viscosity,
         restitution=restitution, contact=contact, friction=friction, friction_coefficient=friction_coefficient,
         film=film, roughness=roughness, film_torques=film_torques, ambient=ambient, flow_factors=flow_factors,
-        mesh=mesh, transition=transition, thresholds=thresholds, memberships=memberships, datum=datum,
-        squeeze=squeeze, asperity=asperity,
+        mesh=mesh, transition=transition, thresholds=thresholds, memberships=memberships,
+        asperity=asperity,
     )  # fmt: skip
     return cl.Scene(
         joint("A", cl.ground.at(0, 0), crank["near"]),

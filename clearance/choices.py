@@ -1,6 +1,10 @@
-"""How a case turns plain words and numbers ("dry", "coulomb", 0.9) into joints: the command line has no others."""
+"""How a case turns plain words and numbers ("dry", "coulomb", 0.9) into joints: the command line has no others.
+
+A law is a name, or a name with parameters in SI units: "fuzzy", "impact(damping=440, depth=1.5e-6)".
+"""
 
 import math
+import re
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +17,7 @@ from clearance.materials import Lubricant, Material, steel
 
 MODELS = ("ideal", "dry", "lubricated", "mixed")
 STEP_DEPTH = 0.1  # penetration at which IMPACT's damping is whole, over that of the impact it is chosen for
+LAW = re.compile(r"\s*(\w+)\s*(?:\((.*)\))?\s*")
 IMPACT_MASS = 0.1  # of a body that IMPACT's damping gives back about the restitution asked for, at 1 m/s [kg]
 
 
@@ -113,6 +118,31 @@ def one_of(field: str, value: str, known: Collection[str]) -> str:
     return value
 
 
+def spelled(field: str, text: str, known: Collection[str]) -> tuple[str, dict[str, float]]:
+    """Name and parameters of a law such as "hertz" or "impact(damping=440, depth=1.5e-6)".
+
+    Raises ValueError for a name that is not known and for parameters that are no numbers.
+    """
+    match = LAW.fullmatch(text)
+    name = one_of(field, match[1] if match else text, known)
+    changes = {}
+    for part in filter(None, map(str.strip, (match[2] or "").split(","))):
+        parameter, _, value = (t.strip() for t in part.partition("="))
+        try:
+            changes[parameter] = float(value)
+        except ValueError:
+            form = f"{name}(parameter=number, ...) in SI units"
+            raise ValueError(f"{field} must be a name or {form}, got {text!r}") from None
+    return name, changes
+
+
+def _replaced(law: laws.BoundLaw, changes: dict[str, float]) -> laws.BoundLaw:
+    try:
+        return law.replaced(**changes) if changes else law
+    except TypeError as error:
+        raise ValueError(str(error)) from None
+
+
 def joint_names(joints: str | Collection[str], known: Collection[str]) -> tuple[str, ...]:
     """Names from a comma list such as "B,C,E" or from a collection of names."""
     given = joints.split(",") if isinstance(joints, str) else joints
@@ -185,29 +215,33 @@ def _numeric(cells: list[str]) -> bool:
         return False
 
 
-def _transition(
-    name: str, thresholds: str, memberships: str, datum: float, squeeze: float
-) -> laws.BoundLaw:
-    """The transition for a name and its numbers, of which only the fuzzy one takes the last three."""
+def _transition(text: str, thresholds: str, memberships: str) -> laws.BoundLaw:
+    """The transition for a text, thresholds, and memberships that only the fuzzy one takes."""
+    name, changes = spelled("transition", text, TRANSITIONS)
     dry, mixed, full = thresholds_of(thresholds)
-    if name == "fuzzy" and memberships != COSINE:
-        return laws.fuzzy_table(points_of(memberships), datum=datum, squeeze=squeeze)
-    options = {"datum": (datum, 1.0), "squeeze": (squeeze, 1.0), "memberships": (memberships, COSINE)}
-    given = {n: value for n, (value, default) in options.items() if value != default}
-    if given and name != "fuzzy":
-        raise ValueError(f"transition {name} has no {next(iter(given))}; fuzzy has")
-    return TRANSITIONS[name](dry=dry, mixed=mixed, full=full, **given)
+    if memberships == COSINE:
+        return _replaced(TRANSITIONS[name](dry=dry, mixed=mixed, full=full), changes)
+    if name != "fuzzy":
+        raise ValueError(f"transition {name} has no memberships; fuzzy has")
+    return _replaced(laws.fuzzy_table(points_of(memberships)), changes)
 
 
-def _solids(model: str, pair: Pair, contact: str, restitution: float, friction: str, coefficient: float) -> dict:
+def _solids(
+    model: str, pair: Pair, contact: str, restitution: float, friction: str, coefficient: float
+) -> dict:
     """Contact and friction of a dry or mixed joint."""
     if pair.radius <= pair.clearance:
         raise ValueError(f"radius {pair.radius!r} m must be larger than clearance {pair.clearance!r} m")
-    law = ("lankarani_nikravesh" if model == "dry" else "winkler") if contact == "auto" else contact
-    found = {"contact": CONTACTS[law](pair, checks.fraction("restitution", restitution))}
+    if contact == "auto":
+        contact = "lankarani_nikravesh" if model == "dry" else "winkler"
+    name, changes = spelled("contact", contact, CONTACTS)
+    law = CONTACTS[name](pair, checks.fraction("restitution", restitution))
+    slots = {"contact": _replaced(law, changes)}
     if friction != "none":
-        found["friction"] = FRICTIONS[friction](checks.non_negative("friction_coefficient", coefficient))
-    return found
+        name, changes = spelled("friction", friction, FRICTIONS)
+        law = FRICTIONS[name](checks.non_negative("friction_coefficient", coefficient))
+        slots["friction"] = _replaced(law, changes)
+    return slots
 
 
 def mesh_of(text: str) -> tuple[int, int]:
@@ -256,12 +290,12 @@ def joint_factory(
     transition: str = "load_sharing",
     thresholds: str = "0.4,1,3",
     memberships: str = COSINE,
-    datum: float = 1.0,
-    squeeze: float = 1.0,
     asperity: str = "greenwood_tripp",
     material: Material = steel,
 ) -> Callable[..., Joint]:
     """`factory(name, a, b)`: a clearance joint for the chosen names, an ideal hinge for all others.
+
+    Contact, friction, transition and asperity are names, with parameters where wanted: see `spelled`.
 
     Contact stiffness and moduli come from the radii, the length and the material; contact "auto" is
     lankarani_nikravesh in dry joints and winkler, which is conformal, in mixed ones. Lengths in m, viscosity in Pa s.
@@ -273,11 +307,11 @@ def joint_factory(
     slots: dict = {"radius": radius, "clearance": clearance, "length": length}
     if checks.non_negative(f"joint {joints}: roughness", roughness) > 0.0:
         slots["roughness"] = roughness
-    one_of("contact", contact, ("auto", *CONTACTS))
-    one_of("friction", friction, ("none", *FRICTIONS))
+    spelled("contact", contact, ("auto", *CONTACTS))
+    spelled("friction", friction, ("none", *FRICTIONS))
     one_of("film", film, FILMS | ONLINE_FILMS)
-    one_of("transition", transition, TRANSITIONS)
-    one_of("asperity", asperity, ("none", *ASPERITIES))
+    sharing, _ = spelled("transition", transition, TRANSITIONS)
+    asperity_name, changes = spelled("asperity", asperity, ("none", *ASPERITIES))
     try:
         pair = Pair(radius, clearance, length, material)
         if model in ("dry", "mixed"):
@@ -287,9 +321,10 @@ def joint_factory(
             slots["lubricant"] = Lubricant(viscosity)
             slots["film_torques"] = bool(film_torques)
         if model == "mixed":
-            slots["transition"] = _transition(transition, thresholds, memberships, datum, squeeze)
-            if asperity != "none" and transition == "load_sharing":
-                slots["asperity"] = ASPERITIES[asperity]().of(pair)
+            slots["transition"] = _transition(transition, thresholds, memberships)
+            if asperity_name != "none" and sharing == "load_sharing":
+                law = ASPERITIES[asperity_name]().of(pair)
+                slots["asperity"] = _replaced(law, changes)
     except ValueError as error:
         raise ValueError(f"joint {', '.join(chosen)}: {error}") from None
 

@@ -56,7 +56,7 @@ def moments(runs: dict):
         finish(axes, f"{label} [N m]", "", legend=False)
     largest = {n: np.abs(r.drive("crank").torque[settled(r)]).max() for n, r in runs.items()}
     ratios = {n: v / largest[IDEAL] for n, v in largest.items() if n != IDEAL}
-    factors = ", ".join(f"{n} × {r:.3g}" for n, r in ratios.items())
+    factors = ", ".join(f"{n} ×\u00a0{r:.3g}" for n, r in ratios.items())
     met = "met" if min(ratios.values()) > 1.0 and max(ratios, key=ratios.get) == DRY else "not met"
     claim = "clearance makes the moment peak, oil less than dry contact"
     say(figure, f"Largest crank moment over the ideal one: {factors}. Source: {claim}; {met}.")

@@ -69,7 +69,7 @@ def draw(work: workshop.Workshop) -> None:
 def interaction(model: str, runs: dict) -> str:
     """By how much the neighbours' clearance changes each joint's largest force, and the source's statement."""
     changed = {j: numbers(runs[ALL], j)[0] / numbers(runs[j], j)[0] for j in JOINTS}
-    factors = ", ".join(f"{j} × {f:.3g}" for j, f in changed.items())
+    factors = ", ".join(f"{j} ×\u00a0{f:.3g}" for j, f in changed.items())
     noticed = max(abs(f - 1.0) for f in changed.values()) > NOTICED
     grows = max(changed.values()) > 1.0 + NOTICED
     verdict = "met" + ("" if grows else ", but forces fall") if noticed else "not met"

@@ -67,12 +67,13 @@ def wet(models: dict, ideal):
     panels = figure.subplots(3, len(models), sharex=True, sharey="row")
     for column, (model, runs) in zip(panels.T, models.items(), strict=True):
         column[0].set_title(model, fontsize="medium")
+        first = model == next(iter(models))
         for i, (joints, run) in enumerate(runs.items()):
             angle, last, xlabel = abscissa(run, "angle", 1.0)
             for axes, values in zip(column, beyond(run, ideal), strict=True):
                 line(axes, angle, values[last], **{"lw": 1.2, "label": named(joints)} | stroke(i, len(runs)))
         for axes, label in zip(column, LABELS, strict=True):
-            finish(axes, f"deviation of\n{label}" if column is panels.T[0] else "", "", legend=False)
+            finish(axes, f"deviation of\n{label}" if first else "", "", legend=False)
         column[-1].set_xlabel(xlabel)
     grown = {model: largest(runs) for model, runs in models.items()}
     conclude(figure, "Largest slider acceleration from one to three joints", grown, CLAIM)

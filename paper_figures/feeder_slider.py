@@ -84,11 +84,11 @@ def feeder(work: workshop.Workshop, turns: float = TURNS, **parameters):
 def conclude(figure, quantity: str, values: dict[str, tuple[float, float]], claim: str) -> None:
     """Above the panels: by how much a quantity grows in each model, and where the source's claim is met."""
     grown = {name: last / first for name, (first, last) in values.items()}
-    factors = ", ".join(f"{name} × {g:.3g}" for name, g in grown.items())
+    factors = ", ".join(f"{name} ×\u00a0{g:.3g}" for name, g in grown.items())
     others = [name for name in grown if name != IDEAL]
     met = [name for name in others if grown[name] > GROWN]
     answers = {"met with": met, "not met with": [name for name in others if name not in met]}
-    answer = ", ".join(f"{text} {' and '.join(names)}" for text, names in answers.items() if names)
+    answer = "; ".join(f"{text} {', '.join(names)}" for text, names in answers.items() if names)
     say(figure, f"{quantity}: {factors}. Source: {claim}; {answer}.")
 
 
@@ -128,7 +128,7 @@ def disturbed(runs: dict, channel: str, label: str) -> str:
     """How much larger a rate of the slider gets than with ideal joints, and the source's statement."""
     largest = {n: np.abs(getattr(r["slider"], channel)[settled(r)]).max() for n, r in runs.items()}
     ratios = {n: v / largest[IDEAL] for n, v in largest.items() if n != IDEAL}
-    told = ", ".join(f"{n} × {r:.3g}" for n, r in ratios.items())
+    told = ", ".join(f"{n} ×\u00a0{r:.3g}" for n, r in ratios.items())
     met = "met" if ratios[DRY] > max(r for n, r in ratios.items() if n != DRY) else "not met"
     return f"Largest {label} over the ideal one: {told}. Source: oil softens what dry clearance does; {met}."
 

@@ -50,6 +50,8 @@ METRICS = (
     ("joint_B_impacts_per_turn", "contacts of dry joint\nin a turn [-]", False),
     ("dissipated_per_turn", "energy lost\nin a turn [J]", True),
 )
+#: ticks of the film thickness ratio, negative where solids penetrate
+RATIOS = (-10, -1, 0, 0.5, 1, 3, 10)
 #: turns and samples a turn of the dry runs of a sweep, of which SETTLE turns are left out
 TURNS, PER_TURN, SETTLE = 8, 12000, 2
 
@@ -133,7 +135,8 @@ def influence(found: dict, at: np.ndarray, label: str, claim: str, log: bool = F
         if metric == "joint_B_film_thickness_ratio_min":
             for threshold in (1.0, 3.0):
                 axes.axhline(threshold, color="0.5", lw=0.7, ls=":")
-            plain_decades(axes.yaxis, *axes.get_ylim())
+            axes.set_yscale("symlog", linthresh=0.5)
+            axes.set_yticks(RATIOS, [f"{r:g}" for r in RATIOS])
     for axes in panels[-1]:
         axes.set_xlabel(label)
     if log:

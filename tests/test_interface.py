@@ -13,9 +13,11 @@ import pytest
 
 import clearance as cl
 from clearance import cli, laws
+from clearance.catalogue import find_case
 from clearance.choices import CONTACTS
 from clearance.commands import common
 from clearance.laws.law import Family, FilmJoint, Law
+from clearance.sweeping.points import from_words
 
 GUIDE = (Path(__file__).parent.parent / "clearance" / "GUIDE.md").read_text()
 BLOCKS = re.findall(r"```python\n(.*?)```", GUIDE, re.DOTALL)
@@ -461,8 +463,8 @@ def test_memberships_of_a_file(text, tmp_path):
     """The case takes the file's points: the same law as `fuzzy_table` makes of them."""
     path = tmp_path / "memberships.csv"
     path.write_text(text)
-    scene = cl.load_case("six_bar_feeder", model="mixed", memberships=str(path), squeeze=0.5)
-    (joint,) = (j for j in scene.joints if j.name == "B")
+    options = {"transition": "fuzzy(squeeze=0.5)", "memberships": str(path)}
+    joint = journal_B(model="mixed", **options)
     assert joint.transition == cl.fuzzy_table(POINTS, squeeze=0.5)
 
 
@@ -484,7 +486,50 @@ def test_files_that_hold_no_memberships_are_refused(text, line, tmp_path):
         cl.load_case("six_bar_feeder", model="mixed", memberships=str(path))
 
 
-@pytest.mark.parametrize("option", [{"datum": 0.0}, {"squeeze": 0.0}, {"memberships": "a.csv"}])
-def test_only_the_fuzzy_transition_takes_its_options(option):
-    with pytest.raises(ValueError, match=f"load_sharing has no {next(iter(option))}; fuzzy has"):
-        cl.load_case("six_bar_feeder", model="mixed", transition="load_sharing", **option)
+def test_only_the_fuzzy_transition_takes_memberships():
+    with pytest.raises(ValueError, match="load_sharing has no memberships; fuzzy has"):
+        cl.load_case("six_bar_feeder", model="mixed", transition="load_sharing", memberships="a.csv")
+
+
+# --- laws with their parameters, as words
+def journal_B(**parameters):
+    scene = cl.load_case("six_bar_feeder", **parameters)
+    return next(j for j in scene.joints if j.name == "B")
+
+
+def test_laws_with_parameters_as_words():
+    """What a word says stands in the law; what it does not is that of the plain name."""
+    plain = journal_B(model="dry", contact="impact").contact.parameters
+    given = journal_B(model="dry", contact="impact(damping=440, depth=1.5e-6)").contact.parameters
+    assert given == plain | {"damping": 440.0, "depth": 1.5e-6}
+    joint = journal_B(
+        model="mixed",
+        transition="fuzzy(squeeze=0,datum=3)",
+        friction="coulomb(transition_speed=0.01)",
+    )
+    assert joint.transition == cl.fuzzy(squeeze=0.0, datum=3.0)
+    assert joint.friction == cl.coulomb(coefficient=0.1, transition_speed=0.01)
+    points = journal_B(model="mixed", film="harmonic", transition="load_sharing(full=4)").transition
+    assert points == cl.load_sharing(full=4.0)
+
+
+@pytest.mark.parametrize(
+    ("option", "line"),
+    [
+        ({"contact": "impact(damping)"}, r"contact must be a name or impact\(parameter=number"),
+        ({"contact": "impact(dampin=1)"}, r"joint B: impact\(stiffness, .*unknown .*damping"),
+        ({"contact": "impact(depth=-1)"}, "joint B: impact: depth must be positive"),
+        ({"contact": "hertzz(stiffness=1)"}, "contact must be one of .*got 'hertzz'"),
+        ({"contact": "impact(damping=1"}, "contact must be one of .*got 'impact.damping=1'"),
+    ],
+)
+def test_words_that_are_no_law_are_refused(option, line):
+    with pytest.raises(ValueError, match=line):
+        cl.load_case("six_bar_feeder", model="dry", **option)
+
+
+def test_laws_with_parameters_are_swept():
+    """Commas in brackets do not part values."""
+    contact = find_case("six_bar_feeder").parameters["contact"]
+    text = "hertz,impact(damping=1,depth=2e-6)"
+    assert from_words(contact, text) == ["hertz", "impact(damping=1,depth=2e-6)"]

@@ -176,6 +176,13 @@ class BoundLaw:
         """The parameters and settings that were given."""
         return dict(self.settings) | {n: v for n, v in self.values.items() if n in self.law.given}
 
+    def replaced(self, **changes: float) -> "BoundLaw":
+        """The law with some of its parameters changed. Raises TypeError for one that it has not got."""
+        numbers = {n: v for n, v in self.values.items() if n in self.law.given and v is not None}
+        if isinstance(self.law, DataLaw):
+            return self.law.bind(dict(self.settings), **(numbers | changes))
+        return self.law(**(numbers | changes))
+
     def of(self, joint) -> "BoundLaw":
         """The law in a joint, which determines the parameters that were not given.
 

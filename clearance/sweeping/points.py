@@ -1,6 +1,7 @@
 """The points of a sweep: grids, lists that go together, samples, and products of these."""
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,6 +11,7 @@ from clearance import checks
 
 KINDS = ("latin", "random")
 Axis = tuple[str, ...]
+OUTER_COMMA = re.compile(r",(?![^(]*\))")  # not in the brackets of a law such as impact(damping=1,depth=2)
 
 
 @dataclass(frozen=True)
@@ -196,7 +198,8 @@ def from_words(parameter, text: str) -> list:
     """
     if ":" in text and parameter.kind in (float, int):
         return _spread(parameter, text)
-    parts = [p.strip() for p in (text.removesuffix(";").split(";") if ";" in text else text.split(","))]
+    parts = text.removesuffix(";").split(";") if ";" in text else OUTER_COMMA.split(text)
+    parts = [p.strip() for p in parts]
     if not all(parts):
         raise ValueError(f"{parameter.name}: {text!r} has an empty value")
     return [parameter.value(p) for p in parts]
