@@ -8,9 +8,8 @@ with two oils so thin that the dry state is entered (5 mPa s, as in the guide, a
 which weigh film and contact, and the share of the load that the solids carry.
 
 Assumed: the memberships themselves, half-cosines with thresholds 0.4, 1, 3 (the source names the fuzzy sets, their
-functions were not in the part we had); roughness 0.8 um, the finite bearing's film by formula (harmonic), Winkler's
-contact, parameter set feeder-A. That contact begins where the ratio is 1 keeps the journal there: the dry state is
-entered, not reached.
+functions were not in the part we had); roughness 0.8 um, Winkler's contact, parameter set feeder-A. That contact begins
+where the ratio is 1 keeps the journal there: the dry state is entered, not reached.
 
 Not comparable: course and smallest value of the source's film thickness; its oil, roughness and loads are not known to
 us.
@@ -33,7 +32,7 @@ DASHES = dict(zip(STATES, ("-", "--", "-."), strict=True))
 
 def draw(work: workshop.Workshop) -> None:
     runs = {
-        oil: feeder(work, model="mixed", transition="fuzzy", film="harmonic", viscosity=oil, turns=SETTLE + 2)
+        oil: feeder(work, model="mixed", clearance=1e-4, viscosity=oil, turns=SETTLE + 2)
         for oil in OILS
     }
     work.keep(functions(), "memberships")

@@ -7,7 +7,8 @@ Reproduced: forces, eccentricities, contacts and losses of joints B, C and E at 
 mm, of each joint as the only one with clearance and of all three together, transitional, film only and dry; and how
 the contact forces of two dry joints go together in time. C and E rock rather than turn, so that their oil carries by
 being squeezed. Each picture has the growth of joint forces by the neighbours' clearance. With thin oil the neighbours
-raise the force; dry they lower it, and an impact in one loads the others within a fraction of a millisecond.
+raise the force of each; dry they lower that of B and raise those of C and E, and an impact in one loads the others
+within a fraction of a millisecond.
 
 Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 5 mPa s. Dry motions are irregular:
 compared are numbers over ten turns, and correlations of the contact forces, which were averaged over 0.2 ms.
