@@ -221,22 +221,24 @@ def trends(dry: dict):
     panels = figure.subplots(2, 3, sharex=True, height_ratios=(1.4, 1.0))
     values = {name: {n: numbers(run) for n, run in runs.items()} for name, runs in dry.items()}
     shown = (("mean force B [N]", 4), ("largest force B [N]", 2), ("largest acceleration [m/s²]", 0))
-    said = []
+    factors = []
     for (above, below), (label, column) in zip(panels.T, shown, strict=True):
+        base = np.array([row[column] for row in values[LN].values()])
+        others = []
         for i, (name, rows) in enumerate(values.items()):
             y = np.array([row[column] for row in rows.values()])
-            base = np.array([row[column] for row in values[LN].values()])
             style = stroke(i, len(values)) | {"marker": marker(i), "ms": 5, "lw": 1.2, "label": name}
             above.plot(list(rows), y, **style)
             below.plot(list(rows), y / base, **style)
-            if name != LN:
-                said.append(f"{label.partition(' [')[0]}, {name}, by {min(y / base):.2g} to {max(y / base):.2g}")
+            others += [] if name == LN else (y / base).tolist()
+        factors.append(f"{label.partition(' [')[0]} × {min(others):.2g} to {max(others):.2g}")
         finish(above, label, "", legend=False)
-        above.set_yscale("log")
         finish(below, "over Lankarani-Nikravesh [-]" if column == 4 else "", "crank speed [rpm]", legend=False)
-        below.set_ylim(0.0, None)
+        for axes in (above, below):
+            axes.set_ylim(0.0, None)
         below.axhline(1.0, color="0.5", lw=0.8, ls=":")
-    say(figure, f"IMPACT over Lankarani-Nikravesh: {'; '.join(said)}. {agreement(values)}")
+    text = f"IMPACT, matched on one impact, over {LN}: {', '.join(factors)}"
+    say(figure, f"{text}; {agreement(values)}.")
     legend_below(figure, panels[0, 0])
     return figure
 
@@ -249,7 +251,9 @@ def agreement(values: dict) -> str:
         for name, rows in values.items()
     }
     same = [name for name in signs if name != LN and signs[name] == signs[LN]]
-    return f"Trends over the speed: the same with {' and '.join(same)}." if same else "Trends over the speed differ."
+    if len(same) == len(signs) - 1:
+        return "all grow with the speed alike"
+    return f"trends over the speed agree with {' and '.join(same) or 'neither'}"
 
 
 def whole(run) -> dict[str, np.ndarray]:
