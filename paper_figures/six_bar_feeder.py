@@ -1,27 +1,46 @@
-"""The six-bar rocking feeder with a lubricated joint B at 300 rpm: the front picture.
+"""The six-bar rocking feeder with a transitional joint B at 300 rpm: the front picture.
 
-Answers: no single figure of Jin et al. (2023); it is one page of what a run gives, as the first command of the README
-draws it.
+Answers: Jin et al. (2023), the joint in which film and contact share the load by fuzzy weights of the lubrication
+state; one page of what a run gives, as the first command of the README draws it.
 
-Reproduced: a film in joint B in place of the ideal joint, as in the source's lubricated model: six turns that begin
-with the journal in the middle of its clearance; slider acceleration, drive torque, joint forces, the journal's path.
+Reproduced: the transition model: memberships of the film thickness ratio in full film, mixed and dry weigh film and
+contact; six turns that begin with the journal in the middle of its clearance: slider acceleration, drive torque, joint
+forces, the journal's path and its regimes, and the share of the load that the solids carry.
 
-Assumed: all lengths, masses and inertias, the joint's size and the oil's viscosity (parameter set feeder-A); the film
-is the tabulated solution of the Reynolds equation, not the source's Pinkus-Sternlicht formula.
+Assumed: all lengths, masses and inertias, and the joint's size (parameter set feeder-A); half-cosine memberships with
+thresholds 0.4, 1 and 3, oil of 5 mPa s so that the film gets thin; the film is the tabulated solution of the Reynolds
+equation, not the source's Pinkus-Sternlicht formula.
 
-Not comparable: every amplitude; the source's numbers belong to its own lengths and masses, which we had not got.
+Not comparable: when and how long the joint is mixed, and all amplitudes; the source's lengths, masses and membership
+functions are not in the part of it we had.
 """
 
+import numpy as np
 from clearance.paper_figures import workshop
-from clearance.postprocess.plots import overview
+from clearance.postprocess.plots import MEMBERSHIPS, STATES, overview
 
-PARAMETERS = {"model": "lubricated", "joints": "B"}
+PARAMETERS = {"model": "mixed"}
 TURNS = 6.0
 
 
 def draw(work: workshop.Workshop) -> None:
     with work.run("six_bar_feeder", PARAMETERS, turns=TURNS) as run:
         work.drawing(overview, run)
+        numbers(work, run)
+
+
+def numbers(work: workshop.Workshop, run) -> None:
+    """How long joint B is in each state, and what its solids carry, over the last two turns."""
+    late = run.time >= run.time[-1] - 2.0 * run.turn
+    joint = run.joint("B")
+    states = np.argmax([getattr(joint, name)[late] for name in MEMBERSHIPS], axis=0)
+    rows = [[f"{name}, share of the time [-]", float(np.mean(states == i))] for i, name in enumerate(STATES)]
+    rows += [
+        ["film thickness ratio, least [-]", float(joint.film_thickness_ratio[late].min())],
+        ["load on the solids, largest share [-]", float(joint.asperity_share[late].max())],
+        ["force, largest [N]", float(np.hypot(*joint.force[late].T).max())],
+    ]
+    work.table(("joint B, last two turns", "value"), rows, remarks="The state is that of the largest membership.")
 
 
 if __name__ == "__main__":
