@@ -17,7 +17,7 @@ from clearance.checks import meant
 from clearance.scene import Scene
 from clearance.units import quantity
 
-_PARAMETER = re.compile(r"^\s*(\w+):\s*(.*?)\s*\[([^\]]*)\]\s*$")
+_PARAMETER = re.compile(r"^\s*(\w+):\s*(.*?)\s*(?:\[([^\]]*)\])?\s*$")
 _SWITCH = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
 
 
@@ -65,7 +65,7 @@ class Case:
         said = {}
         for line in (self.function.__doc__ or "").splitlines():
             if match := _PARAMETER.match(line):
-                said[match[1]] = match[2], match[3]
+                said[match[1]] = match[2], match[3] or "?"
         found = {}
         for p in inspect.signature(self.function).parameters.values():
             kind = _kind(p)

@@ -533,3 +533,12 @@ def test_laws_with_parameters_are_swept():
     contact = find_case("six_bar_feeder").parameters["contact"]
     text = "hertz,impact(damping=1,depth=2e-6)"
     assert from_words(contact, text) == ["hertz", "impact(damping=1,depth=2e-6)"]
+
+
+def test_texts_of_parameters_need_no_unit(tmp_path, capsys):
+    """A parameter that is described without a unit keeps its text."""
+    case = tmp_path / "own.py"
+    body = "    import clearance as cl\n    return cl.load_case('double_pendulum')\n"
+    case.write_text(f'def scene(*, length=1.0):\n    """Own.\n\n    length: how long it is\n    """\n{body}')
+    assert cli.main(["cases", str(case)]) == 0
+    assert "how long it is" in capsys.readouterr().out
