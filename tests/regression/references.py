@@ -102,16 +102,16 @@ class Estimation:
 
 
 DRY = {"model": "dry"}
-MIXED = {"model": "mixed", "transition": "load_sharing"}
+MIXED = {"model": "mixed", "viscosity": 5e-3, "transition": "load_sharing"}
 RUNS = {
     "six_bar_feeder_ideal": Trajectory(
         "six_bar_feeder", {"model": "ideal"}, {"turns": 1}, (*SLIDER, *PINS), "multipliers", 1e-12, "speed", 2e-8
     ),
     "six_bar_feeder_lubricated_b": Trajectory(
-        "six_bar_feeder", {}, {"turns": 2}, (*SLIDER, *JOURNAL, *PINS), "radau9", 2e-5, "viscosity"
+        "six_bar_feeder", {}, {"turns": 2}, (*SLIDER, *JOURNAL, *PINS), "radau9", 2e-5, "clearance"
     ),
     "six_bar_feeder_lubricated_bce": Trajectory(
-        "six_bar_feeder", {"joints": "B,C,E"}, {"turns": 2}, (*SLIDER, *JOURNAL), "radau9", 4e-5, "viscosity"
+        "six_bar_feeder", {"joints": "B,C,E"}, {"turns": 2}, (*SLIDER, *JOURNAL), "radau9", 4e-5, "clearance"
     ),
     "six_bar_feeder_load_sharing": Trajectory(
         "six_bar_feeder", MIXED, {"turns": 2}, (*SLIDER, *JOURNAL), "radau9", 2e-5, "viscosity"
