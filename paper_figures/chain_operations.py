@@ -3,19 +3,20 @@
 Answers: Guo, Ju and Wang, Aerospace 11 (2024) 368, the statement that their explicit equations need
 fewer operations than the methods of Lagrange, of Newton and Euler, and of Zhao.
 
-Reproduced: operations a sample of the kernel for both chains, counted while its code runs; the dense
-solve for multipliers by formula; a planar recursion of Newton and Euler in link frames, written here
-as textbooks have it, counted in the same way; growth with the number of joints.
+Reproduced: operations a sample of the kernel for both chains, counted while its code runs; the
+dense solve for multipliers by formula; a planar recursion of Newton and Euler in link frames,
+written here as textbooks have it, counted in the same way; growth with the number of joints.
 
-Assumed: published counts of serial chains of n revolute joints in space stand for two of the methods:
-recursive Newton-Euler 150 n - 48 multiplications and 131 n - 48 additions (Luh, Walker and Paul, J. Dyn.
-Syst. Meas. Control 102 (1980) 69), recursive Lagrange 412 n - 277 and 320 n - 201 (Hollerbach, IEEE
-Trans. Syst. Man Cybern. 10 (1980) 730).
+Assumed: published counts of serial chains of n revolute joints in space stand for two of the
+methods: recursive Newton-Euler 150 n - 48 multiplications and 131 n - 48 additions (Luh, Walker and
+Paul, J. Dyn. Syst. Meas. Control 102 (1980) 69), recursive Lagrange 412 n - 277 and 320 n - 201
+(Hollerbach, IEEE Trans. Syst. Man Cybern. 10 (1980) 730).
 
 Not comparable: the source's own count, for its equations are spatial and the part we had gives no
 number; Zhao's method, of which we have no published count. The kernel moves in the plane, published
-counts hold in space: the planar recursion shows how much that is worth. It needs less than the kernel where
-torques alone are asked for. The claim of the source is neither confirmed nor refuted here.
+counts hold in space: the planar recursion shows how much that is worth. It needs less than the
+kernel where torques alone are asked for. The claim of the source is neither confirmed nor refuted
+here.
 """
 
 import math
@@ -55,9 +56,9 @@ def published(name: str, joints: int) -> Operations:
 def torques(links, angles, rates, accelerations, tools=math) -> list:
     """Driving torques [N m] of a planar tree by the recursion of Newton and Euler in link frames.
 
-    links: of each the number of its carrier or None, its joint's place there [m], centre of mass [m],
-    mass [kg], moment of inertia [kg m2]. angles [rad], rates and accelerations: of the joints, link
-    against link. There is no gravity in the plane.
+    links: of each the number of its carrier or None, its joint's place there [m], centre of mass
+    [m], mass [kg], moment of inertia [kg m2]. angles [rad], rates and accelerations: of the joints,
+    link against link. There is no gravity in the plane.
     """
     motions = []
     moving = zip(links, angles, rates, accelerations, strict=True)
@@ -139,7 +140,9 @@ def draw(work: workshop.Workshop) -> None:
     rows = {
         ("five-axis chain", KERNEL): kernel(five),
         ("five-axis chain", "kernel, torques and all reactions"): kernel(five, reactions=True),
-        ("five-axis chain", "kernel, the same with Coulomb friction"): kernel(rubbing, reactions=True),
+        ("five-axis chain", "kernel, the same with Coulomb friction"): kernel(
+            rubbing, reactions=True
+        ),
         ("five-axis chain", PLANAR): recursion(five_axis()),
         ("five-axis chain", "multipliers, one dense solve"): dense_operations(5, 5),
         **{("any chain of 5 joints", name): published(name, 5) for name in PUBLISHED},

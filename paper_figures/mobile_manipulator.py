@@ -1,4 +1,4 @@
-"""Mobile manipulator: inputs, pins, actuators and tooth with joint friction; start-up of its input filter.
+"""Mobile manipulator: inputs, pins, actuators and tooth, and the start-up of its input filter.
 
 Answers: Chacko and Khan, Tribology in Industry 39 (2017), simulations 1 to 3: inputs with both derivatives
 (Figs. 8 to 11 of the source); angle, speed, acceleration, torque and friction torque of the pins J1 to J3 (Figs. 13 to
@@ -38,7 +38,8 @@ from clearance.postprocess.figures import finish, legend_below, line, sheet, str
 UNTIL, STEP = 40.0, 0.01  # s
 STARTED = 1.0  # s, after which the filter's start-up is over
 PRINTED = (0.103, 0.181, 0.1995)  # s, when the source's pin torques peak
-FIGURE_8 = (0.020, 0.025, 1.0)  # bias and amplitude [m], frequency [rad/s] of the source's general input
+#: bias and amplitude [m], frequency [rad/s] of the source's general input
+FIGURE_8 = (0.020, 0.025, 1.0)
 PINS = {"J1": (None, "boom"), "J2": ("boom", "stick"), "J3": ("stick", "bucket")}
 FRICTION = {"breakaway": "source's friction", "coulomb": "friction made by the loads"}
 
@@ -86,16 +87,17 @@ def moved(time: np.ndarray, name: str, simulation: int) -> np.ndarray:
     """
     if simulation == 0:
         bias, amplitude, frequency = FIGURE_8
-        swing = amplitude * np.array([np.sin(frequency * time), frequency * np.cos(frequency * time)])
-        return np.array([bias + swing[0], swing[1], -(frequency**2) * swing[0]])
+        swing = amplitude * np.sin(frequency * time)
+        rate = amplitude * frequency * np.cos(frequency * time)
+        return np.array([bias + swing, rate, -(frequency**2) * swing])
     tau = TIME_CONSTANTS[simulation]
     if simulation == 1:
         given = np.array([swung(t, *SWINGS[name], 0.0)[0] for t in time])
-        found = [swung(t, *SWINGS[name], tau) for t in time]
+        behind = [swung(t, *SWINGS[name], tau) for t in time]
     else:
         given = np.interp(time, (0.0, *PHASES), (0.0, *DIGS[name]))
-        found = [dug(t, *DIGS[name], tau) for t in time]
-    position, rate = np.array(found).T
+        behind = [dug(t, *DIGS[name], tau) for t in time]
+    position, rate = np.array(behind).T
     return np.array([position, rate, (given - position - 2.0 * tau * rate) / tau**2])
 
 
@@ -219,7 +221,7 @@ def forces(runs: dict):
 
 
 def off(path: np.ndarray, other: np.ndarray, most: int) -> np.ndarray:
-    """Distance (samples,) of a path's points from another path, up to `most` samples sooner or later."""
+    """Distance (samples,) of a path from another one, up to `most` samples sooner or later."""
     at = np.arange(len(path))
     least = np.full(len(path), np.inf)
     for k in range(-most, most + 1):
@@ -232,10 +234,10 @@ def off(path: np.ndarray, other: np.ndarray, most: int) -> np.ndarray:
 
 
 def paths(runs: dict):
-    """Path of the tooth in the three simulations, and what the slow filter does to the dig pattern."""
+    """Path of the tooth in the three simulations, and the slow filter's effect on the dig pattern."""
     figure = sheet(10.0, 5.5)
     cells = figure.add_gridspec(2, 2, width_ratios=(5, 4))
-    axes, late, cut = (figure.add_subplot(cells[place]) for place in (np.s_[:, 0], np.s_[0, 1], np.s_[1, 1]))
+    axes, late, cut = (figure.add_subplot(c) for c in (cells[:, 0], cells[0, 1], cells[1, 1]))
     tooth = {n: 1e3 * place(run, "bucket", *LINKS["bucket"][1]) for n, run in runs.items()}
     time = runs[2].time
     beside = off(tooth[2], tooth[3], round(1.0 / (time[1] - time[0])))
@@ -247,7 +249,8 @@ def paths(runs: dict):
         axes.plot(*shown[0], "o", ms=4, color=style["color"])
         near.plot(*path.T, **style, lw=1.4)
     size = 3.0 * beside.max()
-    near.set(xlim=corner[0] + size * np.array((-1, 1)), ylim=corner[1] + size * np.array((-1, 1)), aspect="equal")
+    (low_x, low_y), (high_x, high_y) = corner - size, corner + size
+    near.set(xlim=(low_x, high_x), ylim=(low_y, high_y), aspect="equal")
     axes.indicate_inset_zoom(near, edgecolor="0.3")
     near.set_title(f"{2.0 * size:.2g} mm wide", fontsize="small")
     axes.set_aspect("equal")

@@ -332,7 +332,7 @@ class TestMobileManipulator:
             hinge = CASE["LINKS"][name][1]
 
     def test_lever_arms_of_the_figures(self):
-        """Lever arm times the pin's speed is the actuator's, as its power has it; 1e-11 m/s: rounding."""
+        """Lever arm times the pin's speed is the actuator's, from its power; 1e-11 m/s: rounding."""
         run = cl.inverse_dynamics(load_case("mobile_manipulator"), time=np.linspace(1.0, 40.0, 40))
         for pin, (_, name) in figures.PINS.items():
             turning = figures.lever(run, pin) * figures.turned(run, pin, "omega")
@@ -342,12 +342,13 @@ class TestMobileManipulator:
 
     @pytest.mark.parametrize("simulation", [1, 3])
     def test_accelerations_of_the_figures(self, simulation):
-        """From the filter's equation, against exact derivatives; 1e-9 of the largest, for differences over tau^2."""
+        """Against exact derivatives; 1e-9 of the largest, for differences over tau^2."""
         time = np.array([0.5, 6.02, 20.01, 33.0])
         for name in ACTUATORS:
             motion = derivatives(asked(simulation, name, None))
             exact = np.array([motion(t) for t in time.tolist()]).T
-            np.testing.assert_allclose(figures.moved(time, name, simulation), exact, atol=1e-9 * abs(exact).max())
+            computed, size = figures.moved(time, name, simulation), abs(exact).max()
+            np.testing.assert_allclose(computed, exact, atol=1e-9 * size)
 
     def test_load_dependent_friction(self):
         """Forces of pins and slides make it: it opposes all rates and adds a tenth of the breakaway levels at most."""
