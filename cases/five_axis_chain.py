@@ -5,6 +5,11 @@ A short bar turns on the ground; a two-bar arm hangs on its end (links 2 and 3) 
 joints, hence their friction. The source prints positions, masses, inertias, motion and friction coefficients. Assumed
 by us: the start from rest, which pair of links weighs 3 kg (reading), the exponent of Stribeck's term, what the viscous
 coefficient multiplies (the rate alone), and the three lengths of the joints, pin_radius, friction_arm, bending_arm.
+
+The source's equations hold for trees in space, with axes in any direction. Here all axes are parallel: bodies move in
+one plane, and what is carried out of it are forces along the axes, bending moments, and through both the friction. Left
+out are axes that are inclined or cross, motion out of the plane, gyroscopic moments of bodies that tilt, and ball,
+universal and screw joints. In this chain nothing is lost by that, for its axes are parallel.
 """
 
 import clearance as cl

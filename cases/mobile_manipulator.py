@@ -7,6 +7,9 @@ closes over all strokes: links twice as long as their centres of mass are far, a
 inertias m |c|^2 / 3, the load (-150, 150) N on the tooth tip; which sinusoid drives which actuator is assumed as well.
 Forces cannot be compared with the source's. The dig pattern (reach, penetrate, curl, lift, dump, return) is ours.
 
+The printed friction law (Eqs. 14 to 17) is corrected in two signs and a bracket: (14) lacks "- F_C" and the brackets
+about breakaway less Coulomb friction, (15) and (17) have a wrong sign. (16) is as printed, with its value 24.995.
+
 Pins J1, J2, J3 join base, boom, stick and bucket; an actuator's barrel is pinned to the body before (boom_base, ...),
 its rod to the body it moves (boom_end, ...), and the slide between them bears its name (boom_slide, ...).
 """

@@ -112,7 +112,6 @@ def growth(mixed: dict, ideal: dict):
         axes.set_title(f"{speed} rpm", fontsize="medium")
     panels[0].set_yscale("log")
     panels[0].set_yticks([1, 2, 5, 10, 20], ["1", "2", "5", "10", "20"])
-    middle = mixed[ACCELERATION][1]
     say(figure, met(mixed))
     legend_below(figure, panels[0])
     return figure

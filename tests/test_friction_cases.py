@@ -9,6 +9,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from clearance.paper_figures import mobile_manipulator as figures
 from scipy.integrate import solve_ivp
 
 import clearance as cl
@@ -329,6 +330,25 @@ class TestMobileManipulator:
             options = {"source": "virtual power, cosine law", "kind": "independent"}
             validated("friction in actuator forces", found, added, 1e-9, unit="N", **options)
             hinge = CASE["LINKS"][name][1]
+
+    def test_lever_arms_of_the_figures(self):
+        """Lever arm times the pin's speed is the actuator's, from its power; 1e-11 m/s: rounding."""
+        run = cl.inverse_dynamics(load_case("mobile_manipulator"), time=np.linspace(1.0, 40.0, 40))
+        for pin, (_, name) in figures.PINS.items():
+            turning = figures.lever(run, pin) * figures.turned(run, pin, "omega")
+            speed = run.drive(name).power / run.drive(name).force
+            np.testing.assert_allclose(turning, speed, atol=1e-11)
+            np.testing.assert_allclose(figures.moved(run.time, name, 1)[1], speed, atol=1e-11)
+
+    @pytest.mark.parametrize("simulation", [1, 3])
+    def test_accelerations_of_the_figures(self, simulation):
+        """Against exact derivatives; 1e-9 of the largest, for differences over tau^2."""
+        time = np.array([0.5, 6.02, 20.01, 33.0])
+        for name in ACTUATORS:
+            motion = derivatives(asked(simulation, name, None))
+            exact = np.array([motion(t) for t in time.tolist()]).T
+            computed, size = figures.moved(time, name, simulation), abs(exact).max()
+            np.testing.assert_allclose(computed, exact, atol=1e-9 * size)
 
     def test_load_dependent_friction(self):
         """Forces of pins and slides make it: it opposes all rates and adds a tenth of the breakaway levels at most."""

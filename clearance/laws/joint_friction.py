@@ -96,7 +96,8 @@ def breakaway_linear(rate, load, breakaway, coulomb, viscous=0.0, decay=10.0, th
     -[F_C + (F_b - F_C) exp(-c |w|)] sgn(w) - f w from |w| = w_t on, below it the straight line through zero to the same
     value: continuous. breakaway F_b, coulomb F_C [N m or N]; viscous f [N m s or N s/m]; decay c [s or s/m]; threshold
     w_t [rad/s or m/s].
-    Source: Chacko and Khan, Tribology in Industry 39 (2017), Eqs. 14-17: the legacy friction block of Simscape.
+    Source: Chacko and Khan, Tribology in Industry 39 (2017), Eqs. 14-17, the legacy friction block of Simscape; of the
+    printed equations two signs and a bracket are corrected (see the case mobile_manipulator).
     """
     speed = max(abs(rate), threshold)
     return -(coulomb + (breakaway - coulomb) * math.exp(-decay * speed)) * rate / speed - viscous * rate

@@ -145,6 +145,11 @@ RUNS = {
         "four_bar", {"model": "lubricated"}, {"turns": 2}, ("bodies/rocker/*", *CRANK, *ENERGY, *JOURNAL), "radau9",
         1e-4, "viscosity",
     ),
+    "four_bar_clearances": Trajectory(
+        "four_bar_clearances", {}, {"until": 1.0},
+        ("bodies/*/theta", "bodies/*/omega", *CRANK, *ENERGY, "joints/*/eccentricity_?"), "radau9", 2e-5,
+        "friction_coefficient",
+    ),
     "double_pendulum": Trajectory(
         "double_pendulum", {}, {"until": 1.5}, ("bodies/*", "joints/*", *ENERGY), "radau9", 2e-4, "length"
     ),
