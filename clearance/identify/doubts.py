@@ -13,6 +13,7 @@ FAINT = 0.02  # N m: rms torque below which the bounds of models end, and below 
 WINDOW = 5.0  # lags that are summed, over the correlation time that they give
 LAG = 0.1  # samples from which a shift of torque and rate in time is said
 SURE = 4.0  # standard errors, widened, from which that shift counts as there
+UNLIKE = 1.1  # ratio of the largest preload to the smallest from which they differ
 WIDER = 1.5  # factor from which intervals are said to be too narrow
 
 
@@ -36,11 +37,24 @@ def of_records(trials: Sequence) -> tuple[str, ...]:
 
 def of_scores(scores: Mapping[str, float], trials: Sequence) -> tuple[str, ...]:
     """Roles whose error is as large as the torque itself."""
+    bad = [r for r, score in scores.items() if not score < WORST]
+    if not trials:
+        return tuple(f"{r}: NRMSE {scores[r]:.3g}, no better than a model of zeros" for r in bad)
     squares = np.concatenate([(t.torque[:, np.array(t.measured)] ** 2).ravel() for t in trials])
     size = math.sqrt(float(squares.mean()))
     faint = f"; the torques fitted are {size:.3g} N m (rms): are they in kN m?" if size < FAINT else ""
-    bad = [r for r, score in scores.items() if not score < WORST]
     return tuple(f"{r}: NRMSE {scores[r]:.3g}, no better than a model without torque{faint}" for r in bad)
+
+
+def of_loads(model, trials: Sequence) -> tuple[str, ...]:
+    """Preloads that differ, of which the model makes nothing."""
+    loads = [float(t.facts["preload"]) for t in trials if "preload" in t.facts]
+    if getattr(model, "load", "") != "fixed" or not loads or max(loads) < UNLIKE * min(loads):
+        return ()
+    return (
+        f"preloads lie between {min(loads):g} and {max(loads):g} N, and the model has one level for all: "
+        "-p load=proportional or power lets it follow",
+    )
 
 
 def correlation(errors: Sequence[np.ndarray]) -> float:
