@@ -18,7 +18,7 @@ from clearance.identify import differences, doubts, estimation, models
 from clearance.identify.estimation import MOST_STARTS, STARTS, in_group
 from clearance.identify.models import AXES, LuGre, Model
 from clearance.identify.own import Own
-from clearance.identify.records import Trial
+from clearance.identify.records import Series
 from clearance.reading import Entries, open_checked
 from clearance.results import save_tables
 
@@ -123,6 +123,8 @@ class Fit:
         more = {"stribeck_rate": speed, "exponent": self.model.exponent}
         if self.model.load == "fixed":
             return joint_lugre(**own, **more)
+        if arm is None:
+            raise ValueError("law: the torque follows the preload: give arm [m], by which the preload makes the load")
         load = self.model.preload * positive("law: arm", arm)
         return joint_lugre_loaded(**{n: v / load for n, v in own.items()}, **more)
 
@@ -230,7 +232,7 @@ def fit(
         )
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
         raise ValueError(f"seed must be a whole number from 0 on, got {seed!r}")
-    driven = [t for t in trials if isinstance(t, Trial)]
+    driven = [t for t in trials if not isinstance(t, Series)]
     for trial in driven:
         _check(trial)
     began = time.perf_counter()
