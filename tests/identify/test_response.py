@@ -52,7 +52,7 @@ def test_slow_oscillations_see_the_slope_of_the_steady_curve():
 
 
 def test_large_amplitudes_are_sliding():
-    """Constant level, no damping: |G''| tends to 4 T / (pi A), of Coulomb friction, and G' falls as A^(-3/2), within 5 %."""
+    """Constant level, no damping: |G''| tends to 4 T / (pi A), as of Coulomb; G' falls as A^(-3/2), 5 %."""
     values = VALUES | {"spin_static": 2.0, "spin_damping": 1e-3, "spin_viscous": 1e-3}
     reach = 2e-3
     found = [response.whole(lugre1d(), values, a * reach, [0.1])[0] for a in (10.0, 100.0)]
