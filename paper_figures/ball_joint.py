@@ -158,7 +158,7 @@ def fast(found: studies.Study):
     draws.axhline(1.0, color="0.4", lw=0.8)
     draws.axvline(0.05, color="0.4", lw=0.8, ls=":")
     draws.set_title("LuGre fitted to other draws of the bench", fontsize=10)
-    finish(draws, "torque at 400 deg/s / true one [-]", "viscous coefficient, true one dotted [N m s/rad]", legend=False)
+    finish(draws, "torque at 400 deg/s / true one [-]", "viscous coefficient [N m s/rad]; dotted: true", legend=False)
     draws.legend(fontsize=8, frameon=False)
     return figure
 

@@ -3,8 +3,8 @@
 Answers: Pfitzer et al., Lubricants 13 (2025) 436, algorithm 1 (torque, stiffness and damping as outputs of a network of
 the speed) and appendix K (constant sigma0 and sigma1).
 
-Reproduced: 3-D LuGre with constant coefficients, with tables over four speeds and with a network of two units, fitted to
-the same trials. Speed-dependent coefficients gain a little in training; beyond the data networks are worse.
+Reproduced: 3-D LuGre with constant coefficients, with tables over four speeds and with a network of two units,
+fitted to the same trials. Speed-dependent coefficients gain a little in training; beyond the data networks are worse.
 
 Assumed: the records (synthetic bench), the sizes of tables and networks, and the weights that keep both smooth.
 

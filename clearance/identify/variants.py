@@ -26,7 +26,7 @@ COEFFICIENTS = {
 }
 STARTS, STARTS_NETWORK = 5, 2
 FAST = 400.0  # deg/s, of the fastest motion
-HELD = 2.0  # s, for which a speed is held to see the steady torque
+HELD, TURNED = 0.5, 0.25  # s and rad, for which a speed is held at least to see the steady torque
 
 
 # --- the preload
@@ -107,10 +107,10 @@ def fast_spin(scatter: float, seeds: Sequence[int]) -> Spin:
 
 
 def steady(torque: Callable[[Trial], np.ndarray], speeds: Sequence[float]) -> np.ndarray:
-    """Torque (n,) [N m] about the stud at the end of `HELD` at each speed [rad/s]; both ways are averaged."""
-    time, found = 1e-3 * np.arange(round(1e3 * HELD)), []
+    """Torque (n,) [N m] about the stud once each speed [rad/s] was held; both ways are averaged."""
+    found = []
     for speed in speeds:
-        ends = []
+        ends, time = [], 1e-3 * np.arange(round(1e3 * max(HELD, TURNED / speed)))
         for way in (1.0, -1.0):
             rate = np.zeros((time.size, 3))
             rate[:, 2] = way * speed
