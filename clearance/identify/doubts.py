@@ -74,6 +74,25 @@ def correlation(errors: Sequence[np.ndarray]) -> float:
     return max(float(times[ended[0]] if ended.size else times.max()), 1.0)
 
 
+def of_short_damping(model, values: Mapping[str, float], trials: Sequence) -> tuple[str, ...]:
+    """Dampings of bristles that half a sample between torque and rate would change by more than themselves.
+
+    In presliding a torque that comes a time t late is one with sigma1 - sigma0 t in place of sigma1.
+    """
+    if not trials or getattr(model, "lag", True):
+        return ()
+    half, found = 0.5 * max(t.step for t in trials), []
+    moved = {a for t in trials for a in range(3) if t.rate[:, a].any()}
+    for group in dict.fromkeys(g for a, g in enumerate(model.groups) if a in moved):
+        name, stiffness = f"{group}_damping", values.get(f"{group}_stiffness")
+        if name in values and stiffness is not None and values[name] < half * stiffness:
+            found.append(
+                f"{name}: {values[name]:.3g} N m s/rad is less than half a sample between torque and rate would make "
+                f"({half * stiffness:.3g}): it means nothing unless both are measured at the same time"
+            )
+    return tuple(found)
+
+
 def of_lag(facts: Mapping, trials: Sequence) -> tuple[str, ...]:
     """A torque that comes before or after its rate, and the parameter that this moves most."""
     lag, error = facts.get("lag", 0.0), facts.get("lag_error", 0.0) * facts.get("widening", 1.0)

@@ -254,7 +254,7 @@ def fit(
     if low:
         facts |= _correlated(model, values, trials)
         samples = sum(model.observed(t).size for t in trials)
-        said = *said, *doubts.of_lag(facts, trials)
+        said = *said, *doubts.of_lag(facts, trials), *doubts.of_short_damping(model, values, driven)
         said = *said, *doubts.of_intervals(facts["widening"], samples, facts["independent_samples"])
     return Fit(model, values, low, high, found.covariance, scores, found.history, found.starts, facts, said)
 

@@ -99,6 +99,22 @@ def test_S17_without_a_shift_nothing_is_said():
     assert not any("its rate" in d for d in found.doubts)
 
 
+def test_S17_a_rate_held_over_each_step_is_doubted():
+    """Torque at the begin of the step: half a sample eats up the damping of 0.5, which the fit does not say alone."""
+    values, trials = TRUTH | {"spin_stiffness": 900.0, "spin_damping": 0.5}, []
+    for n, (amplitude, frequency) in enumerate(((0.05, 1.0), (0.2, 2.0), (0.02, 5.0))):
+        turn = 2.0 * math.pi * frequency
+        time, rate = 1e-3 * np.arange(3000), np.zeros((3000, 3))
+        rate[:, 2] = amplitude * turn * np.sin(turn * time)
+        held = np.repeat(rate, 20, axis=0)
+        whole = lugre3d().torque(values, SimpleNamespace(samples=len(held), rate=held, step=5e-5))[::20]
+        torque = whole + 0.02 * np.random.default_rng(n).standard_normal(whole.shape)
+        trials.append(Trial(f"s{n}", "sine", "spin", "training", time, rate, torque, (False, False, True)))
+    found = fit(Measurement(tuple(trials)), starts=2)
+    assert found.values["spin_damping"] < 0.25
+    assert any("spin_damping" in d and "half a sample" in d for d in found.doubts)
+
+
 def from_rest(shift: float) -> Measurement:
     """Spin as `of_spin`, but from rest: what comes before a record is then known."""
     trials = []
