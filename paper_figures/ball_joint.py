@@ -5,7 +5,9 @@ they were fitted to, and the fixed-step simulation with each of them.
 
 Reproduced: 3-D and 1-D LuGre, characteristic curve and LSTM, all estimated by gradients from single-axis records; the
 order of their errors; the LSTM irregular and asymmetric outside its data; the static curve too strong in small motion
-and unstable at fixed steps.
+and unstable at fixed steps. Not met: the source's LuGre is best in fast spin, here LSTM and curve are better (about
+the tilt axes LuGre is best). The levels of the three training runs differ by the scatter of the bench. LuGre takes that
+for viscosity, which grows in proportion to the speed beyond the data. Without scatter LuGre is right within 6 %.
 
 Assumed: the records: a synthetic bench with a truth richer than every model, calibrated to the level of the printed
 errors; most rows of the test programme, the network's size, and the NRMSE as rms error over rms torque. Without the
@@ -21,14 +23,16 @@ import numpy as np
 from clearance.paper_figures import workshop
 from clearance.postprocess.figures import finish, note, sheet
 
-from clearance.identify import studies
+from clearance.identify import studies, variants
 from clearance.identify.bench import bench
 
 NAMES = {"lugre3d": "LuGre 3-D", "lugre1d": "LuGre 1-D", "curve": "curve", "lstm": "LSTM"}
+#: what curves over one another and steps mean
+SAID = {"lugre1d": "LuGre 1-D (as 3-D about one axis)", "lstm": "LSTM (its torque holds for 4 ms)"}
 STYLE = {
     "truth": {"color": "0.55", "lw": 3.0},
-    "lugre3d": {"color": "#d55e00", "lw": 1.4},
-    "lugre1d": {"color": "#7b3294", "lw": 1.2, "ls": "--"},
+    "lugre3d": {"color": "#f4a261", "lw": 2.8},
+    "lugre1d": {"color": "#7b3294", "lw": 1.1, "ls": (0, (4, 3))},
     "curve": {"color": "#00724f", "lw": 1.2, "ls": "-."},
     "lstm": {"color": "#2f7ec0", "lw": 1.1},
 }
@@ -101,7 +105,7 @@ def _loop(axes, e: studies.Extrapolation, title: str):
     angle -= 0.5 * (angle.max() + angle.min())
     axes.plot(angle, trial.torque[last, SPIN], label="truth", **STYLE["truth"])
     for name, torque in e.torque.items():
-        axes.plot(angle, torque[last, SPIN], label=NAMES[name], **STYLE[name])
+        axes.plot(angle, torque[last, SPIN], label=SAID.get(name, NAMES[name]), **STYLE[name])
     axes.set_title(title, fontsize=10)
     finish(axes, "torque [N m]", "angle [deg]", legend=False)
 
@@ -128,6 +132,35 @@ def _every(axes, found: studies.Study, what: str, label: str):
             axes.plot(values, places, mark, color=STYLE[name]["color"], **open_face)
     axes.set_yticks(places, [studies.described(e.trial) for e in shown], fontsize=7)
     finish(axes, "", label, legend=False)
+
+
+def fast(found: studies.Study):
+    """Why LuGre overshoots in fast spin: its steady torque, and what other draws of the bench give."""
+    figure = sheet(10.0, 4.0)
+    torque, draws = figure.subplots(1, 2)
+    speeds = np.geomspace(0.01, variants.fastest(), 30)
+    torque.plot(speeds, variants.true_steady(speeds), label="truth", **STYLE["truth"])
+    for name, fit in found.fits.items():
+        torque.plot(speeds, variants.steady(fit.torque, speeds), label=NAMES[name], **STYLE[name])
+    law = found.fits["lugre1d"]
+    level = law.model.functions(law.values, speeds)[SPIN, 0]
+    torque.plot(speeds, level, color="#7b3294", lw=0.9, ls=":", label="LuGre without viscosity")
+    torque.axvspan(math.radians(1.0), math.radians(50.0), color="0.93", zorder=-1)
+    torque.set_xscale("log")
+    torque.set_ylim(0.0, None)
+    share = variants.viscous_share(law, variants.fastest())
+    torque.set_title(f"at 400 deg/s {share:.0%} of LuGre's torque is viscous", fontsize=10)
+    finish(torque, "steady torque of spin [N m]", "speed [rad/s]; grey: training", legend=False)
+    torque.legend(fontsize=8, frameon=False, loc="lower left")
+    for spins, mark in zip(found.spins, ("o", "s"), strict=True):
+        label = f"scatter of runs {spins.scatter:.0%}"
+        draws.plot(spins.viscous, spins.peak, mark, mfc="none", color="#7b3294" if mark == "o" else "k", label=label)
+    draws.axhline(1.0, color="0.4", lw=0.8)
+    draws.axvline(0.05, color="0.4", lw=0.8, ls=":")
+    draws.set_title("LuGre fitted to other draws of the bench", fontsize=10)
+    finish(draws, "torque at 400 deg/s / true one [-]", "viscous coefficient [N m s/rad]; dotted: true", legend=False)
+    draws.legend(fontsize=8, frameon=False)
+    return figure
 
 
 def fixed_step(found: studies.Study):
@@ -168,9 +201,8 @@ def progress(found: studies.Study):
             iterations.axhline(p.error[-1], label="curve (linear)", **style)
         else:
             iterations.semilogy(p.error, label=NAMES[p.model], **style)
-            starts.plot(
-                p.passes, p.ends, "os"[p.model == "lugre1d"], color=style["color"], mfc="none", label=NAMES[p.model]
-            )
+            marks = {"marker": "s", "mfc": "none", "ms": 8} if p.model == "lugre1d" else {"marker": "o", "ms": 4}
+            starts.plot(p.passes, p.ends, ls="", color=style["color"], label=NAMES[p.model], **marks)
     if not epochs.lines:
         note(epochs, "LSTM left out")
     iterations.set_yticks([0.1, 0.2, 0.3, 0.5, 1.0], ["0.1", "0.2", "0.3", "0.5", "1"])
@@ -181,7 +213,9 @@ def progress(found: studies.Study):
     return figure
 
 
-PICTURES = {"nrmse": errors, "extrapolation": extrapolation, "fixed_step": fixed_step, "progress": progress}
+PICTURES = {
+    "nrmse": errors, "extrapolation": extrapolation, "fast": fast, "fixed_step": fixed_step, "progress": progress,
+}  # fmt: skip
 
 
 def draw(work: workshop.Workshop) -> None:
@@ -205,6 +239,7 @@ def preview(say) -> studies.Study:
         progress=studies.progress(fits, measurement),
         recoveries=[],
         speeds=[],
+        spins=[variants.fast_spin(0.16, (0,)), variants.fast_spin(0.0, (0,))],
         left_out=["the lstm, parameters recovered and run times, in this preview"],
     )
 

@@ -47,6 +47,31 @@ def histories(fit: Fit, measurement: Measurement, path: str | Path) -> Path:
     return _page(fit, measurement, path, draw, "time [s]")
 
 
+def columns(fit: Fit, measurement: Measurement, units: dict[str, str], path: str | Path) -> Path:
+    """Columns of every trial over time, measured and modelled, and their difference; saved under `path`.
+
+    units: of the columns that the model predicts.
+    """
+    shown = [(t, c) for t in measurement.trials for c in units]
+    figure = figures.sheet(2.6 * PANEL[0], PANEL[1] * len(shown) + 0.9)
+    panels = figure.subplots(len(shown), 2, squeeze=False, sharex="row", width_ratios=(1.6, 1.0))
+    modelled = {t.name: fit.model.modelled(fit.values, t) for t in measurement.trials}
+    for (trial, column), (left, right) in zip(shown, panels, strict=True):
+        found = modelled[trial.name][column]
+        figures.line(left, trial.time, trial[column], **MEASURED)
+        figures.line(left, trial.time, found, **MODELLED, label=fit.model.name)
+        figures.line(right, trial.time, found - trial[column], color="0.3", lw=0.7)
+        left.set_title(f"{trial.name}: {_error(trial[column], found)}", fontsize="small")
+        right.set_title("modelled less measured", fontsize="small")
+        figures.finish(left, f"{column} [{units[column]}]", "", legend=False)
+        figures.finish(right, f"[{units[column]}]", "", legend=False)
+    for axes in panels[-1]:
+        axes.set_xlabel("time [s]")
+    figure.suptitle(f"{fit.model.name}: {', '.join(measurement.roles)}", fontsize="medium")
+    figures.legend_below(figure, panels.flat[0])
+    return figures.save(figure, path)
+
+
 def _end(rate: np.ndarray) -> int:
     """Samples up to a turning point, or all."""
     moving = np.flatnonzero(rate)

@@ -31,6 +31,7 @@ ONLY_IN = {
         "clearance.evidence.peers",
         "clearance.film.fem",
         "clearance.sweeping.points",
+        "clearance.identify.differences",
         "clearance.identify.estimation",
         "paper_figures.friction_laws",
         "paper_figures.sweep_map",

@@ -3,7 +3,8 @@
 import argparse
 from pathlib import Path
 
-from clearance.commands.common import DONE, add_command, json_text, number, seed_of
+from clearance.commands.common import DONE, add_command, json_text, listed, number, seed_of
+from clearance.units import quantity
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -13,6 +14,9 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument("-o", dest="output", metavar="FILE", help="measurement, .h5 or .csv (default ball_joint.h5)")
     p.add_argument("--seed", type=int, default=0, metavar="N", help="of scatter and noise (0, nearest the source)")
     p.add_argument("--scatter", type=number, default=0.16, metavar="X", help="of the level from run to run (0.16)")
+    p.add_argument(
+        "--preload", default="5000", metavar="LIST", help="preloads [N], each with the whole programme: 2000,5kN (5000)"
+    )
     p.add_argument("--noise", type=number, default=0.02, metavar="X", help="of the torque in N m (0.02)")
     return p
 
@@ -25,7 +29,8 @@ def run(options) -> int:
     path = Path(options.output or f"{options.joint}.h5")
     if path.suffix.lower() not in (".h5", ".hdf5", ".csv"):
         raise ValueError(f"-o {path}: a measurement's name must end in .h5, .hdf5 or .csv")
-    measurement = bench(seed_of(options), options.scatter, options.noise)
+    preloads = [quantity(part, "N") for part in listed(options.preload) or ()]
+    measurement = bench(seed_of(options), options.scatter, options.noise, preloads=preloads)
     write(path, measurement)
     roles = {r: {"trials": len((of := measurement.of(r)).trials), "samples": of.samples} for r in measurement.roles}
     if options.json:

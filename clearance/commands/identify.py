@@ -1,7 +1,6 @@
-"""`clearance identify`: parameters of a friction model from measured torques."""
+"""`clearance identify`: parameters of a friction model from measured torques, or of a model of one's own."""
 
 import argparse
-import dataclasses
 from pathlib import Path
 
 from clearance.commands.common import (
@@ -16,19 +15,22 @@ from clearance.commands.common import (
 
 #: parameters are listed up to so many; networks have more
 MOST_LISTED = 100
+#: options of models that have an option of the command
+APART = "bounds", "lag"
 
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(commands, "identify", help="parameters of a joint-friction model from measured torques")
+    p = add_command(commands, "identify", help="parameters of a joint's model from measurements")
     p.add_argument("--data", required=True, metavar="FILE", help="measurement, HDF5 or CSV (see identify/records.py)")
     p.add_argument(
         "--model", default="lugre3d", metavar="NAME",
-        help="lugre1d, lugre3d, curve, or lstm with the extra learn (default lugre3d)",
+        help="lugre1d, lugre3d, curve, or lstm with the extra learn (default lugre3d); one's own as "
+        "FILE.py:NAME, a law or any function of a record (see identify/own.py)",
     )  # fmt: skip
     p.add_argument(
         "-p", dest="options", metavar="NAME=VALUE", action="append", default=[],
-        help="an option of the model, such as knots=0.01,0.1,1 network=4 exponent=1 symmetric=no static=yes "
+        help="an option of the model, such as knots=0.01,0.1,1 network=4 exponent=1 symmetric=no static=yes load=power "
         "nonnegative=yes smoothing=0.1, of the lstm hidden=8; may be repeated",
     )  # fmt: skip
     p.add_argument(
@@ -36,7 +38,10 @@ def add(commands) -> argparse.ArgumentParser:
         help="bounds of a parameter in its SI unit, such as spin_stiffness=500:5000; may be repeated",
     )  # fmt: skip
     p.add_argument("--roles", default="training", metavar="NAMES", help="trials to fit: comma list (training)")
-    p.add_argument("--starts", type=int, default=20, metavar="N", help="points a nonlinear fit begins from (20)")
+    p.add_argument(
+        "--starts", type=int, metavar="N", help="points a nonlinear fit begins from (20, of a model of one's own 1)"
+    )
+    p.add_argument("--lag", action="store_true", help="fit a time by which the torque comes after its rate, too")
     p.add_argument("--seed", type=int, default=0, metavar="N", help="of the starts (0)")
     p.add_argument("--trust-units", action="store_true", help="read numbers that look like degrees, N mm or ms as SI")
     p.add_argument("-o", dest="output", metavar="DIR", help="folder for fit.h5, modelled.h5 and pictures")
@@ -52,12 +57,12 @@ def run(options) -> int:
     if options.plot and not options.output:
         raise ValueError("--plot needs a folder for the pictures: give -o DIR")
     model = _model(options)
-    measurement = read(options.data, trusted=options.trust_units)
+    measurement = read(options.data, trusted=options.trust_units, predicts=getattr(model, "predicts", None))
     make_folder(options)
     line = Line(options)
     found = fit(
         measurement, model, starts=options.starts, seed=seed_of(options), roles=listed(options.roles),
-        progress=lambda share: line(f"{share:.0%}"),
+        progress=lambda done: line(done if isinstance(done, str) else f"{done:.0%}"),
     )  # fmt: skip
     found.facts["data"] = str(options.data)
     document = _document(found, measurement)
@@ -75,22 +80,36 @@ def run(options) -> int:
 
 def _model(options):
     """The model with its options and bounds. Raises ValueError for those it has not or cannot have."""
-    from clearance.identify import models
+    from clearance.identify import models, own
 
+    if ":" in options.model or options.model.endswith(".py"):
+        return _own_model(options, own.open_model(options.model))
     known, chosen = models.model(options.model).options, {}
     for item in options.options:
         name, equals, text = item.partition("=")
         if not equals:
             raise ValueError(f"-p {item}: expected NAME=VALUE")
-        if name not in known or name == "bounds":
-            names = ", ".join(n for n in known if n != "bounds")
+        if name not in known or name in APART:
+            names = ", ".join(n for n in known if n not in APART)
             raise ValueError(f"-p {item}: {options.model} has no option {name!r}; it has {names}")
         chosen[name] = _value(item, text, known[name])
     if options.bounds and "bounds" not in known:
         raise ValueError(f"--bound {options.bounds[0]}: {options.model} has no bounds")
     if options.bounds:
         chosen["bounds"] = dict(map(_bound, options.bounds))
+    if options.lag and "lag" not in known:
+        raise ValueError(f"--lag: {options.model} has no lag; lugre1d, lugre3d and models of one's own have")
+    if options.lag:
+        chosen["lag"] = True
     return models.model(options.model, **chosen)
+
+
+def _own_model(options, model):
+    """A model of one's own with the bounds and the lag asked for."""
+    if options.options:
+        raise ValueError(f"-p {options.options[0]}: a model of one's own has no options; its file holds its numbers")
+    model = model.with_bounds(dict(map(_bound, options.bounds)))
+    return model.with_lag() if options.lag else model
 
 
 def _value(item: str, text: str, default):
@@ -122,13 +141,15 @@ def _keep(found, measurement, folder: Path, plot: bool) -> list[Path]:
     from clearance.identify.records import Measurement, write
 
     modelled = Measurement(
-        tuple(dataclasses.replace(t, torque=found.torque(t)) for t in measurement.trials),
+        tuple(found.model.modelled(found.values, t) for t in measurement.trials),
         {**measurement.facts, "modelled_by": found.model.name},
     )
     files = [found.save(folder / "fit.h5"), write(folder / "modelled.h5", modelled)]
     if plot:
         from clearance.postprocess import fits
 
+        if predicts := getattr(found.model, "predicts", {}):
+            return [*files, fits.columns(found, measurement, predicts, folder / "columns.png")]
         for role in measurement.roles:
             files.append(fits.loops(found, measurement.of(role), folder / f"loops_{role}.png"))
             files.append(fits.histories(found, measurement.of(role), folder / f"time_{role}.png"))

@@ -6,17 +6,20 @@ depends on direction, on where the ball sits in its seat and on warm-up, and a l
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from clearance.checks import finite, non_negative
+from clearance.checks import finite, non_negative, positive
 from clearance.identify.records import Measurement, Trial
 from clearance.mechanism.store import njit
 
 DEGREE = math.pi / 180.0
 AXIS = {"tilt": 0, "tilt_y": 1, "spin": 2}
 PRELOAD = 5000.0  # N
+#: of the torque over the preload: a polymer's coefficient of friction falls a little as its pressure rises
+LOAD_EXPONENT = 0.85
 #: the bench's second-order filter, which rounds the corners of triangles
 CORNER, FILTER_DAMPING = 20.0, math.sqrt(0.5)  # Hz, 1
 #: longest step of the joint's integration [s]
@@ -72,6 +75,12 @@ class Joint:
     damping: float = 0.05
     viscosity: float = 0.05
 
+    def under(self, preload: float) -> "Joint":
+        """The joint under another preload [N]: elements follow (F / 5 kN)^0.85, the grease's viscosity does not."""
+        level = (preload / PRELOAD) ** LOAD_EXPONENT
+        torque = tuple(level * t for t in self.torque)
+        return replace(self, torque=torque, damping=level * self.damping)
+
     def torques(self, rate: np.ndarray, angle: np.ndarray, step: float, every: int = 1, level: float = 1.0):
         """Torque (n / every, 3) [N m] at every so many samples of rate and angle (n, 3) a step [s] apart, from rest."""
         found = np.zeros((-(-len(rate) // every), 3))
@@ -90,11 +99,13 @@ def bench(
     noise: float = 0.02,
     rate_of_samples: float = 1000.0,
     joint: Joint | None = None,
+    preloads: Sequence[float] = (PRELOAD,),
 ) -> Measurement:
     """The synthetic measurement of the whole programme, the same numbers for the same arguments.
 
     scatter: relative standard deviation of the level from run to run; noise: standard deviation of the torque [N m];
-    rate_of_samples [1/s]. Raises ValueError for numbers out of range.
+    rate_of_samples [1/s]; preloads [N], under each of which the whole programme is run. Raises ValueError for numbers
+    out of range.
 
     Calibrated by hand: the shares of the elements (the stiff ones carry more), the amplitudes of positions 4 and 9 to
     11, which the source does not print (no sine there is faster than the fastest triangle), the scatter, and FIRST, so
@@ -111,13 +122,21 @@ def bench(
         raise ValueError(f"rate_of_samples must lie in [200, 20000] 1/s, got {rate_of_samples!r}")
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
         raise ValueError(f"seed must be a whole number from 0 on, got {seed!r}")
+    preloads = tuple(positive("preload", p) for p in preloads)
+    if not preloads or len(set(preloads)) < len(preloads):
+        raise ValueError(f"preloads must be different loads in N, at least one, got {preloads}")
     joint, trials = joint or Joint(), []
-    for position, name, role, parts in _runs():
-        random = np.random.default_rng((FIRST + seed, position, *map(ord, name)))  # whatever other trials there are
-        trials.append(_trial(position, name, role, parts, joint, random, scatter, noise, rate_of_samples))
+    for preload in preloads:
+        loaded = joint if preload == PRELOAD else joint.under(preload)
+        for position, name, role, parts in _runs():
+            name += f"_{preload:g}N".replace("+", "").replace(".", "p") * (preloads != (PRELOAD,))
+            random = np.random.default_rng((FIRST + seed, position, *map(ord, name)))  # whatever other trials there are
+            about = loaded, preload, random, scatter, noise, rate_of_samples
+            trials.append(_trial(position, name, role, parts, *about))
     facts = {
         "title": "ball joint, synthetic test bench", "synthetic": True, "seed": int(seed), "scatter": scatter,
-        "noise": noise, "bench": "synthetic bench after Pfitzer et al., Lubricants 13 (2025) 436", "preload": PRELOAD,
+        "noise": noise, "bench": "synthetic bench after Pfitzer et al., Lubricants 13 (2025) 436",
+        "preload": preloads[0] if len(preloads) == 1 else list(preloads),
         "specimen": "ball joint, eight ellipsoidal LuGre elements", "recorded_by": "clearance bench-data",
         "sampling_rate": rate_of_samples, "sensor_torque": "torque about x, y, z (ideal, white noise)",
         "sensor_torque_range": [-20.0, 20.0], "sensor_rate": "angular velocity about x, y, z (ideal)",
@@ -135,7 +154,7 @@ def _runs():
         yield position, f"p{position}_mixed_{name}", "extrapolation", parts
 
 
-def _trial(position, name, role, parts, joint, random, scatter, noise, rate_of_samples) -> Trial:
+def _trial(position, name, role, parts, joint, preload, random, scatter, noise, rate_of_samples) -> Trial:
     """One trial, its level and noise drawn from `random`."""
     every = math.ceil(1.0 / (FINE * rate_of_samples))
     step = 1.0 / (every * rate_of_samples)
@@ -149,7 +168,7 @@ def _trial(position, name, role, parts, joint, random, scatter, noise, rate_of_s
         angle[:, i] -= amplitude * DEGREE if kind == "sine" else 0.0  # sines begin where they turn
     level = math.exp(scatter * random.standard_normal() - 0.5 * scatter**2)
     torque = joint.torques(rate, angle, step, every, level) + noise * random.standard_normal((samples, 3))
-    facts = {"position": position, "preload": PRELOAD}
+    facts = {"position": position, "preload": preload}
     if len(parts) == 1:
         _, amplitude, pace, cycles = next(iter(parts.values()))
         own = {"speed": pace * DEGREE} if kind == "triangle" else {"frequency": pace}

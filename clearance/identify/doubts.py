@@ -13,6 +13,7 @@ FAINT = 0.02  # N m: rms torque below which the bounds of models end, and below 
 WINDOW = 5.0  # lags that are summed, over the correlation time that they give
 LAG = 0.1  # samples from which a shift of torque and rate in time is said
 SURE = 4.0  # standard errors, widened, from which that shift counts as there
+UNLIKE = 1.1  # ratio of the largest preload to the smallest from which they differ
 WIDER = 1.5  # factor from which intervals are said to be too narrow
 
 
@@ -36,11 +37,24 @@ def of_records(trials: Sequence) -> tuple[str, ...]:
 
 def of_scores(scores: Mapping[str, float], trials: Sequence) -> tuple[str, ...]:
     """Roles whose error is as large as the torque itself."""
+    bad = [r for r, score in scores.items() if not score < WORST]
+    if not trials:
+        return tuple(f"{r}: NRMSE {scores[r]:.3g}, no better than a model of zeros" for r in bad)
     squares = np.concatenate([(t.torque[:, np.array(t.measured)] ** 2).ravel() for t in trials])
     size = math.sqrt(float(squares.mean()))
     faint = f"; the torques fitted are {size:.3g} N m (rms): are they in kN m?" if size < FAINT else ""
-    bad = [r for r, score in scores.items() if not score < WORST]
     return tuple(f"{r}: NRMSE {scores[r]:.3g}, no better than a model without torque{faint}" for r in bad)
+
+
+def of_loads(model, trials: Sequence) -> tuple[str, ...]:
+    """Preloads that differ, of which the model makes nothing."""
+    loads = [float(t.facts["preload"]) for t in trials if "preload" in t.facts]
+    if getattr(model, "load", "") != "fixed" or not loads or max(loads) < UNLIKE * min(loads):
+        return ()
+    return (
+        f"preloads lie between {min(loads):g} and {max(loads):g} N, and the model has one level for all: "
+        "-p load=proportional or power lets it follow",
+    )
 
 
 def correlation(errors: Sequence[np.ndarray]) -> float:
@@ -58,6 +72,25 @@ def correlation(errors: Sequence[np.ndarray]) -> float:
     times = 2.0 * np.cumsum(products / products[0]) - 1.0
     ended = np.flatnonzero(np.arange(longest) >= WINDOW * times)
     return max(float(times[ended[0]] if ended.size else times.max()), 1.0)
+
+
+def of_short_damping(model, values: Mapping[str, float], trials: Sequence) -> tuple[str, ...]:
+    """Dampings of bristles that half a sample between torque and rate would change by more than themselves.
+
+    In presliding a torque that comes a time t late is one with sigma1 - sigma0 t in place of sigma1.
+    """
+    if not trials or getattr(model, "lag", True):
+        return ()
+    half, found = 0.5 * max(t.step for t in trials), []
+    moved = {a for t in trials for a in range(3) if t.rate[:, a].any()}
+    for group in dict.fromkeys(g for a, g in enumerate(model.groups) if a in moved):
+        name, stiffness = f"{group}_damping", values.get(f"{group}_stiffness")
+        if name in values and stiffness is not None and values[name] < half * stiffness:
+            found.append(
+                f"{name}: {values[name]:.3g} N m s/rad is less than half a sample between torque and rate would make "
+                f"({half * stiffness:.3g}): it means nothing unless both are measured at the same time"
+            )
+    return tuple(found)
 
 
 def of_lag(facts: Mapping, trials: Sequence) -> tuple[str, ...]:

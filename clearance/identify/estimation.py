@@ -88,7 +88,7 @@ def spread(slopes: np.ndarray, cost: float, samples: int) -> tuple[np.ndarray, n
     return covariance, wide, math.sqrt(variance)
 
 
-def _still(model: Model, names: list[str], sizes: np.ndarray) -> list[str]:
+def still_axes(model: Model, names: list[str], sizes: np.ndarray) -> list[str]:
     """Axes (spin, tilt ...) that never move: samples (slopes of these sizes) see none of their numbers."""
     seen = [n for n, size in zip(names, sizes, strict=True) if size > BLIND * sizes.max()]
     return [g for g in dict.fromkeys(model.groups) if not any(in_group(n, g) for n in seen)]
@@ -99,7 +99,7 @@ def in_group(name: str, group: str) -> bool:
     return name.startswith(f"{group}_")
 
 
-def _bound_doubts(model: Model, values: np.ndarray, sizes: np.ndarray, still: Sequence[str]) -> tuple[str, ...]:
+def bound_doubts(model: Model, values: np.ndarray, sizes: np.ndarray, still: Sequence[str]) -> tuple[str, ...]:
     """Axes that never move; parameters that samples (slopes of these sizes) do not see, or that end at a bound."""
     doubts = [f"{group}: no trial moves it, its parameters are not fitted" for group in still]
     known = dict(zip((p.name for p in model.parameters), values, strict=True))
@@ -180,12 +180,13 @@ class Thinned(NamedTuple):
     torque: np.ndarray
     step: float
     samples: int
+    facts: dict
 
 
 def _thinned(trial) -> Thinned:
     every = min(max(trial.samples // FEW, 1), MOST_THINNED)
     rate, torque = (np.ascontiguousarray(a[::every]) for a in (trial.rate, trial.torque))
-    return Thinned(trial.name, rate, torque, trial.step * every, len(rate))
+    return Thinned(trial.name, rate, torque, trial.step * every, len(rate), getattr(trial, "facts", {}))
 
 
 class Passes:
@@ -266,15 +267,38 @@ def lagged(passes: Passes, x: np.ndarray) -> tuple[float, float, np.ndarray]:
     for trial, axes, rows in zip(passes.trials, passes.axes, passes.rows, strict=True):
         torque = passes.torque[rows].reshape(trial.samples, axes.size)
         rises.append(np.gradient(torque, trial.step, axis=0).ravel())
-    slopes = np.column_stack([passes.slopes[:, :p], -np.concatenate(rises)])
-    reduced = triangle(slopes, passes.measured - passes.torque)
+    return shifted(passes.slopes[:, :p], np.concatenate(rises), passes.measured - passes.torque)
+
+
+def shifted(
+    slopes: np.ndarray, rises: np.ndarray, errors: np.ndarray
+) -> tuple[float, float, np.ndarray]:
+    """Time [s] by which measured values come late, its error, and changes (p,) of the parameters with it.
+
+    Least squares of the errors (m,), measured less modelled, on slopes (m, p) and rates of change (m,) [1/s].
+    """
+    samples = errors.size
+    reduced = triangle(np.column_stack([slopes, -rises]), errors)
     columns, errors = reduced[:, :-1], reduced[:, -1]
     sizes = np.linalg.norm(columns, axis=0)
     sizes[sizes == 0.0] = 1.0
     step, *_ = np.linalg.lstsq(columns / sizes, errors, ROUNDING)
     left = errors - columns @ (step / sizes)
-    covariance, *_ = spread(columns, 0.5 * float(left @ left), passes.measured.size)
+    covariance, *_ = spread(columns, 0.5 * float(left @ left), samples)
     return float(step[-1] / sizes[-1]), math.sqrt(covariance[-1, -1]), step[:-1] / sizes[:-1]
+
+
+def _delay(passes: Passes, x: np.ndarray, values: np.ndarray, names: Sequence[str]) -> dict:
+    """What `lagged` gives, and the parameter that it moves most."""
+    return delay_facts(*lagged(passes, x), values, names)
+
+
+def delay_facts(
+    lag: float, error: float, moves: np.ndarray, values: np.ndarray, names: Sequence[str]
+) -> dict:
+    """A lag [s] and its error as facts of a fit, with the parameter that it moves most."""
+    most = int(np.argmax(abs(moves) / np.maximum(abs(values), TINY)))
+    return {"lag": lag, "lag_error": error, "lag_moves": names[most]}
 
 
 class Solved(NamedTuple):
@@ -369,6 +393,9 @@ def _estimate_lugre(model: LuGre, trials: Sequence, *, starts: int, seed: int, p
     search, random = Search(model), np.random.default_rng(seed)
     typical = search.searched(search.typical)
     begins = [typical, *(random.uniform(*search.bounds) for _ in range(starts - 1))]
+    if model.lag:
+        for begin in begins:
+            begin[-1] = typical[-1]
     split, told = parts(model, search, trials), []
 
     def tell():
@@ -389,10 +416,9 @@ def _estimate_lugre(model: LuGre, trials: Sequence, *, starts: int, seed: int, p
     slopes = search.slopes(x)
     names = [q.name for q in model.parameters]
     sizes = np.linalg.norm(samples[:, :-1], axis=0)
-    still = _still(model, names, sizes)
-    said = _bound_doubts(model, values, sizes, still) + _start_doubts(found)
-    lag, lag_error, moves = lagged(whole, x)
-    most = int(np.argmax(abs(moves) / np.maximum(abs(values), TINY)))
+    still = still_axes(model, names, sizes)
+    said = bound_doubts(model, values, sizes, still) + _start_doubts(found)
+    delay = {} if model.lag else _delay(whole, x, values, names)
     longest = max(len(f.history) for f in found)
     history = sum(np.array(f.history + [f.history[-1]] * (longest - len(f.history))) for f in found)
     blind = whole.cost(x) - sum(f.end.cost for f in found)  # of axes that no parameter moves
@@ -409,7 +435,7 @@ def _estimate_lugre(model: LuGre, trials: Sequence, *, starts: int, seed: int, p
         {
             "noise": noise, "evaluations": sum(f.evaluations for f in found), "agreeing": min(map(agreeing, found)),
             "converged": all(f.end.converged for f in found), "still": still,
-            "lag": lag, "lag_error": lag_error, "lag_moves": names[most],
+            **delay,
         },
         said,
     )  # fmt: skip
@@ -453,8 +479,8 @@ def _estimate_curve(model: Curve, trials: Sequence, *, starts: int, seed: int, p
     covariance, wide, noise = spread(held, cost, measured.size)
     table = {"cost": np.array([cost]), "evaluations": np.array([1]), "values": values[None]}
     sizes = np.linalg.norm(reduced[:, :-1], axis=0)
-    still = _still(model, [q.name for q in model.parameters], sizes)
-    said = _bound_doubts(model, values, sizes, still)
+    still = still_axes(model, [q.name for q in model.parameters], sizes)
+    said = bound_doubts(model, values, sizes, still)
     facts = {"noise": noise, "evaluations": 1, "converged": bool(result.success), "still": still}
     ends = (np.clip(x, *bounds) for x in (values - wide, values + wide))
     return Estimate(values, *ends, covariance, np.array([cost]), table, facts, said)

@@ -1,7 +1,7 @@
 """Parameters of a friction model from measured torques: one call, with errors, doubts and provenance.
 
-How they are found is in identify/estimation.py. Other models bring `estimate(trials, starts, seed, progress)`
-themselves.
+How they are found is in identify/estimation.py, of models of one's own in identify/differences.py. Other models bring
+`estimate(trials, starts, seed, progress)` themselves.
 """
 
 import json
@@ -13,15 +13,19 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.identify import doubts, models
-from clearance.identify.estimation import ESTIMATES, MOST_STARTS, STARTS, axes_of, in_group
+from clearance.checks import positive
+from clearance.identify import differences, doubts, estimation, models
+from clearance.identify.estimation import MOST_STARTS, STARTS, in_group
 from clearance.identify.models import AXES, LuGre, Model
+from clearance.identify.own import Own
+from clearance.identify.records import Series
 from clearance.reading import Entries, open_checked
 from clearance.results import save_tables
 
 FORMAT = "clearance-friction-fit"
 FORMAT_VERSION = 1
 STILL = 1e-7  # rad: a trial that turns less has no motion
+ESTIMATES = {**estimation.ESTIMATES, Own: differences.estimate}
 
 
 def nrmse(measured: np.ndarray, modelled: np.ndarray, over: str = "rms") -> float:
@@ -97,15 +101,18 @@ class Fit:
     def has_law(self) -> bool:
         """Whether the model is a LuGre law of constant parameters, see `law`."""
         model = self.model
-        return isinstance(model, LuGre) and not (model.knots or model.network or model.static)
+        if not isinstance(model, LuGre) or model.load == "power":
+            return False
+        return not (model.knots or model.network or model.static)
 
-    def law(self, axis: str = "spin"):
+    def law(self, axis: str = "spin", arm: float | None = None):
         """The friction of one axis (spin, tilt; of models that tell them apart tilt_x, tilt_y) as `cl.joint_lugre`.
 
-        Turned about that axis alone, the model is that law. Raises ValueError for an axis that the model has not, and
-        for models that are no LuGre law of constant parameters.
+        Turned about that axis alone, the model is that law. Where the torque is proportional to the preload it is
+        `cl.joint_lugre_loaded`, whose load in the hinge is the preload times an arm [m]. Raises ValueError for an axis
+        that the model has not, a missing arm, and for models that are no LuGre law of constant parameters.
         """
-        from clearance.laws import joint_lugre
+        from clearance.laws import joint_lugre, joint_lugre_loaded
 
         if not self.has_law:
             raise ValueError(f"law: this {self.model.name} is no LuGre law of constant parameters")
@@ -113,7 +120,13 @@ class Fit:
             raise ValueError(f"law: axis must be one of {', '.join(dict.fromkeys(self.model.groups))}, got {axis!r}")
         own = {n: self.values[f"{axis}_{n}"] for n in ("static", "kinetic", "stiffness", "damping", "viscous")}
         speed = self.values[f"{axis}_stribeck_speed"]
-        return joint_lugre(**own, stribeck_rate=speed, exponent=self.model.exponent)
+        more = {"stribeck_rate": speed, "exponent": self.model.exponent}
+        if self.model.load == "fixed":
+            return joint_lugre(**own, **more)
+        if arm is None:
+            raise ValueError("law: the torque follows the preload: give arm [m], by which the preload makes the load")
+        load = self.model.preload * positive("law: arm", arm)
+        return joint_lugre_loaded(**{n: v / load for n, v in own.items()}, **more)
 
     def save(self, path: str | Path) -> Path:
         """All of it as HDF5 (format clearance-friction-fit), for `open_fit`."""
@@ -139,6 +152,7 @@ class Fit:
         }  # fmt: skip
         attributes = {
             "format_version": FORMAT_VERSION, "model": self.model.name, "options": json.dumps(self.model.options),
+            "own_model": isinstance(self.model, Own),
             "synthetic": bool(self.facts.get("synthetic", False)),
             "facts": json.dumps(self.facts), "doubts": json.dumps(self.doubts),
         }  # fmt: skip
@@ -148,14 +162,19 @@ class Fit:
 _STARTS = {"cost": "cost reached [(N m)^2]", "evaluations": "passes over the samples", "values": "values, by parameter"}
 
 
-def open_fit(path: str | Path) -> Fit:
-    """Read what `Fit.save` wrote. Raises FileNotFoundError, or ValueError for other files."""
+def open_fit(path: str | Path, model: Model | None = None) -> Fit:
+    """Read what `Fit.save` wrote.
+
+    model: that of the fit where it is one's own (`own.open_model("file.py:name")`): no file of a fit names code that
+    is run. Raises FileNotFoundError, or ValueError for other files.
+    """
     with open_checked(Path(path), "clearance fit", FORMAT, FORMAT_VERSION) as file:
         table = Entries(f"{path}: /parameters", {n: file.column(f"parameters/{n}") for n in file.names("parameters")})
         names = table["name"].tolist()
+        model = _model_of(file, model, names)
         columns = {c: dict(zip(names, table[c].tolist(), strict=True)) for c in ("value", "low", "high") if c in table}
         return Fit(
-            model=models.model(file.attribute("", "model"), **file.document("", "options")),
+            model=model,
             values=columns["value"],
             low=columns.get("low", {}),
             high=columns.get("high", {}),
@@ -168,24 +187,41 @@ def open_fit(path: str | Path) -> Fit:
         )
 
 
+def _model_of(file, model: Model | None, names: list[str]) -> Model:
+    """The model of a file: a built-in one, or the one given, where it has these parameters."""
+    name = file.attribute("", "model")
+    if not file.attributes("").get("own_model", False):
+        return models.model(name, **file.document("", "options"))
+    if model is None:
+        raise ValueError(f"the fit is of a model of your own, {name}: open_fit(path, model=...)")
+    if isinstance(model, Own) and names[-1:] == [models.LAG.name] and not model.lag:
+        model = model.with_lag()
+    if (there := [p.name for p in model.parameters]) != names:
+        raise ValueError(f"model {model.name} has the parameters {there}, the fit {names}")
+    return model
+
+
 def fit(
     measurement,
     model: str | Model = "lugre3d",
     *,
-    starts: int = STARTS,
+    starts: int | None = None,
     seed: int = 0,
     roles: Sequence[str] = ("training",),
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float | str], None] | None = None,
 ) -> Fit:
     """Parameters of a model (or of one by its name) from the trials of these roles.
 
-    starts: how many points a nonlinear fit begins from, the first at the typical values, the others spread over the
-    bounds by the seed. progress: called with the done share. Raises ValueError for roles that no trial has, a trial
+    starts: how many points a nonlinear fit begins from (20; 1 of a model of one's own), the first at the typical
+    values, the others spread over the bounds by the seed. progress: called with the done share, of a model of one's own
+    with a text. Raises ValueError for roles that no trial has, a trial
     without motion or measured axis, a torque or rate that is not a number, and an unknown model.
     """
+    model = models.model(model) if isinstance(model, str) else model
+    if starts is None:
+        starts = 1 if isinstance(model, Own) else STARTS
     if not 1 <= starts <= MOST_STARTS:
         raise ValueError(f"starts must be a whole number from 1 to {MOST_STARTS}, got {starts}")
-    model = models.model(model) if isinstance(model, str) else model
     roles = (roles,) if isinstance(roles, str) else tuple(roles)
     trials = [t for t in measurement.trials if t.role in roles]
     there = list(dict.fromkeys(t.role for t in measurement.trials))
@@ -196,7 +232,8 @@ def fit(
         )
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
         raise ValueError(f"seed must be a whole number from 0 on, got {seed!r}")
-    for trial in trials:
+    driven = [t for t in trials if not isinstance(t, Series)]
+    for trial in driven:
         _check(trial)
     began = time.perf_counter()
     how = {"starts": starts, "seed": seed, "progress": progress or (lambda share: None)}
@@ -206,27 +243,28 @@ def fit(
     names = [p.name for p in model.parameters]
     values, low, high = (dict(zip(names, v.tolist(), strict=False)) for v in (found.values, found.low, found.high))
     scores = {r: _score(model, values, [t for t in measurement.trials if t.role == r]) for r in there}
-    fastest = max(float(np.linalg.norm(t.rate, axis=1).max()) for t in trials)
+    fastest = max((float(np.linalg.norm(t.rate, axis=1).max()) for t in driven), default=0.0)
     facts = {
         "roles": list(roles), "trials": [t.name for t in trials], "samples": sum(t.samples for t in trials),
         "starts": starts, "seed": int(seed), "seconds": took, "fastest": fastest,
         "synthetic": bool(getattr(measurement, "facts", {}).get("synthetic", False)), **found.facts,
     }  # fmt: skip
-    said = *doubts.of_records(trials), *doubts.of_scores(scores, trials), *found.doubts, *model.doubts(values, fastest)
+    said = *doubts.of_records(driven), *doubts.of_scores(scores, driven), *doubts.of_loads(model, driven)
+    said = *said, *found.doubts, *model.doubts(values, fastest)
     if low:
         facts |= _correlated(model, values, trials)
-        samples = sum(t.samples * sum(t.measured) for t in trials)
-        said = *said, *doubts.of_lag(facts, trials)
+        samples = sum(model.observed(t).size for t in trials)
+        said = *said, *doubts.of_lag(facts, trials), *doubts.of_short_damping(model, values, driven)
         said = *said, *doubts.of_intervals(facts["widening"], samples, facts["independent_samples"])
     return Fit(model, values, low, high, found.covariance, scores, found.history, found.starts, facts, said)
 
 
 def _correlated(model: Model, values: dict[str, float], trials: Sequence) -> dict[str, float]:
     """How many independent errors the samples' errors are worth, and what that widens intervals by."""
-    errors = []  # along the motion: a level that is too high is one error, whichever way the joint turns
+    errors, sizes = [], model.sizes(trials)
     for trial in trials:
-        along = (model.torque(values, trial) - trial.torque) * np.where(trial.rate < 0.0, -1.0, 1.0)
-        errors += [along[:, axis] for axis in axes_of(trial)]
+        along = (model.predicted(values, trial) - model.observed(trial)) / sizes * model.senses(trial)
+        errors += list(along.T)
     time_of_one = doubts.correlation(errors)
     return {"independent_samples": sum(map(len, errors)) / time_of_one, "widening": math.sqrt(time_of_one)}
 
@@ -243,6 +281,7 @@ def _check(trial) -> None:
 
 def _score(model: Model, values: dict[str, float], trials: Iterable, over: str = "rms") -> float:
     trials = list(trials)
-    measured = [t.torque[:, axes_of(t)].ravel() for t in trials]
-    modelled = [model.torque(values, t)[:, axes_of(t)].ravel() for t in trials]
+    sizes = model.sizes(trials)
+    measured = [(model.observed(t) / sizes).ravel() for t in trials]
+    modelled = [(model.predicted(values, t) / sizes).ravel() for t in trials]
     return nrmse(np.concatenate(measured), np.concatenate(modelled), over)

@@ -8,6 +8,7 @@ Frame of the housing, x and y tilt, z spins the stud; rates (n, 3) [rad/s], torq
     start(), step(values, state, rate, dt)      one step of a simulation; `state` moves
     compiled(layout, packed(values), state, rate, dt, torque)      the same for compiled callers
     passive_rate(values)             up to which rate it can only take up energy
+    observed(trial), predicted(values, trial)   what is compared: torques of the measured axes (n, k)
 
 with values as an array in the order of the parameters or as a dictionary of all of them.
 """
@@ -62,6 +63,34 @@ BRISTLES = Parameter("stiffness", "N m/rad", 100.0, 1e4, 1000.0), Parameter("dam
 WEIGHT = Parameter("weight", "1", -2.0, 2.0, 0.1)
 LOOSE = 0.1  # how firmly a network's units are held, beside its weights
 THICK = Parameter("viscous", "N m s/rad", 1e-3, 10.0, 0.05)
+LAG = Parameter("lag", "s", -0.02, 0.02, 0.0)
+FOLLOWS = Parameter("load_exponent", "1", 0.05, 3.0, 1.0)
+#: how the torque follows the preload: not at all, as preload^1, as preload^n
+LOADS = ("fixed", "proportional", "power")
+PRELOAD = 5000.0  # N, of the source
+SHIFT = 0.05  # of a step, by which a lag is moved for its slope
+FINER = 4  # steps of a sample where a lag is fitted: corners of the rate then lie within steps
+
+
+def preload_of(trial) -> float:
+    """Preload [N] of a trial. Raises ValueError where no fact says it."""
+    facts = getattr(trial, "facts", {})
+    if "preload" not in facts:
+        name = getattr(trial, "name", "?")
+        raise ValueError(
+            f"trial {name!r} has no fact preload [N]: in CSV '# preload = 5000' or '# {name}.preload = 5000'"
+        )
+    return positive(f"trial {trial.name!r}: preload", facts["preload"])
+
+
+def delayed(trial, lag: float) -> np.ndarray:
+    """Rate [rad/s] of a trial a time [s] earlier, at `FINER` steps a sample, piecewise linear.
+
+    Before the record it is that of the first sample: records should begin at rest.
+    """
+    place = np.arange(FINER * (trial.samples - 1) + 1) / FINER - lag / trial.step
+    columns = (np.interp(place, np.arange(trial.samples), column) for column in trial.rate.T)
+    return np.ascontiguousarray(np.stack(list(columns), axis=1))
 
 
 def _checked_knots(knots: Sequence[float], fewest: int) -> tuple[float, ...]:
@@ -122,6 +151,26 @@ class Model:
         """What compiled functions take for the values."""
         return np.concatenate([self.array(values), (1.0, 0.0, 0.0, 0.0)])
 
+    def observed(self, trial) -> np.ndarray:
+        """What was measured (n, k): the torques [N m] of the measured axes."""
+        return trial.torque[:, np.flatnonzero(trial.measured)]
+
+    def predicted(self, values: Values, trial) -> np.ndarray:
+        """What the model says in its place (n, k)."""
+        return self.torque(values, trial)[:, np.flatnonzero(trial.measured)]
+
+    def modelled(self, values: Values, trial):
+        """The trial with what the model says in place of what was measured."""
+        return trial.with_torque(self.torque(values, trial))
+
+    def senses(self, trial) -> np.ndarray:
+        """Signs (n, k) of errors: along the motion, where a level that is too high is one error both ways."""
+        return np.where(trial.rate[:, np.flatnonzero(trial.measured)] < 0.0, -1.0, 1.0)
+
+    def sizes(self, trials) -> float | np.ndarray:
+        """What errors (n, k) of these trials are divided by before they are put together."""
+        return 1.0
+
     def start(self) -> np.ndarray:
         """State of a joint at rest."""
         return np.zeros(0 if self.linear else 3)
@@ -153,7 +202,11 @@ class LuGre(Model):
     at rest it keeps what it was. bounds: of parameters by name. |w| is the rate's norm where axes are coupled, else the
     axis' own.
 
-    Valid for one preload and temperature; sticks with the stiffness sigma0, creeps under a load that swings below T_s.
+    load: how the whole torque follows the fact `preload` F of a trial: fixed (not), proportional or power,
+    (F / preload)^load_exponent; all other numbers are then those at `preload` [N]. lag: a parameter lag [s], by which
+    torques come after the rates they belong to, is fitted too.
+
+    Valid for one temperature; sticks with the stiffness sigma0, creeps under a load that swings below T_s.
     """
 
     coupled: bool = True
@@ -163,6 +216,9 @@ class LuGre(Model):
     smoothing: float = 0.03
     exponent: float = 2.0
     static: bool = False
+    load: str = "fixed"
+    preload: float = PRELOAD
+    lag: bool = False
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     compiled = staticmethod(kernels.step)
@@ -173,6 +229,9 @@ class LuGre(Model):
             raise ValueError(f"network must be a whole number of units, 0 for none, got {self.network!r}")
         if self.network and self.knots:
             raise ValueError(f"knots {self.knots} and a network of {self.network} units exclude each other")
+        if self.load not in LOADS:
+            raise ValueError(f"load must be one of {', '.join(LOADS)}, got {self.load!r}")
+        positive("preload", self.preload)
         positive("exponent", self.exponent)
         non_negative("smoothing", self.smoothing)
         _ = self.parameters  # bounds of unknown parameters
@@ -215,15 +274,17 @@ class LuGre(Model):
     def parameters(self) -> tuple[Parameter, ...]:
         """What is fitted, in the order of its vector."""
         groups, functions = dict.fromkeys(self.groups), [*self._units, *itertools.chain(*self._functions)]
-        return self.bounded([replace(p, name=f"{g}_{p.name}") for g in groups for p in functions], 1e-12)
+        functions += [FOLLOWS] * (self.load == "power")
+        own = [replace(p, name=f"{g}_{p.name}") for g in groups for p in functions]
+        return self.bounded([*own, *([LAG] * self.lag)], 1e-12)
 
     @cached_property
     def layout(self) -> Layout:
         """Where the kernels find each number."""
         sizes = [len(f) for f in self._functions]
         inner = len(self._units)
-        own, groups = inner + sum(sizes), list(dict.fromkeys(self.groups))
-        places, behind = np.empty((3, 4), np.int64), own * len(groups)
+        own, groups = inner + sum(sizes) + (self.load == "power"), list(dict.fromkeys(self.groups))
+        places, behind = np.empty((3, 4), np.int64), own * len(groups) + self.lag
         for axis, group in enumerate(self.groups):
             first = [own * groups.index(group) + inner + sum(sizes[:f]) for f in range(len(sizes))]
             if self.static:
@@ -258,9 +319,34 @@ class LuGre(Model):
 
     def torque(self, values: Values, trial) -> np.ndarray:
         """Torque (n, 3) [N m] of a trial from undeflected bristles; see the module."""
-        torque = np.empty((trial.samples, 3))
-        kernels.torques(self.layout, self.packed(values), trial.rate, trial.step, np.zeros(3), torque)
-        return torque
+        return self._torque(self.packed(values), trial, 0.0)
+
+    def _torque(self, packed: np.ndarray, trial, later: float) -> np.ndarray:
+        """The torque (n, 3) where it comes a time [s] later than by the model."""
+        rate, dt, every = self._driving(packed, trial, later)
+        torque = np.empty((len(rate), 3))
+        kernels.torques(self.layout, packed, rate, dt, np.zeros(3), torque)
+        return torque[::every] * self.level(packed, trial)
+
+    def _driving(self, packed: np.ndarray, trial, later: float = 0.0) -> tuple[np.ndarray, float, int]:
+        """Rates that the bristles see, their step [s], and how many of them make a sample."""
+        if not self.lag:
+            return trial.rate, trial.step, 1
+        lag = float(packed[len(self.parameters) - 1]) + later
+        return delayed(trial, lag), trial.step / FINER, FINER
+
+    @cached_property
+    def _exponents(self) -> list[int]:
+        """Where the exponents of the load stand, by axis."""
+        names = [p.name for p in self.parameters]
+        return [names.index(f"{g}_{FOLLOWS.name}") for g in self.groups]
+
+    def level(self, packed: np.ndarray, trial) -> np.ndarray:
+        """What the preload of a trial multiplies the torques of the axes by (3,)."""
+        if self.load == "fixed":
+            return np.ones(3)
+        exponent = packed[self._exponents] if self.load == "power" else 1.0
+        return np.full(3, preload_of(trial) / self.preload) ** exponent
 
     def sensitivity(self, values: Values, trial) -> tuple[np.ndarray, np.ndarray]:
         """Torque (n, 3) [N m] of a trial and its slopes by the parameters (n, 3, p)."""
@@ -271,8 +357,25 @@ class LuGre(Model):
 
     def sensitivities(self, packed: np.ndarray, trial, axes: np.ndarray, torque: np.ndarray, slopes: np.ndarray):
         """The same of some axes, into torque (n, axes) and slopes (n, axes, packed)."""
-        moved = np.zeros((3, packed.size))
-        kernels.sensitivities(self.layout, packed, trial.rate, trial.step, axes, np.zeros(3), moved, torque, slopes)
+        rate, dt, every = self._driving(packed, trial)
+        fine = torque, slopes
+        if self.lag:
+            fine = tuple(np.empty((len(rate), *a.shape[1:])) for a in fine)
+        state, moved = np.zeros(3), np.zeros((3, packed.size))
+        kernels.sensitivities(self.layout, packed, rate, dt, axes, state, moved, *fine)
+        if self.lag:
+            torque[:], slopes[:] = (a[::every] for a in fine)
+        if self.load != "fixed":
+            level = self.level(packed, trial)[axes]
+            torque *= level
+            slopes *= level[:, None]
+        if self.load == "power":
+            places = np.array(self._exponents)[axes]
+            slopes[:, np.arange(axes.size), places] = torque * math.log(preload_of(trial) / self.preload)
+        if self.lag:
+            shift = SHIFT * trial.step
+            later, earlier = (self._torque(packed, trial, way * shift) for way in (1.0, -1.0))
+            slopes[:, :, len(self.parameters) - 1] = (later - earlier)[:, axes] / (2.0 * shift)
 
     def functions(self, values: Values, speeds: np.ndarray) -> np.ndarray:
         """T [N m], sigma0 [N m/rad], sigma1, sigma2 [N m s/rad] of the axes at speeds (n,) [rad/s], (3, 4, n)."""

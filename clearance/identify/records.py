@@ -18,13 +18,16 @@ cells of a torque that a trial did not measure stay empty. Commas, semicolons or
 points. Lines "# name = value" and "# trial.name = value" above the header are facts. Columns of other names are left
 aside.
 
+Columns that a model of one's own predicts may be any (`read(..., predicts={"x": "m"})`): HDF5 datasets with their
+`units`, CSV columns headed x or, in another unit, x [um].
+
 Facts of trials are SI: preload [N], amplitude [rad], speed [rad/s], frequency [Hz].
 """
 
 import csv
 import math
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +35,7 @@ import numpy as np
 from clearance.checks import identifier
 from clearance.reading import Damaged, Reader, open_checked
 from clearance.results import provenance, replacing, save_tables
+from clearance.units import UNITS as KNOWN_UNITS
 
 FORMAT = "clearance-measurement"
 FORMAT_VERSION = 1
@@ -112,6 +116,10 @@ class Trial:
         """Number of samples."""
         return len(self.time)
 
+    def with_torque(self, torque: np.ndarray) -> "Trial":
+        """The same motion with another torque (n, 3) [N m]."""
+        return replace(self, torque=torque)
+
     @property
     def angle(self) -> np.ndarray:
         """Angles turned about the axes since the start (n, 3) [rad], by the trapezoidal rule."""
@@ -120,14 +128,67 @@ class Trial:
 
 
 @dataclass(frozen=True, eq=False)
-class Measurement:
-    """Trials of different names, and facts of them all. Raises ValueError for none, and for a name that comes twice."""
+class Series:
+    """Columns of any quantities over time, such as the path of a journal, for models of one's own.
 
-    trials: tuple[Trial, ...]
+    time: (n,) [s], even steps; columns: (n,) each, by name; units: of the columns, SI; facts as of a `Trial`.
+    `series["x"]` is a column. Raises ValueError for shapes, roles and samples that cannot be, naming row and column.
+    """
+
+    name: str
+    role: str
+    time: np.ndarray
+    columns: dict[str, np.ndarray]
+    units: dict[str, str]
     facts: dict = field(default_factory=dict)
 
     def __post_init__(self):
-        object.__setattr__(self, "trials", tuple(self.trials))
+        identifier("trial name", self.name)
+        if self.role not in LABELS["role"]:
+            known = ", ".join(LABELS["role"])
+            raise ValueError(f"trial {self.name!r}: role must be one of {known}, got {self.role!r}")
+        time = np.array(self.time, float)
+        columns = {n: np.array(v, float) for n, v in self.columns.items()}
+        for name, values in columns.items():
+            if values.shape != time.shape:
+                reason = f"{name} has shape {values.shape}, expected {time.shape}"
+                raise ValueError(f"trial {self.name!r}: {reason}")
+        check(self.name, {"time": time, **columns})
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, "columns", columns)
+
+    def __getitem__(self, column: str) -> np.ndarray:
+        return self.columns[column]
+
+    @property
+    def step(self) -> float:
+        """Time step [s]."""
+        return float(self.time[-1] - self.time[0]) / (self.samples - 1)
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return len(self.time)
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """Trials of different names, and facts of them all; a preload [N] of them all is one of each trial.
+
+    Raises ValueError for none, and for a name that comes twice.
+    """
+
+    trials: tuple[Trial | Series, ...]
+    facts: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        preload = self.facts.get("preload")
+        missing = {} if preload is None or np.ndim(preload) else {"preload": preload}
+        trials = (
+            replace(t, facts=t.facts | missing) if missing.keys() - t.facts.keys() else t
+            for t in self.trials
+        )
+        object.__setattr__(self, "trials", tuple(trials))
         if not self.trials:
             raise ValueError("the measurement has no trials")
         names = [t.name for t in self.trials]
@@ -228,18 +289,23 @@ def check_units(measurement: Measurement, row: Callable[[str], Where] = lambda t
 
 
 # --- reading
-def read(path: str | Path, *, trusted: bool = False) -> Measurement:
+def read(
+    path: str | Path, *, trusted: bool = False, predicts: Mapping[str, str] | None = None
+) -> Measurement:
     """Read a measurement, CSV where the file's name ends so, else HDF5.
 
-    trusted: leave out `check_units`. Raises FileNotFoundError, and ValueError naming trial, row and column.
+    trusted: leave out `check_units`. predicts: columns that a model of one's own predicts, with their SI units; the
+    trials are `Series` of these and all other columns of numbers, else `Trial`. Raises FileNotFoundError, and
+    ValueError naming trial, row and column.
     """
     path = Path(path)
+    trusted = trusted or bool(predicts)
     if path.suffix.lower() == ".csv":
         if not path.exists():
             raise FileNotFoundError(f"no measurement file {path}")
-        return _checked(path, trusted, lambda rows: _read_csv(path, rows))
+        return _checked(path, trusted, lambda rows: _read_csv(path, rows, predicts))
     with open_checked(path, "clearance measurement", FORMAT, FORMAT_VERSION) as file:
-        return _checked(path, trusted, lambda rows: _read_hdf5(file))
+        return _checked(path, trusted, lambda rows: _read_hdf5(file, predicts))
 
 
 def _checked(path: Path, trusted: bool, load: Callable[[dict[str, Where]], Measurement]) -> Measurement:
@@ -275,12 +341,35 @@ def _trial(name: str, columns: dict[str, np.ndarray], labels: dict, facts: dict,
     return Trial(name, **own | labels, time=time, rate=rate, torque=torque, measured=measured, facts=facts)
 
 
-def _read_hdf5(file: Reader) -> Measurement:
+def _series(name: str, columns: dict, units: dict, labels: dict, facts: dict, predicts: Mapping, row=None) -> Series:
+    """A trial of SI columns (n,) that has time and all that is predicted, in its units."""
+    if missing := [c for c in ("time", *predicts) if c not in columns]:
+        there = ", ".join(columns) or "none"
+        raise ValueError(f"trial {name!r} has no column {missing[0]}; it has {there}")
+    check(name, columns, row or "row {}".format)
+    time = columns.pop("time")
+    units = {n: units.get(n) or predicts.get(n, "?") for n in columns}
+    for column, wanted in predicts.items():
+        if units[column] != wanted:
+            reason = f"its units are {units[column]}, the model predicts {wanted}"
+            raise ValueError(f"trial {name!r}, column {column}: {reason}")
+    role = labels.get("role", "training")
+    return Series(name, role, time, columns, units, facts)
+
+
+def _si(units: str) -> tuple[str, float]:
+    """The SI unit of a unit, and what a number in it is multiplied by; a unit that is not known stays."""
+    kind, factor = KNOWN_UNITS.get(units.replace(" ", ""), (units, 1.0))
+    return kind, factor
+
+
+def _read_hdf5(file: Reader, predicts: Mapping[str, str] | None = None) -> Measurement:
     if not (names := file.names("trials")):
         raise ValueError("the file has no trials")
     about = {name: file.attributes(f"trials/{name}") for name in names}
     names = sorted(names, key=lambda name: (about[name].get("order", 0), name))
-    trials = [_hdf5_trial(file, name, about[name]) for name in names]
+    make = _hdf5_series if predicts else _hdf5_trial
+    trials = [make(file, name, about[name], *([predicts] if predicts else [])) for name in names]
     own = {*provenance(), "format"}
     return Measurement(tuple(trials), {k: plain(v) for k, v in file.attributes().items() if k not in own})
 
@@ -305,12 +394,29 @@ def _hdf5_trial(file: Reader, name: str, about: dict) -> Trial:
     return _trial(name, columns, labels, facts)
 
 
+def _hdf5_series(file: Reader, name: str, about: dict, predicts: Mapping[str, str]) -> Series:
+    """A trial of all rows of numbers in a group."""
+    columns, units = {}, {}
+    for column in file.names(f"trials/{name}"):
+        place = f"trials/{name}/{column}"
+        values = file.column(place)
+        if values.ndim != 1 or values.dtype.kind not in "iuf":
+            continue
+        units[column], factor = _si(file.attributes(place).get("units", ""))
+        columns[column] = np.asarray(values, float) * factor
+    lengths = {c: len(v) for c, v in columns.items()}
+    if len(set(lengths.values())) > 1:
+        raise ValueError(f"trial {name!r} has columns of different length: {lengths}")
+    facts = {k: plain(v) for k, v in about.items() if k not in ("order", *LABELS)}
+    return _series(name, columns, units, about, facts, predicts)
+
+
 def plain(value):
     """An HDF5 attribute as plain Python data."""
     return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
 
 
-def _read_csv(path: Path, rows: dict[str, Where]) -> Measurement:
+def _read_csv(path: Path, rows: dict[str, Where], predicts: Mapping[str, str] | None = None) -> Measurement:
     """Read a CSV file; `rows` is filled with what says the line of a trial's sample."""
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
@@ -324,7 +430,7 @@ def _read_csv(path: Path, rows: dict[str, Where]) -> Measurement:
     header = kept[0][1]
     mark = next((m for m in ";\t" if m in header), ",")
     names = [n.strip() for n in _csv_cells([header], mark, [kept[0][0]])[0]]
-    known = _csv_columns(names)
+    known = _csv_series(names) if predicts else _csv_columns(names)
     numbers = np.array([i for i, _ in kept[1:]])
     cells = _csv_cells([t for _, t in kept[1:]], mark, numbers)
     for line, found in zip(numbers, cells, strict=True):
@@ -333,7 +439,10 @@ def _read_csv(path: Path, rows: dict[str, Where]) -> Measurement:
     table = dict(zip(names, zip(*cells, strict=True), strict=True))
     facts, own = _csv_facts(t for t in lines if t.startswith("#"))
     left = [n for n in names if n not in known and n not in ("trial", *LABELS)]
-    trials = [_csv_trial(name, part, table, known, numbers, own, rows) for name, part in _parts(path, table, numbers)]
+    trials = [
+        _csv_trial(name, part, table, known, numbers, own, rows, predicts)
+        for name, part in _parts(path, table, numbers)
+    ]
     return Measurement(tuple(trials), facts | ({"columns_left_aside": left} if left else {}))
 
 
@@ -371,6 +480,24 @@ def _csv_columns(names: list[str]) -> dict[str, tuple[str, float]]:
         if not any(s.startswith(quantity) for s in stems):
             wanted = quantity if quantity == "time" else f"{quantity}_x, {quantity}_y or {quantity}_z"
             raise ValueError(f"there is no column {wanted}; there are {', '.join(names)}")
+    return found
+
+
+def _csv_series(names: list[str]) -> dict[str, tuple[str, float, str]]:
+    """Columns of numbers by their heading, such as x or x [um]: name, factor to SI, SI unit ("" where none is given).
+
+    Raises ValueError for a name that comes twice.
+    """
+    found = {}
+    for heading in names:
+        stem, bracket, units = heading.partition("[")
+        if stem.strip() in ("trial", *LABELS):
+            continue
+        kind, factor = _si(units.rstrip("] ")) if bracket else ("", 1.0)
+        found[heading] = stem.strip(), factor, kind
+    stems = [stem for stem, *_ in found.values()]
+    if twice := [s for s in stems if stems.count(s) > 1]:
+        raise ValueError(f"column {twice[0]!r} comes twice")
     return found
 
 
@@ -417,11 +544,13 @@ def _parts(path: Path, table: dict, numbers: np.ndarray) -> list[tuple[str, slic
     return list(found.items())
 
 
-def _csv_trial(name: str, part: slice, table: dict, known: dict, numbers, own: dict, rows: dict) -> Trial:
+def _csv_trial(
+    name: str, part: slice, table: dict, known: dict, numbers, own: dict, rows: dict, predicts: Mapping | None
+) -> Trial | Series:
     lines = numbers[part]
     rows[name] = lambda i: f"line {lines[i]}"
     columns = {}
-    for heading, (stem, factor) in known.items():
+    for heading, (stem, factor, *_) in known.items():
         texts = table[heading][part]
         if stem != "time" and not any(t.strip() for t in texts):
             continue
@@ -433,6 +562,9 @@ def _csv_trial(name: str, part: slice, table: dict, known: dict, numbers, own: d
             if len(found) > 1:
                 raise ValueError(f"trial {name!r} has several {label}s: {', '.join(sorted(found))}")
             labels[label] = found.pop()
+    if predicts:
+        units = {stem: unit for stem, _, unit in known.values()}
+        return _series(name, columns, units, labels, own.get(name, {}), predicts, rows[name])
     return _trial(name, columns, labels, own.get(name, {}), rows[name])
 
 
@@ -458,32 +590,42 @@ def write(path: str | Path, measurement: Measurement) -> Path:
         return _write_csv(path, measurement)
     tables = {}
     for order, trial in enumerate(measurement.trials):
-        columns = {
-            column: (next(iter(UNITS[q := column.partition("_")[0]])), f"{WHAT[q]} {column[len(q) + 1 :]}".strip(), v)
-            for column, v in _columns(trial).items()
-        }
-        labels = {label: getattr(trial, label) for label in LABELS}
+        columns = {c: (*_about(trial, c), v) for c, v in _columns(trial).items()}
+        labels = {label: getattr(trial, label) for label in LABELS if hasattr(trial, label)}
         tables[f"trials/{trial.name}"] = {**trial.facts, **labels, "order": order}, columns
     facts = {k: v for k, v in measurement.facts.items() if k not in provenance()}
     return save_tables(path, FORMAT, {**facts, "format_version": FORMAT_VERSION}, tables)
 
 
-def _columns(trial: Trial) -> dict[str, np.ndarray]:
-    """What is kept of a trial: time, all rates, and the torques that were measured."""
+def _about(trial: Trial | Series, column: str) -> tuple[str, str]:
+    """Units and meaning of a column."""
+    quantity = column.partition("_")[0]
+    if isinstance(trial, Series) and column != "time":
+        return trial.units[column], column
+    return next(iter(UNITS[quantity])), f"{WHAT[quantity]} {column[len(quantity) + 1 :]}".strip()
+
+
+def _columns(trial: Trial | Series) -> dict[str, np.ndarray]:
+    """What is kept of a trial: time, all rates, and the torques that were measured; of a series all."""
+    if isinstance(trial, Series):
+        return {"time": trial.time, **trial.columns}
     rates = {f"rate_{a}": trial.rate[:, i] for i, a in enumerate(AXES)}
     torques = {f"torque_{a}": trial.torque[:, i] for i, a in enumerate(AXES) if trial.measured[i]}
     return {"time": trial.time, **rates, **torques}
 
 
 def _write_csv(path: Path, measurement: Measurement) -> Path:
+    series = isinstance(measurement.trials[0], Series)
     names = ["time", *(f"{q}_{a}" for q in ("rate", "torque") for a in AXES)]
+    names = list(_columns(measurement.trials[0])) if series else names
+    known = [label for label in LABELS if hasattr(measurement.trials[0], label)]
     with replacing(path) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
         file.writelines(f"# {k} = {v}\n" for k, v in measurement.facts.items())
         file.writelines(f"# {t.name}.{k} = {v}\n" for t in measurement.trials for k, v in t.facts.items())
         out = csv.writer(file)
-        out.writerow(["trial", *LABELS, *names])
+        out.writerow(["trial", *known, *names])
         for t in measurement.trials:
-            labels, columns = [t.name, *(getattr(t, label) for label in LABELS)], _columns(t)
+            labels, columns = [t.name, *(getattr(t, label) for label in known)], _columns(t)
             cells = [map(repr, columns[n].tolist()) if n in columns else [""] * t.samples for n in names]
             out.writerows([*labels, *row] for row in zip(*cells, strict=True))
     return path

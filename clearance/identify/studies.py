@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from clearance.identify import learn, models
+from clearance.identify import learn, models, variants
 from clearance.identify.bench import Joint, bench, sine
 from clearance.identify.estimation import STARTS
 from clearance.identify.fit import Fit, fit, nrmse
@@ -31,6 +31,7 @@ LOAD = (1.0, 0.0, 1.0)  # N m about the axes, less than breaks the joint away: i
 STEPS = tuple(1e-3 * 2.0 ** (k / 2.0) for k in range(-14, 7))  # s
 SMALL, LARGE, GONE = 1e-9, 1e-5, 1e-100  # disturbance [rad/s], where it counts as grown, and as gone
 FOLLOWED = 0.4  # s, how long it is followed at most
+DRAWS = (0.16, range(10)), (0.0, range(3))  # scatter of runs and seeds of the bench, on which fast spin is looked at
 TIMED, REPEATS = 200_000, 5  # steps of a timing, of which the fastest repeat counts
 
 Fits = Mapping[str, Fit]
@@ -402,6 +403,7 @@ class Study:
     progress: list[Progress]
     recoveries: list[Recovery]
     speeds: list[Speed]
+    spins: list[variants.Spin]
     left_out: list[str]
 
 
@@ -420,13 +422,14 @@ def study(
         progress=progress(fits, measurement),
         recoveries=[recovery(n, roles=roles) for n in known for roles in SEEN],
         speeds=speeds(fits),
+        spins=[variants.fast_spin(*draws) for draws in DRAWS],
         left_out=[f"{n}: {learn.missing()}" for n in names if n not in fits],
     )
 
 
 def tables(found: Study) -> list[str]:
     """The numbers of a study as lines of Markdown."""
-    parts = _error_table, _extrapolation_table, _fixed_step_table, _recovery_table, _speed_table
+    parts = _error_table, _extrapolation_table, _spin_table, _fixed_step_table, _recovery_table, _speed_table
     lines = [line for part in parts for line in (*part(found), "")][:-1]
     return [*lines, *(f"\nLeft out: {text}." for text in found.left_out)]
 
@@ -455,6 +458,10 @@ def _extrapolation_table(found: Study) -> list[str]:
         odd = f"{e.asymmetry['truth']:.2f}, " + (f"{e.asymmetry['lstm']:.2f}" if "lstm" in names else "-")
         lines.append(f"| {described(e.trial)} | " + " | ".join(cells) + f" | {odd} |")
     return lines
+
+
+def _spin_table(found: Study) -> list[str]:
+    return variants.spin_table(found.spins)
 
 
 def described(trial: Trial) -> str:

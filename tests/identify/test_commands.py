@@ -180,6 +180,26 @@ def test_roles(small, capsys):
     assert document["fitted"] == read(small).of("training", "test").samples
 
 
+def test_a_lag_on_request(small, capsys):
+    """A row of its own, in s; the bench has none, and what its richer joint makes of it is about a sample at most."""
+    arguments = ["identify", "--model", "lugre1d", "--data", str(small), "--starts", "1", "--lag", "--json"]
+    assert main(arguments) == 0
+    lag = json.loads(told(capsys))["parameters"]["lag"]
+    assert lag["units"] == "s"
+    assert lag["low"] < lag["value"] < lag["high"]
+    assert abs(lag["value"]) < 1.5e-3
+
+
+def test_preloads(tmp_path, capsys):
+    path = str(tmp_path / "b.h5")
+    assert main(["bench-data", "ball_joint", "--preload", "2000,5kN", "-o", path, "--json"]) == 0
+    assert json.loads(told(capsys))["facts"]["preload"] == [2000.0, 5000.0]
+    assert {t.facts["preload"] for t in read(path).trials} == {2000.0, 5000.0}
+    for wrong, said in (("2000,2kN", "preloads must be different"), ("3mm", "'3mm' is in m, expected N")):
+        assert main(["bench-data", "ball_joint", "--preload", wrong, "-o", path]) == 2
+        assert said in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -197,6 +217,10 @@ def test_roles(small, capsys):
         (["--bound", "spin_stiffness=5"], "--bound spin_stiffness=5: expected NAME=LO:HI"),
         (["--bound", "spin_stifness=1:5"], "bounds: lugre3d has no parameter 'spin_stifness'"),
         (["--model", "lstm", "--bound", "x=1:5"], "--bound x=1:5: lstm has no bounds"),
+        (["-p", "load=heavy"], "load must be one of fixed, proportional, power, got 'heavy'"),
+        (["-p", "lag=yes"], "-p lag=yes: lugre3d has no option 'lag'"),
+        (["--model", "curve", "--lag"], "--lag: curve has no lag; lugre1d, lugre3d"),
+        (["--model", "mine.py:law"], "--model mine.py:law: expected NAME or FILE.py:NAME, and there is no file"),
         (["--starts", "0"], "starts must be a whole number from 1 to 10000, got 0"),
         (["--plot"], "--plot needs a folder for the pictures: give -o DIR"),
         (["--data", "none.h5"], "no measurement file none.h5"),

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from clearance.identify import learn, models, studies
+from clearance.identify import learn, models, studies, variants
 from clearance.identify.bench import bench
 from clearance.identify.fit import fit, nrmse
 
@@ -198,14 +198,15 @@ def test_without_the_extra_the_lstm_is_left_out_and_said_so(measurement, fits, b
     assert said[-1] == "lstm left out: install clearance[learn]"
     found = studies.Study(
         fits, studies.errors(fits, measurement), beyond, [*simulated.values()], studies.progress(fits, measurement),
-        [], studies.speeds(fits, count=100, repeats=1), [f"lstm: {learn.missing()}"],
+        [], studies.speeds(fits, count=100, repeats=1), [variants.Spin(0.1, (0,), np.ones(1), np.ones(1))],
+        [f"lstm: {learn.missing()}"],
     )  # fmt: skip
     lines = studies.tables(found)
     assert lines[-1] == "\nLeft out: lstm: install clearance[learn]."
     row = next(line for line in lines if line.startswith("| lugre3d | 0."))
     assert f"| {fits['lugre3d'].nrmse['training']:.4f} | 0.1288 |" in row
     heads = [i for i, line in enumerate(lines) if line.startswith("|---")]
-    assert len(heads) == 5
+    assert len(heads) == 6
     for i in heads:
         cells = lines[i].count("|")
         for line in lines[i - 1 :]:

@@ -1,0 +1,313 @@
+"""Models of one's own: a function of a record and of numbers, which a fit compares with what was measured.
+
+    from clearance.identify.own import between, model
+
+    law = model(my_law, torque=between(0.1, 10.0, "N m"), stiffness=between(100.0, 1e4, "N m/rad"))
+
+    @model(predicts={"x": "m", "y": "m"}, dry=between(0.1, 0.8), full=between(2.0, 6.0))
+    def journal(record, dry, full):
+        ...
+        return np.stack([x, y], axis=1)
+
+A friction law of a joint (`cl.joint_friction`, `cl.joint_bristle`) is driven by the rate of each axis; any other
+function gets the record and its parameters by name, and returns what it predicts at `record.time`: the torque (n, 3)
+[N m], or the columns of `predicts` (n, k).
+"""
+
+import importlib.util
+import inspect
+import math
+import sys
+import zlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+
+from clearance.checks import finite, identifier, meant, positive
+from clearance.identify.models import FINER, LAG, Model, Parameter, Values, delayed
+from clearance.identify.records import Trial
+from clearance.laws.law import Law, joint_bristle, joint_friction
+from clearance.mechanism import store
+from clearance.mechanism.library import Library
+
+DIFFERENCE = 1e-4  # of a parameter (of its range where it may be negative), by which it is moved for slopes
+GROUPS = "tilt", "tilt", "spin"  # whose parameters a law has about x, y, z
+
+
+def between(low: float, high: float, units: str = "1", start: float | None = None) -> Parameter:
+    """A parameter to be fitted: its bounds, its SI unit, and where the search starts.
+
+    start: the geometric mean of the bounds unless told otherwise, their mean where one is not positive. Positive
+    parameters are searched for in their logarithms. Raises ValueError for bounds that do not rise and a start outside.
+    """
+    low, high = finite("between: low", low), finite("between: high", high)
+    if low >= high:
+        raise ValueError(f"between: bounds must rise, got {low:g} and {high:g}")
+    middle = math.sqrt(low * high) if low > 0.0 else 0.5 * (low + high)
+    start = finite("between: start", middle if start is None else start)
+    if not low <= start <= high:
+        raise ValueError(f"between: start must lie in [{low:g}, {high:g}], got {start:g}")
+    return Parameter("", units, low, high, start)
+
+
+@dataclass(frozen=True, eq=False)
+class Own(Model):
+    """A model of one's own; made by `model`.
+
+    function(record, **numbers) -> (n, 3) [N m], or (n, k) where `predicts` names columns with their units; given:
+    parameters without the lag; difference: relative step of the slopes; lag: whether a lag of the torque is fitted.
+    """
+
+    function: Callable
+    given: tuple[Parameter, ...]
+    predicts: Mapping[str, str] = field(default_factory=dict)
+    difference: float = DIFFERENCE
+    name: str = "own"
+    law: Law | None = None
+    lag: bool = False
+
+    symmetric: ClassVar[bool] = True
+
+    @property
+    def options(self) -> dict:
+        """None: its file is what it is made from."""
+        return {}
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """What is fitted, in the order of its vector."""
+        return (*self.given, *([LAG] * self.lag))
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Whose parameters the axes have: of a law tilt and spin; functions have no axes."""
+        return GROUPS if self.law else ()
+
+    def with_bounds(self, bounds: Mapping[str, tuple[float, float]]) -> "Own":
+        """The same with other bounds of some parameters."""
+        self._check_names(bounds, [p.name for p in self.given], "bounds")
+        given = (p.within(bounds[p.name], -math.inf) if p.name in bounds else p for p in self.given)
+        return replace(self, given=tuple(given))
+
+    def with_lag(self) -> "Own":
+        """The same with a lag [s] of the torque. Raises ValueError for a model that predicts other columns."""
+        if self.predicts:
+            raise ValueError(f"--lag: {self.name} predicts {', '.join(self.predicts)}, no torque")
+        return replace(self, lag=True)
+
+    def _called(self, values: Values, record) -> np.ndarray:
+        """What the function gives, (n, 3) or (n, k). Raises ValueError for another shape."""
+        numbers = dict(zip((p.name for p in self.parameters), self.array(values).tolist(), strict=True))
+        if self.lag:
+            return self.function(_finer(record, numbers.pop(LAG.name)), **numbers)[::FINER]
+        found = np.asarray(self.function(record, **numbers), float)
+        if self.predicts and len(self.predicts) == 1 and found.shape == (record.samples,):
+            found = found[:, None]
+        wanted = record.samples, len(self.predicts) or 3
+        if found.shape != wanted:
+            raise ValueError(f"{self.name} must return an array of shape {wanted}, got {found.shape}")
+        return found
+
+    def torque(self, values: Values, trial) -> np.ndarray:
+        """Torque (n, 3) [N m] of a trial."""
+        return self._called(values, trial)
+
+    def observed(self, trial) -> np.ndarray:
+        """Columns that were measured (n, k). Raises ValueError for trials of the other kind."""
+        if not self.predicts:
+            return super().observed(trial)
+        if isinstance(trial, Trial):
+            reason = f"read(path, predicts={dict(self.predicts)}) has them"
+            raise ValueError(f"{self.name} predicts {', '.join(self.predicts)}, not torques: {reason}")
+        return np.stack([trial[c] for c in self.predicts], axis=1)
+
+    def predicted(self, values: Values, trial) -> np.ndarray:
+        """The same as the model says."""
+        return self._called(values, trial) if self.predicts else super().predicted(values, trial)
+
+    def modelled(self, values: Values, trial):
+        """The trial with the model's columns."""
+        if not self.predicts:
+            return super().modelled(values, trial)
+        found = dict(zip(self.predicts, self._called(values, trial).T, strict=True))
+        return replace(trial, columns=trial.columns | found)
+
+    def senses(self, trial) -> float | np.ndarray:
+        """Signs of errors: of columns as they are."""
+        return 1.0 if self.predicts else super().senses(trial)
+
+    def sizes(self, trials) -> float | np.ndarray:
+        """Rms of all columns of a unit together, (k,): so columns of different units are put together."""
+        if not self.predicts:
+            return 1.0
+        units = list(self.predicts.values())
+        whole = np.concatenate([self.observed(t) for t in trials])
+        squares = {u: np.mean(whole[:, [v == u for v in units]] ** 2) for u in units}
+        return np.array([math.sqrt(squares[u]) or 1.0 for u in units])
+
+    def doubts(self, values: Values, fastest: float) -> list[str]:
+        """What a law says of its numbers."""
+        return _of_law(self, values) if self.law else []
+
+
+def model(
+    function: Callable | Law | None = None,
+    /,
+    *,
+    predicts: Mapping[str, str] | None = None,
+    arm: float = 1.0,
+    difference: float = DIFFERENCE,
+    **parameters: Parameter | float,
+):
+    """A model from a friction law of a joint, or (as a decorator) from a function of a record.
+
+    parameters: `between(low, high, units)` is fitted, a plain number is held. predicts: columns that the function
+    returns, with their SI units (else the torque). arm: of laws, what a preload [N] times is their load [m].
+    difference: relative step of central differences; a simulation needs more than its error.
+
+    A law's parameters are fitted about each axis by itself: tilt_stiffness, spin_stiffness. A bristle's deflection is
+    carried by the exponential step, which is exact where z' is linear in z, from rest.
+    Raises ValueError and TypeError for parameters that the function has not or that are missing.
+    """
+    if function is None:
+        options = {"predicts": predicts, "arm": arm, "difference": difference}
+        return lambda wrapped: model(wrapped, **options, **parameters)
+    name, predicts = function.__name__, dict(predicts or {})
+    fitted = {n: p for n, p in parameters.items() if isinstance(p, Parameter)}
+    held = {n: finite(f"{name}: {n}", p) for n, p in parameters.items() if n not in fitted}
+    if not fitted:
+        raise ValueError(f"model {name}: no parameter to fit; give one as between(low, high, units)")
+    for column in predicts:
+        identifier(f"model {name}: predicts", column.replace("/", "_"))
+    difference = positive(f"model {name}: difference", difference)
+    if isinstance(function, Law):
+        _check_parameters(name, function.given, function.needed, parameters)
+        driven = _Driven(function, held, positive(f"model {name}: arm", arm))
+        given = [replace(p, name=f"{g}_{n}") for g in dict.fromkeys(GROUPS) for n, p in fitted.items()]
+        return Own(driven, tuple(given), {}, difference, name, function)
+    arguments = list(inspect.signature(function).parameters.values())[1:]
+    needed = [a.name for a in arguments if a.default is a.empty]
+    _check_parameters(name, [a.name for a in arguments], needed, parameters)
+    given = tuple(replace(p, name=n) for n, p in fitted.items())
+    return Own(_with(function, held), given, predicts, difference, name)
+
+
+def _finer(trial: Trial, lag: float) -> Trial:
+    """The trial with its rate a time [s] earlier, at finer steps; without a torque."""
+    rate = delayed(trial, lag)
+    time = trial.time[0] + trial.step / FINER * np.arange(len(rate))
+    return replace(trial, time=time, rate=rate, torque=np.zeros((len(rate), 3)))
+
+
+def _with(function: Callable, held: dict) -> Callable:
+    return lambda record, **numbers: function(record, **held, **numbers)
+
+
+def _check_parameters(name: str, known: list[str], needed: list[str], given: Mapping) -> None:
+    if unknown := [n for n in given if n not in known]:
+        hint = meant(unknown[0], known)
+        raise ValueError(f"model {name} has no parameter {unknown[0]!r}{hint}; it has {', '.join(known)}")
+    if missing := [n for n in needed if n not in given]:
+        raise ValueError(f"model {name}: give {missing[0]} as between(low, high, units), or as a number")
+
+
+# --- laws
+class _Driven:
+    """A friction law driven by the rates of a trial, about each axis by itself; called as a function of a record."""
+
+    def __init__(self, law: Law, held: dict[str, float], arm: float):
+        if law.family not in (joint_friction, joint_bristle):
+            families = "joint_friction or joint_bristle"
+            raise ValueError(f"{law.name} is a {law.family.name} law; models are made of {families} laws and functions")
+        self.law, self.held, self.arm = law, held, arm
+
+    def numbers(self, group: str, values: Mapping[str, float]) -> dict[str, float]:
+        """The law's parameters about an axis."""
+        own = {n.removeprefix(f"{group}_"): v for n, v in values.items() if n.startswith(f"{group}_")}
+        return {n: v for n, v in self.law.parameters.items() if n in self.law.given} | self.held | own
+
+    def __call__(self, record, **values) -> np.ndarray:
+        torque = np.zeros((record.samples, 3))
+        load = self.arm * record.facts.get("preload", math.nan)
+        for axis, group in enumerate(GROUPS):
+            if record.rate[:, axis].any():
+                bound = self.law(**self.numbers(group, values))
+                rate = np.ascontiguousarray(record.rate[:, axis])
+                driver(self.law)(np.array(bound.numbers), rate, load, record.step, torque[:, axis])
+        if np.isnan(torque).any() and math.isnan(load):
+            name = record.name
+            reason = f"in CSV '# preload = 5000' or '# {name}.preload = 5000'"
+            raise ValueError(f"trial {name!r} has no fact preload [N], which {self.law.name} needs: {reason}")
+        return torque
+
+
+FRICTION = '''
+@njit(cache=True, error_model="numpy")
+def drive(par, rate, load, dt, torque):
+    for n in range(rate.size):
+        torque[n] = -{law}(rate[n], load, {numbers})
+'''
+BRISTLE = '''
+@njit(cache=True, error_model="numpy")
+def drive(par, rate, load, dt, torque):
+    z = 0.0
+    for n in range(rate.size):
+        if n > 0:
+            change, force, slope, more = {slopes}(z, 0.5 * (rate[n - 1] + rate[n]), load, {numbers})
+            x = slope * dt
+            z += dt * change * (math.expm1(x) / x if abs(x) > 1e-8 else 1.0 + 0.5 * x)
+        change, force = {law}(z, rate[n], load, {numbers})
+        torque[n] = -force
+'''
+
+
+@lru_cache(maxsize=32)
+def driver(law: Law) -> Callable:
+    """Compiled drive(parameters, rate (n,), load, dt, torque (n,)) of a law; kept in the kernel store."""
+    library = Library()
+    name = library.add(law.function)
+    bristle = law.family is joint_bristle
+    slopes = library.jacobian(name, (0,)) if bristle else name
+    texts = [f"@plain\n{text}" for text in library.sources([slopes, name])]
+    numbers = ", ".join(f"par[{i}]" for i in range(len(law.parameters)))
+    drive = (BRISTLE if bristle else FRICTION).format(law=name, slopes=slopes, numbers=numbers)
+    header = "import math\n\nfrom clearance.mechanism.store import njit, plain"
+    return store.load("drive", "\n\n\n".join([header, *texts, drive.lstrip()]))
+
+
+def _of_law(own: Own, values: Values) -> list[str]:
+    """What a law demands of and doubts about its numbers, about each axis."""
+    numbers, found = dict(zip((p.name for p in own.parameters), own.array(values).tolist(), strict=True)), []
+    for group in dict.fromkeys(GROUPS):
+        bound = own.law(**own.function.numbers(group, numbers))
+        for look in filter(None, (own.law.demand, own.law.doubt)):
+            said = look(None, bound.values)
+            found += [f"{group}: {own.name} {said}"] if said else []
+    return found
+
+
+# --- files
+def open_model(reference: str) -> Own:
+    """A model of a file, "path/to/file.py:name"; runs the file. Raises ValueError for what is not there."""
+    path, _, name = reference.rpartition(":")
+    if not path or not Path(path).is_file():
+        reason = f"expected NAME or FILE.py:NAME, and there is no file {path or reference!r}"
+        raise ValueError(f"--model {reference}: {reason}")
+    module_name = f"clearance_model_{zlib.crc32(str(Path(path).resolve()).encode()):x}"
+    spec = importlib.util.spec_from_file_location(module_name, path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[module_name] = module
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise ValueError(f"--model {reference}: {type(error).__name__}: {error}") from error
+    found = getattr(module, name, None)
+    if not isinstance(found, Own):
+        there = [n for n, v in vars(module).items() if isinstance(v, Own)]
+        answer = f"it has {', '.join(there)}" if there else "make one by clearance.identify.own.model"
+        raise ValueError(f"--model {reference}: the file has no model {name!r}; {answer}")
+    return replace(found, name=name)

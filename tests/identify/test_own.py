@@ -1,0 +1,194 @@
+"""Models of one's own: a law is the built-in model of the same equations; thresholds of a simulation come back."""
+
+import dataclasses
+import json
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance.cli import main
+from clearance.identify.fit import fit, open_fit
+from clearance.identify.models import lugre1d
+from clearance.identify.own import between, model, open_model
+from clearance.identify.records import Measurement, Series, read, write
+from tests.identify.test_fit import TRUTH, programme, told
+
+GUIDE = (Path(__file__).parents[2] / "clearance" / "GUIDE.md").read_text()
+BLOCKS = re.findall(r"```python\n(.*?)```", GUIDE, re.DOTALL)
+BOUNDS = {
+    "static": between(0.02, 10.0, "N m"), "kinetic": between(0.02, 10.0, "N m"),
+    "stribeck_rate": between(1e-3, 2.0, "rad/s"), "stiffness": between(100.0, 1e4, "N m/rad"),
+    "damping": between(1e-3, 20.0, "N m s/rad", 1.0), "viscous": between(1e-3, 10.0, "N m s/rad"),
+}  # fmt: skip
+
+
+@cl.joint_friction
+def tanh(rate, load, level, speed):
+    """Smoothed Coulomb friction."""
+    return -level * math.tanh(rate / speed)
+
+
+def spinning(samples=1500, noise=0.02) -> Measurement:
+    return told(lugre1d(), TRUTH, programme(samples, ((2,),)), noise)
+
+
+def test_a_law_is_the_built_in_model_of_its_equations():
+    """`joint_lugre` by differences and LuGre by sensitivities: values to 1e-4 of their intervals, intervals to 1e-3."""
+    data = spinning()
+    own, built_in = fit(data, model(cl.joint_lugre, **BOUNDS)), fit(data, lugre1d(), starts=2)
+    assert own.facts["still"] == ["tilt"]
+    assert len(own.fitted) == 6
+    for name, value in own.fitted.items():
+        other = name.replace("stribeck_rate", "stribeck_speed")
+        wide = built_in.high[other] - built_in.low[other]
+        assert value == pytest.approx(built_in.values[other], abs=1e-4 * wide)
+        assert own.high[name] - own.low[name] == pytest.approx(wide, rel=1e-3)
+    for key in ("lag", "lag_error", "widening"):
+        assert own.facts[key] == pytest.approx(built_in.facts[key], rel=1e-2)
+
+
+def test_the_driven_law_is_the_built_in_step():
+    """z' linear in z: the exponential step of both, to rounding."""
+    trial = programme(400, ((0,), (2,)))[0]
+    numbers = {n.replace("stribeck_speed", "stribeck_rate"): v for n, v in TRUTH.items()}
+    own = model(cl.joint_lugre, **BOUNDS)
+    modelled = own.torque(numbers, trial)
+    np.testing.assert_allclose(modelled, lugre1d().torque(TRUTH, trial), rtol=0.0, atol=1e-12)
+
+
+def test_a_law_without_bristles_and_a_function_are_one_model():
+    law = model(tanh, level=between(0.1, 10.0, "N m"), speed=0.02)
+    function = model(_tanh_of, level=between(0.1, 10.0, "N m"), speed=0.02)
+    data = spinning(400)
+    first, second = (fit(data, m) for m in (law, function))
+    assert first.values["spin_level"] == pytest.approx(second.values["level"], rel=1e-6)
+    squares = np.concatenate([t.torque[:, 2] * np.tanh(t.rate[:, 2] / 0.02) for t in data.trials])
+    shape = np.concatenate([np.tanh(t.rate[:, 2] / 0.02) ** 2 for t in data.trials])
+    assert first.values["spin_level"] == pytest.approx(squares.sum() / shape.sum(), rel=1e-6)  # linear least squares
+
+
+def _tanh_of(trial, level, speed):
+    return level * np.tanh(trial.rate / speed)
+
+
+def test_a_loaded_law_is_fitted_to_several_preloads():
+    """Torques of `joint_lugre` at 5 kN, times preload over 5 kN; from all preloads per unit of load."""
+    trials = []
+    for preload in (2000.0, 8000.0):
+        for trial in spinning(800, noise=0.0).trials:
+            torque = trial.torque * preload / 5000.0
+            noise = 0.01 * np.random.default_rng(len(trials)).standard_normal(torque.shape)
+            about = {"name": f"{trial.name}_{preload:g}", "facts": {"preload": preload}}
+            trials.append(dataclasses.replace(trial, torque=torque + noise, **about))
+    load = 5000.0 * 0.013
+    bounds = {n: between(p.low / load, p.high / load, p.units) for n, p in BOUNDS.items() if n != "stribeck_rate"}
+    loaded = model(cl.joint_lugre_loaded, arm=0.013, stribeck_rate=BOUNDS["stribeck_rate"], **bounds)
+    found = fit(Measurement(tuple(trials)), loaded)
+    for name in ("static", "kinetic", "stiffness"):
+        assert found.values[f"spin_{name}"] * load == pytest.approx(TRUTH[f"spin_{name}"], rel=0.02)
+    built_in = fit(Measurement(tuple(trials)), lugre1d(load="proportional"), starts=2)
+    scaled = built_in.law("spin", arm=0.013)
+    assert scaled.values["stiffness"] == pytest.approx(found.values["spin_stiffness"], rel=1e-3)
+
+
+def test_the_guides_law(tmp_path, monkeypatch, capsys):
+    """The command as printed; the fit is read with its model; the curve's error is larger."""
+    monkeypatch.chdir(tmp_path)
+    Path("my_law.py").write_text(next(b for b in BLOCKS if "# my_law.py" in b))
+    write("bench.h5", spinning(800))
+    assert main(["identify", "--model", "my_law.py:law", "--data", "bench.h5", "-o", "own", "--plot", "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert list(said["parameters"]) == ["spin_torque", "spin_stiffness", "spin_viscous"]
+    for p in said["parameters"].values():
+        assert p["low"] < p["value"] < p["high"]
+    assert said["parameters"]["spin_stiffness"]["units"] == "N m/rad"
+    with pytest.raises(ValueError, match=r"your own, law: open_fit\(path, model"):
+        open_fit("own/fit.h5")
+    again = open_fit("own/fit.h5", open_model("my_law.py:law"))
+    assert again.values["spin_torque"] == said["parameters"]["spin_torque"]["value"]
+    assert again.score(read("bench.h5").trials) < fit(read("bench.h5"), "curve").nrmse["training"]
+    modelled = read("own/modelled.h5").trials[0]
+    np.testing.assert_allclose(modelled.torque, again.torque(read("bench.h5").trials[0]))
+
+
+def test_the_guides_journal(tmp_path, monkeypatch, capsys):
+    """Thresholds of a mixed joint from the path of its journal with 0.5 um of noise: inside their 95 % intervals."""
+    monkeypatch.chdir(tmp_path)
+    Path("my_journal.py").write_text(next(b for b in BLOCKS if "# my_journal.py" in b))
+    true, time = {"dry": 0.4, "mixed": 1.3}, np.linspace(0.0, 0.02, 201)
+    units, zeros = {"x": "m", "y": "m"}, np.zeros_like(time)
+    record = Series("run", "training", time, {"x": zeros, "y": zeros}, units)
+    path = open_model("my_journal.py:journal").predicted(true, record)
+    path += 0.5e-6 * np.random.default_rng(1).standard_normal(path.shape)
+    rows = np.column_stack([1e3 * time, 1e6 * path[:, 0], path[:, 1]])
+    np.savetxt("path.csv", rows, delimiter=",", header="time [ms],x [um],y", comments="", fmt="%.15g")
+    command = "identify --model my_journal.py:journal --data path.csv -o thresholds --plot --json"
+    assert main(command.split()) == 0
+    said = json.loads(capsys.readouterr().out)
+    for name, value in true.items():
+        p = said["parameters"][name]
+        assert p["low"] < value < p["high"]
+        assert p["high"] < 2.0 * p["low"]  # and they say something
+    assert not said["doubts"]
+    assert Path("thresholds/columns.png").stat().st_size > 10_000
+
+
+def test_what_is_not_smooth_is_doubted_and_what_fails_is_refused():
+    """A function with noise of its own, of which no slope is one; another that has no value beyond 2."""
+    data = spinning(200)
+    random = np.random.default_rng(0)
+
+    def rough(trial, level):
+        return level * np.sign(trial.rate) + 0.1 * random.standard_normal()
+
+    def narrow(trial, level):
+        if level > 1.85:
+            raise ValueError("too high")
+        return level * np.sign(trial.rate)
+
+    found = fit(data, model(rough, level=between(0.1, 10.0, "N m")))
+    assert any("level: the model is not smooth" in d for d in found.doubts)
+    found = fit(data, model(narrow, level=between(0.1, 10.0, "N m", start=0.5)))
+    assert found.values["level"] < 1.85
+    with pytest.raises(ValueError, match="too high"):
+        fit(data, model(narrow, level=between(0.1, 10.0, "N m", start=5.0)))
+
+
+def test_series_come_back_from_their_files(tmp_path):
+    time = np.linspace(0.0, 1.0, 60)
+    series = Series("run", "test", time, {"x": time**2, "f": -time}, {"x": "m", "f": "N"}, {"preload": 3.0})
+    for suffix in (".h5", ".csv"):
+        written = write(tmp_path / f"a{suffix}", Measurement((series,)))
+        (found,) = read(written, predicts={"x": "m", "f": "N"}).trials
+        for name in ("x", "f"):
+            np.testing.assert_array_equal(found[name], series[name])
+        assert (found.role, found.units["x"], found.facts["preload"]) == ("test", "m", 3.0)
+    with pytest.raises(ValueError, match="has no column y; it has time, x, f"):
+        read(tmp_path / "a.h5", predicts={"y": "m"})
+    with pytest.raises(ValueError, match="column x: its units are m, the model predicts N"):
+        read(tmp_path / "a.h5", predicts={"x": "N"})
+
+
+@pytest.mark.parametrize(
+    ("make", "wanted"),
+    [
+        (lambda: between(2.0, 1.0), "bounds must rise, got 2 and 1"),
+        (lambda: between(1.0, 2.0, start=3.0), r"start must lie in \[1, 2\], got 3"),
+        (lambda: model(tanh, level=2.0, speed=1.0), "model tanh: no parameter to fit"),
+        (lambda: model(tanh, level=between(1, 2)), "model tanh: give speed as between"),
+        (lambda: model(tanh, level=between(1, 2), sped=1.0), "has no parameter 'sped' .did you mean speed"),
+        (lambda: model(cl.hertz, stiffness=between(1, 2)), "hertz is a contact law"),
+        (lambda: open_model("nowhere.py:law"), "there is no file 'nowhere.py'"),
+        (lambda: open_model("lugre4d"), "expected NAME or FILE.py:NAME"),
+        (lambda: fit(spinning(100), model(cl.joint_lugre_loaded, **BOUNDS)), "has no fact preload"),
+        (lambda: fit(spinning(100), lugre1d(load="power")), "has no fact preload"),
+        (lambda: fit(spinning(100), model(lambda t, a: a * t.time, a=between(1, 2))), r"shape \(100, 3\)"),
+    ],
+)
+def test_bad_input_is_named(make, wanted):
+    with pytest.raises((ValueError, TypeError), match=wanted):
+        make()
