@@ -1,5 +1,7 @@
 """What each part of a scene costs, and what is saved by leaving it out.
 
+Group: evidence
+
 Answers: no figure of a source; it shows that a scene pays only for what it has.
 
 Reproduced: states, operations of a right-hand side, output channels and time of a step of the feeder with three

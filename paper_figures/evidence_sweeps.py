@@ -1,5 +1,7 @@
 """Scaling of sweeps: run time over the number of points and of worker processes.
 
+Group: evidence
+
 Answers: no figure of a source; it is what the studies over speed and clearance cost.
 
 Reproduced: wall time of whole sweeps of the lubricated feeder, summaries only, with one worker up to one a core.

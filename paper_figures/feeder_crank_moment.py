@@ -1,5 +1,7 @@
 """Crank moment of the six-bar feeder with ideal, dry, lubricated and mixed joint B.
 
+Group: feeder
+
 Answers: Jin et al. (2023), driving moment of the crank at constant speed, ideal against dry and lubricated clearance.
 
 Reproduced: the moment over a turn at 300 rpm and a radial clearance of 0.1 mm, its extremes, root mean square and

@@ -1,5 +1,7 @@
 """Phase portraits and Poincare sections of slider and journal B of the six-bar feeder, dry and lubricated.
 
+Group: feeder
+
 Answers: Jin et al. (2023), phase diagrams and Poincare maps of the mechanism with dry and lubricated clearance.
 
 Reproduced: velocity over position and acceleration over velocity of the slider, and the journal's radial rate over its

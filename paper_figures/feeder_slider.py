@@ -1,5 +1,7 @@
 """Slider of the six-bar feeder: displacement, velocity, acceleration with ideal, dry, lubricated, mixed B.
 
+Group: feeder
+
 Answers: Jin et al. (2023), displacement, velocity and acceleration of the slider with ideal joints, with dry and with
 lubricated clearance.
 

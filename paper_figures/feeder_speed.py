@@ -1,5 +1,7 @@
 """Influence of the crank's speed on the six-bar feeder with joint B dry, lubricated and mixed.
 
+Group: feeder
+
 Answers: Jin et al. (2023), slider acceleration and joint force at several crank speeds, dry and with lubricated
 clearance.
 

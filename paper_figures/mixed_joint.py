@@ -1,5 +1,7 @@
 """The feeder with a mixed joint B: journal path, regimes, and who carries the load.
 
+Group: feeder
+
 Answers: Jin et al. (2023), the joint in which dry contact and film share the load by fuzzy weights of the lubrication
 state.
 

@@ -1,5 +1,7 @@
 """Mobile manipulator: actuator forces with and without joint friction, and the start-up of its input filter.
 
+Group: manipulator
+
 Answers: Chacko and Khan, Tribology in Industry 39 (2017), simulations 1 to 3: strokes and forces of the actuators with
 the combined breakaway, Coulomb and viscous friction in all pins and slides, and the path of the bucket.
 

@@ -1,5 +1,7 @@
 """The six-bar rocking feeder with a lubricated joint B at 300 rpm: the front picture.
 
+Group: feeder
+
 Answers: no single figure of Jin et al. (2023); it is one page of what a run gives, as the first command of the README
 draws it.
 

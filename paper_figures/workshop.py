@@ -30,25 +30,41 @@ BESIDE = ("cases", "postprocess", "paper_figures")
 #: modules of this folder that draw nothing themselves
 SHARED = ("__init__", "workshop", "gallery")
 KINDS = (".png", ".pdf")
-#: paragraphs of a script's docstring: what of the source it answers, what is reproduced, what had to be assumed, and
-#: what cannot be compared because the source gives no number
-PARTS = ("Answers", "Reproduced", "Assumed", "Not comparable")
+#: groups of figures in their order, by the source they answer
+GROUPS = {
+    "feeder": "Six-bar rocking feeder (Jin et al. 2023)",
+    "chains": "Open and closed chains with joint friction (Guo, Ju and Wang 2024)",
+    "manipulator": "Mobile manipulator (Chacko and Khan 2017)",
+    "ball joint": "Ball joint (Pfitzer et al. 2025)",
+    "joints": "Models and dynamics of joints with clearance and friction",
+    "evidence": "Evidence of the code",
+}
+#: paragraphs of a script's docstring: one of GROUPS, what of the source it answers, what is reproduced, what had to be
+#: assumed, and what cannot be compared because the source gives no number
+PARTS = ("Group", "Answers", "Reproduced", "Assumed", "Not comparable")
 #: packages on whose sources no result depends
 WITHOUT_PHYSICS = ("commands", "evidence")
 
 
 def names() -> list[str]:
-    """Names of all figures, which are those of their scripts."""
-    return sorted(p.stem for p in FOLDER.glob("*.py") if p.stem not in SHARED)
+    """Names of all figures, which are those of their scripts: group by group, then by the alphabet."""
+    order, scripts = list(GROUPS), (p.stem for p in FOLDER.glob("*.py") if p.stem not in SHARED)
+    return sorted(scripts, key=lambda name: (order.index(about(name)[1]["Group"]), name))
 
 
 def about(name: str) -> tuple[str, dict[str, str]]:
-    """Title of a figure and the paragraphs of its docstring. Raises ValueError where one is missing."""
+    """Title of a figure and the paragraphs of its docstring by PARTS.
+
+    Raises ValueError for a paragraph that is missing and for an unknown group.
+    """
     text = ast.get_docstring(ast.parse((FOLDER / f"{name}.py").read_text(encoding="utf-8"))) or ""
     title, *paragraphs = [" ".join(p.split()) for p in text.split("\n\n")]
     found = dict(p.split(": ", 1) for p in paragraphs if p.partition(": ")[0] in PARTS)
     if missing := [p for p in PARTS if p not in found]:
         raise ValueError(f"paper_figures/{name}.py: its docstring has no paragraph '{missing[0]}: ...'")
+    if found["Group"] not in GROUPS:
+        known = ", ".join(GROUPS)
+        raise ValueError(f"paper_figures/{name}.py: no group {found['Group']!r}; there are {known}")
     return title.rstrip("."), found
 
 

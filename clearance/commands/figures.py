@@ -43,8 +43,7 @@ def run(options) -> int:
     names = _chosen(options.names, workshop.names())
     titles = {name: workshop.about(name)[0] for name in names}
     if options.list:
-        width = max(map(len, names))
-        print(json_text(titles) if options.json else "\n".join(f"{n:<{width}}  {t}" for n, t in titles.items()))
+        print(json_text(titles) if options.json else "\n".join(_listed(names)))
         return DONE
     folder, began = Path(options.output), time.perf_counter()
     if folder.exists() and not folder.is_dir():
@@ -71,7 +70,8 @@ def _draw(options, names: list[str], folder: Path) -> list:
     from clearance.paper_figures import gallery
 
     line, found = Line(options), []
-    for k, name in enumerate(names):
+    for k, name in enumerate(names, 1):
+        line(f"{name}, {k} of {len(names)}", always=True)
         entry = gallery.drawn(
             folder, name, options.quick, options.fresh, lambda text, name=name: line(f"{name}: {text}")
         )  # fmt: skip
@@ -79,12 +79,27 @@ def _draw(options, names: list[str], folder: Path) -> list:
         found.append(entry)
         if not options.json:
             line.clear()
-            print(f"{k + 1:>3}/{len(names)} {entry.seconds:7.1f} s  {name:<26} {entry.status}", flush=True)
+            times = f"{entry.seconds:7.1f} s ({entry.cpu_seconds:.1f} s CPU)"
+            print(f"{k:>3}/{len(names)} {times:<24} {name:<26} {entry.status}", flush=True)
     return found
 
 
+def _listed(names: list[str]) -> list[str]:
+    """Names and titles in print, under the titles of their groups; names of a group that stand apart repeat it."""
+    from clearance.paper_figures import workshop
+
+    lines, width, last = [], max(map(len, names)), None
+    for name in names:
+        title, about = workshop.about(name)
+        if about["Group"] != last:
+            last = about["Group"]
+            lines += ["", workshop.GROUPS[last]]
+        lines.append(f"  {name:<{width}}  {title}")
+    return lines[1:]
+
+
 def _chosen(patterns: list[str], known: list[str]) -> list[str]:
-    """Names that a pattern fits, in the order of the patterns; all where none is given.
+    """Names that a pattern fits, in the order of the patterns and then of the groups; all where none is given.
 
     Raises ValueError for a pattern that fits none.
     """
