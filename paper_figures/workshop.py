@@ -28,7 +28,7 @@ FOLDER = Path(__file__).parent
 #: folders that are installed into the package
 BESIDE = ("cases", "postprocess", "paper_figures")
 #: modules of this folder that draw nothing themselves
-SHARED = ("__init__", "workshop", "gallery")
+SHARED = ("__init__", "workshop", "gallery", "completeness")
 KINDS = (".png", ".pdf")
 #: groups of figures in their order, by the source they answer
 GROUPS = {
