@@ -11,7 +11,7 @@ from matplotlib.collections import PatchCollection
 from matplotlib.colors import BoundaryNorm, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator, ScalarFormatter
 
 from clearance.results import replacing
 
@@ -21,6 +21,7 @@ POINTS = 20000
 KINDS = (".png", ".pdf", ".svg")
 #: breadth of an entry of a small legend: its stroke and each of its characters [inch]
 ENTRY = (0.55, 0.07)
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 #: units as they are printed
 PRINTED = {"m/s2": "m/s²", "rad/s2": "rad/s²", "m3/s": "m³/s", "N m": "N m", "1": "-"}
 
@@ -37,9 +38,48 @@ def save(figure: Figure, path: str | Path, dpi: float = 150) -> Path:
     path = Path(path)
     if path.suffix.lower() not in KINDS:
         raise ValueError(f"picture {path}: its name must end in {', '.join(KINDS)}")
+    powers_into_labels(figure)
     with replacing(path) as temporary:
         figure.savefig(temporary, dpi=dpi, format=path.suffix[1:].lower())
     return path
+
+
+def powers_into_labels(figure: Figure) -> None:
+    """Put the power of ten of each linear axis into its label, "energy [10⁻⁶ J]", where it hides nothing.
+
+    Axes that share their scale have one power. Numbers are never printed as a difference from another one.
+    """
+    sides = [side for axes in figure.axes for side in (axes.xaxis, axes.yaxis)]
+    shared: dict[int, list] = {}
+    for side in sides:
+        formatter = side.get_major_formatter()
+        if isinstance(formatter, ScalarFormatter):
+            shared.setdefault(id(formatter), []).append(side)
+    for group in shared.values():
+        formatter = group[0].get_major_formatter()
+        formatter.set_useOffset(False)
+        formatter.set_locs(group[0].get_majorticklocs())
+        power = formatter.orderOfMagnitude
+        named = [side for side in group if side.get_label_text()]
+        if not power or not named:
+            continue
+        for side in named:
+            side.set_label_text(_with_power(side.get_label_text(), power))
+        group[0].set_major_formatter(FuncFormatter(lambda v, _, p=power: _plain(v, p)))
+
+
+def _plain(value: float, power: int) -> str:
+    return f"{round(value / 10.0**power, 9):.6g}".replace("-", "\u2212")
+
+
+def _with_power(label: str, power: int) -> str:
+    """A label whose last units have a power of ten before them."""
+    ten = "10" + str(power).translate(SUPERSCRIPTS)
+    before, bracket, rest = label.rpartition("[")
+    units, _, after = rest.partition("]")
+    if not bracket:
+        return f"{label} [{ten}]"
+    return f"{before}[{ten}{'' if units in ('-', '1') else f' {units}'}]{after}"
 
 
 def with_units(text: str, units: str) -> str:

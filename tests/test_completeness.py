@@ -30,7 +30,7 @@ def test_each_command_can_be_given(command):
         scene_of(options)
     elif options.command == "identify":
         known = models.model(options.model).options
-        assert {p.partition("=")[0] for p in options.parameters} <= set(known)
+        assert {p.partition("=")[0] for p in options.options} <= set(known)
 
 
 def test_the_four_sources_are_there():
