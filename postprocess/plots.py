@@ -275,8 +275,8 @@ def touched(record: Record, joint: str, clock: np.ndarray) -> np.ndarray:
 def with_contacts(record: Record, joint: str) -> tuple[np.ndarray, np.ndarray]:
     """Path (n, 2) of a dry joint's journal [m], with the ends of contacts, and which points it reaches in contact (n,).
 
-    Ends of contacts lie on the clearance circle between the samples, where the free flight beside them leads; between
-    contacts that follow each other within one sample interval, in the direction of the chord.
+    Ends of contacts lie on the clearance circle between the samples, where the free flight beside them leads; in the
+    direction of the chord where no flight of a whole sample interval does.
     """
     time, e, events = record.time, record.joint(joint).eccentricity, record.events
     own = np.flatnonzero(events["joint"] == joint)
@@ -290,8 +290,10 @@ def with_contacts(record: Record, joint: str) -> tuple[np.ndarray, np.ndarray]:
     after = _flown(time, e, busy, ends, np.append(starts[1:], np.inf), 1)
     instants = np.concatenate([starts, ends])
     chord = np.stack([np.interp(instants, time, values) for values in e.T], axis=1)
-    walls = np.where(np.isnan(before), after, before), np.where(np.isnan(after), before, after)
-    wall = np.concatenate(walls)
+    short = np.searchsorted(time, starts) == np.searchsorted(time, ends)  # begin and end between the same samples
+    begun = np.where(np.isnan(before) & short[:, None], after, before)
+    ended = np.where(np.isnan(after) & short[:, None], before, after)
+    wall = np.concatenate([begun, ended])
     wall = np.where(np.isnan(wall), chord, wall)
     wall *= law["clearance"] / np.maximum(np.hypot(*wall.T), 1e-300)[:, None]
     inside = (instants > time[0]) & (instants < time[-1])
