@@ -47,7 +47,7 @@ def test_orbit_of_a_dry_joint_shows_flight_and_contact(tmp_path):
     assert (touched | (run.joint("C").contact_force == 0.0)).all()  # the force acts between an event's ends
     journal, contact = plots.with_contacts(run, "C")
     ends = np.append(run.events["time"], run.events["time"] + run.events["duration"])
-    assert len(journal) == len(run.time) + np.count_nonzero((0.0 < ends) & (ends < run.time[-1]))
+    assert len(journal) == len(run.time) + np.count_nonzero((ends > 0.0) & (ends < run.time[-1]))
     ratio = np.hypot(*journal.T) / run.clearances["C"]
     assert contact.any()
     # events are located to far less than 1e-6 of the clearance
