@@ -22,6 +22,8 @@ KINDS = (".png", ".pdf", ".svg")
 #: breadth of an entry of a small legend: its stroke and each of its characters [inch]
 ENTRY = (0.55, 0.07)
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+#: powers of ten from which on, downwards and upwards, numbers of an axis are given as multiples of them
+POWERS = (-3, 5)
 #: units as they are printed
 PRINTED = {"m/s2": "m/s²", "rad/s2": "rad/s²", "m3/s": "m³/s", "N m": "N m", "1": "-"}
 
@@ -56,12 +58,11 @@ def powers_into_labels(figure: Figure) -> None:
         if isinstance(formatter, ScalarFormatter):
             shared.setdefault(id(formatter), []).append(side)
     for group in shared.values():
-        formatter = group[0].get_major_formatter()
-        formatter.set_useOffset(False)
-        formatter.set_locs(group[0].get_majorticklocs())
-        power = formatter.orderOfMagnitude
+        group[0].get_major_formatter().set_useOffset(False)
+        largest = np.abs(group[0].get_view_interval()).max()
+        power = int(np.floor(np.log10(largest))) if np.isfinite(largest) and largest > 0.0 else 0
         named = [side for side in group if side.get_label_text()]
-        if not power or not named:
+        if POWERS[0] < power < POWERS[1] or not named:
             continue
         for side in named:
             side.set_label_text(_with_power(side.get_label_text(), power))
@@ -247,15 +248,8 @@ def colour_bar(figure: Figure, mesh, axes, label: str, **more) -> None:
     bar = figure.colorbar(mesh, ax=axes, label=label, **more)
     if isinstance(norm, LogNorm):
         plain_decades(bar.ax.yaxis, norm.vmin, norm.vmax)
-    elif not isinstance(norm, BoundaryNorm):
-        powers(bar.ax)
     bar.ax.tick_params(labelsize="small")
 
-
-def powers(axes) -> None:
-    """Large and small numbers along the y axis as multiples of a power of ten."""
-    axes.ticklabel_format(axis="y", scilimits=(-3, 5), useMathText=True)
-    axes.yaxis.get_offset_text().set_size("small")
 
 
 def bar_of_values(figure: Figure, axes, values: np.ndarray, log: bool, label: str) -> list:

@@ -14,6 +14,7 @@ from clearance.postprocess.sections import bifurcation, section, section_times
 from clearance.results import Record
 from clearance.sweeping.index import Sweep
 from clearance.sweeping.metrics import FEWEST as TURNS
+from clearance.sweeping.metrics import SETTLING
 
 #: metrics that a picture shows by itself, the first of each line that the sweep has; force: of a clearance joint
 TELLING = (
@@ -38,6 +39,7 @@ PANEL = (2.9, 1.8)
 MARKS = {
     "failed": {"facecolor": "white", "edgecolor": "0.25", "hatch": "////"},
     "endless": {"facecolor": "0.8", "edgecolor": "white", "hatch": "xx"},
+    "settling": {"facecolor": "0.95", "edgecolor": "0.55", "hatch": "--"},
     "unsettled": {"facecolor": "0.9", "edgecolor": "0.5", "hatch": "\\\\"},
     "without": {"facecolor": "white", "edgecolor": "0.6", "hatch": ".."},
 }
@@ -194,6 +196,12 @@ class Choice:
     def period(self) -> np.ndarray:
         """Turns after which the motion comes back; inf where it does not within the run, NaN where nobody can tell."""
         return self.sweep.metrics.get("period", np.full(len(self.sweep), np.nan))[self.points]
+
+    @property
+    def settling(self) -> np.ndarray:
+        """Points without a period in their run whose change from turn to turn grows less: longer runs would settle."""
+        ratio = self.sweep.metrics.get("settling_ratio", np.full(len(self.sweep), np.nan))[self.points]
+        return self.done & np.isinf(self.period) & (ratio < SETTLING)
 
     @property
     def unsettled(self) -> np.ndarray:
@@ -375,9 +383,12 @@ def _maps(
         raise ValueError(f"log: {name} is not positive everywhere, its smallest value is {finite.min():g} {units}")
     norm = figures.scale(values, figures.wide(values) if log == "auto" else log, whole=units == "turns")
     done = choice.done & ~choice.unsettled
-    states = {"failed": choice.failed, "endless": done & np.isinf(values), "without": done & np.isnan(values)}
-    states["unsettled"] = choice.unsettled
-    says = {"failed": "failed", "endless": _endless(units), "without": "no value", "unsettled": "not settled"}
+    endless = done & np.isinf(values)
+    settling = endless & choice.settling & (units == "turns")
+    states = {"failed": choice.failed, "endless": endless & ~settling, "settling": settling}
+    states |= {"without": done & np.isnan(values), "unsettled": choice.unsettled}
+    says = {"failed": "failed", "endless": _endless(units), "settling": SLOW, "without": "no value"}
+    says["unsettled"] = "not settled"
     borders = tuple(edges(axis.at, axis.log) for axis in plane)
     for axes, (title, there) in zip(row, panels, strict=True):
         mesh = figures.cells(axes, borders, _table(plane, values, there), norm)
@@ -389,6 +400,10 @@ def _maps(
     blank = {} if finite.size else {"ticks": []}
     figures.colour_bar(figure, mesh, list(row), axis_label(text, units, 2.0), **blank)
     return {says[s]: MARKS[s] for s, where in states.items() if where.any()}
+
+
+#: of a period that longer runs would show
+SLOW = "not settled within the run"
 
 
 def _endless(units: str) -> str:
@@ -512,8 +527,6 @@ def _heights(axes, values: np.ndarray) -> None:
     if figures.wide(values):
         axes.set_yscale("log")
         figures.plain_decades(axes.yaxis, np.nanmin(values), np.nanmax(values))
-    else:
-        figures.powers(axes)
 
 
 def _absent(axes, at: np.ndarray, choice: Choice, values: np.ndarray, units: str) -> None:
@@ -521,10 +534,11 @@ def _absent(axes, at: np.ndarray, choice: Choice, values: np.ndarray, units: str
     if choice.failed.any():
         style = {"color": "#d55e00", "transform": axes.get_xaxis_transform(), "clip_on": False, "zorder": 5}
         axes.plot(at[choice.failed], np.zeros(choice.failed.sum()), "x", **style)
-    endless = int(np.isinf(values).sum())
-    if endless:
-        said = f"{endless} of {len(values)} {_endless(units)}"
-        axes.set_title(said, fontsize="small", loc="right", color="0.3")
+    endless = np.isinf(values)
+    slow = endless & choice.settling & (units == "turns")
+    counts = {_endless(units): (endless & ~slow).sum(), SLOW: slow.sum()}
+    if said := [f"{n} of {len(values)} {words}" for words, n in counts.items() if n]:
+        axes.set_title("\n".join(said), fontsize="small", loc="right", color="0.3")
     if not np.isfinite(values).any():
         axes.text(0.5, 0.5, "no value", ha="center", va="center", transform=axes.transAxes, color="0.3")
         axes.set_yticks([])

@@ -116,7 +116,7 @@ def _short(name: str) -> str:
 def _rung_labels(rungs: list):
     """Rungs, their labels, and where these stand [points]: left of tables and elements; of tables there is one."""
     kinds = {kind: [r for r in rungs if r.kind == kind] for kind in KINDS}
-    for i, r in enumerate(sorted(kinds["closed form"], key=lambda r: r.error)):
+    for i, r in enumerate(sorted(kinds["closed form"], key=lambda r: -r.error)):
         yield r, _short(r.name), (6, (5, -5)[i % 2])  # neighbours lie on one another
     for r in kinds["fast solver"]:
         yield r, _short(r.name), (6, 0)
