@@ -33,6 +33,8 @@ TICKS, APART, LETTERS = 6, 0.08, 10.0
 THIN = (0.03, 0.5)
 #: most values at equal distances with a tick each, per inch of an axis
 NAMES = 6.0
+#: height that the name of a curve takes below a page [inch], about half a line: mostly two or three stand in a row
+LEGEND = 0.1
 #: breadth of a map [inch], of up to two beside each other and of more
 PANEL = (2.9, 1.8)
 #: cells without a colour: why, and how they are drawn
@@ -479,7 +481,8 @@ def curves(
     groups = _groups(choice, rest, MOST_CURVES, "curves")
     rows, columns = -(-len(names) // 2), min(len(names), 2)
     width = 4.2 * columns + 0.6 if columns > 1 else 6.5
-    figure = figures.sheet(width, 1.2 + 2.3 * rows)
+    named = 0 if _shaded(choice, rest, groups) else len(groups)
+    figure = figures.sheet(width, 1.2 + 2.3 * rows + LEGEND * named)
     grid = figure.subplots(rows, columns, squeeze=False)
     for spare in grid.flat[len(names) :]:
         spare.remove()
@@ -492,15 +495,30 @@ def curves(
     return figures.save(figure, path)
 
 
-def _styles(figure, panels: list, choice: Choice, rest: list, groups: list) -> list[dict]:
-    """How each curve is drawn: with dashes and markers and a name, or of many numbers with a colour."""
+def _shaded(choice: Choice, rest: list, groups: list) -> bool:
+    """Whether curves are told apart by a colour bar: many values of one number."""
     names = [n for names, _ in rest for n in names]
-    if len(groups) <= len(figures.STROKES) or len(names) > 1 or choice.axis(names[0]).named:
-        strokes = [figures.stroke(i, len(groups)) | {"marker": figures.marker(i)} for i in range(len(groups))]
-        return [s | {"label": label or None} for s, (label, _) in zip(strokes, groups, strict=True)]
-    axis = choice.axis(names[0])
-    own = axis.values[[axis.place[np.argmax(there)] for _, there in groups]]
-    return [{"color": c, "marker": "."} for c in figures.bar_of_values(figure, panels, own, axis.log, axis.label)]
+    return len(groups) > len(figures.STROKES) and len(names) == 1 and not choice.axis(names[0]).named
+
+
+def _styles(figure, panels: list, choice: Choice, rest: list, groups: list) -> list[dict]:
+    """How each curve is drawn: of many numbers with a colour, else with dashes, a marker and a name.
+
+    Of two parameters the first one with few values gives colour and dashes, the other one the marker.
+    """
+    names = [n for names, _ in rest for n in names]
+    if _shaded(choice, rest, groups):
+        axis = choice.axis(names[0])
+        own = axis.values[[axis.place[np.argmax(there)] for _, there in groups]]
+        return [{"color": c, "marker": "."} for c in figures.bar_of_values(figure, panels, own, axis.log, axis.label)]
+    places = [(i, i) for i in range(len(groups))]
+    count = len(groups)
+    if len(rest) == 2 and count > len(figures.STROKES):
+        first, other = sorted((choice.axis(n) for n in names[:2]), key=lambda a: len(a.values))
+        points = [np.argmax(there) for _, there in groups]
+        places, count = [(first.place[i], other.place[i]) for i in points], len(first.values)
+    strokes = [figures.stroke(i, count) | {"marker": figures.marker(j)} for i, j in places]
+    return [s | {"label": label or None} for s, (label, _) in zip(strokes, groups, strict=True)]
 
 
 def _with_crosses(choice: Choice, width: float) -> str:
