@@ -3,7 +3,6 @@
 import base64
 import io
 import json
-import os
 import time
 import traceback
 from dataclasses import asdict, dataclass, field
@@ -30,17 +29,13 @@ article img{max-height:34rem}
 
 @dataclass
 class Entry:
-    """A figure in the manifest: what it is, how it went, when and with what it was made, its files and results.
-
-    seconds: wall time [s]; cpu_seconds: of all processes that drew it and have ended [s].
-    """
+    """A figure in the manifest: what it is, how it went, when and with what it was made, its files and results."""
 
     name: str
     title: str
     about: dict[str, str]
     status: str
     seconds: float
-    cpu_seconds: float
     quick: bool
     made: dict[str, str | int]
     files: list[str] = field(default_factory=list)
@@ -51,21 +46,15 @@ def drawn(folder: Path, name: str, quick: bool, fresh: bool, say) -> Entry:
     """Draw one figure; where that fails, the status says why, and the log beside the figures where."""
     work = workshop.Workshop(folder, name, quick, fresh, say)
     title, about = workshop.about(name)
-    began, cpu = time.perf_counter(), _cpu_seconds()
-    status, log = DONE, folder / f"{name}.log"
+    began, status, log = time.perf_counter(), DONE, folder / f"{name}.log"
     log.unlink(missing_ok=True)
     try:
         import_module(f"clearance.paper_figures.{name}").draw(work)
     except Exception as error:  # whatever it is, the other figures are drawn
         status = f"failed: {type(error).__name__}: {' '.join(str(error).split())}"
         log.write_text(traceback.format_exc())
-    times = time.perf_counter() - began, _cpu_seconds() - cpu
-    return Entry(name, title, about, status, *times, quick, provenance(), work.files, work.results)
-
-
-def _cpu_seconds() -> float:
-    """CPU time of this process and of its children that have ended [s]."""
-    return sum(os.times()[:4])
+    seconds = time.perf_counter() - began
+    return Entry(name, title, about, status, seconds, quick, provenance(), work.files, work.results)
 
 
 def note(folder: Path, entry: Entry) -> Path:

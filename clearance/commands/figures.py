@@ -79,8 +79,7 @@ def _draw(options, names: list[str], folder: Path) -> list:
         found.append(entry)
         if not options.json:
             line.clear()
-            times = f"{entry.seconds:7.1f} s ({entry.cpu_seconds:.1f} s CPU)"
-            print(f"{k:>3}/{len(names)} {times:<24} {name:<26} {entry.status}", flush=True)
+            print(f"{k:>3}/{len(names)} {entry.seconds:7.1f} s  {name:<26} {entry.status}", flush=True)
     return found
 
 
