@@ -27,7 +27,7 @@ from clearance.results import save_tables
 def draw(work: workshop.Workshop) -> None:
     cores = min(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1, 4)
     workers = [n for n in (1, 2, 4) if n <= cores]
-    sides = work.less((5, 10, 20, 40), (2, 3))
+    sides = work.less((5, 10, 20), (2, 3))
     _wall(2, 1)  # compiles, and builds the tables of the films
     found = {}
     for side in sides:

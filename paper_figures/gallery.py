@@ -42,9 +42,9 @@ class Entry:
     results: list[dict] = field(default_factory=list)
 
 
-def drawn(folder: Path, name: str, quick: bool, fresh: bool, say) -> Entry:
+def drawn(folder: Path, name: str, quick: bool, fresh: bool, say, results: Path | None = None) -> Entry:
     """Draw one figure; where that fails, the status says why, and the log beside the figures where."""
-    work = workshop.Workshop(folder, name, quick, fresh, say)
+    work = workshop.Workshop(folder, name, quick, fresh, say, results)
     title, about = workshop.about(name)
     began, status, log = time.perf_counter(), DONE, folder / f"{name}.log"
     log.unlink(missing_ok=True)

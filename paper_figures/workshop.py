@@ -1,8 +1,8 @@
 """What the scripts of figures share: runs and sweeps that are kept, pictures as PNG and PDF, tables, and a note of all.
 
 A script is a module of this folder with a docstring (its title, then a paragraph for each of `PARTS`) and a function
-`draw(work)`, which asks `work` for results and hands it what it draws. Results lie under `DIR/results` and are used
-again as long as the scene, the options, the case and the sources of the physics are the same.
+`draw(work)`, which asks `work` for results and hands it what it draws. Results lie under `DIR/results`, or in a folder
+given, and are used again as long as the scene, the options, the case and the sources of the physics are the same.
 """
 
 import ast
@@ -10,6 +10,7 @@ import csv
 import hashlib
 import inspect
 import json
+import os
 import shutil
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -78,13 +79,22 @@ def main(file: str) -> None:
 class Workshop:
     """Where the pictures and tables of one figure are made, and what it used is noted.
 
-    folder: of pictures and tables, with the results in `results`; name: of the figure, stem of its files; quick: a
-    coarse preview, in which scripts ask for `less`; fresh: runs of before are not used again; say: called with what
-    is being done.
+    folder: of pictures and tables; name: of the figure, stem of its files; quick: a coarse preview, in which scripts
+    ask for `less`; fresh: runs of before are not used again; say: called with what is being done; results: folder of
+    runs and sweeps, which several folders of pictures may share (default `results` in the first one).
     """
 
-    def __init__(self, folder: Path, name: str, quick: bool = False, fresh: bool = False, say=lambda text: None):
+    def __init__(
+        self,
+        folder: Path,
+        name: str,
+        quick: bool = False,
+        fresh: bool = False,
+        say: Callable[[str], None] = lambda text: None,
+        results: Path | None = None,
+    ):
         self.folder, self.name, self.quick, self.fresh, self.say = Path(folder), name, quick, fresh, say
+        self.shared = Path(results) if results else self.folder / "results"
         self.files: list[str] = []
         self.results: list[dict] = []
 
@@ -105,7 +115,8 @@ class Workshop:
         parameters = dict(parameters or {})
         scene = cl.load_case(case, **parameters)
         note = {"call": call.__name__, "case": case, "parameters": parameters, "options": options}
-        path = self.folder / "results" / f"{Path(case).stem}-{_digest(case, note, scene.to_json())}.h5"
+        name = f"{Path(case).stem}-{_digest(case, call.__name__, options, scene.to_json())}.h5"
+        path = self.shared / name
         if self.fresh or not _whole(path):
             self.say(f"{case}: {', '.join(f'{k}={v}' for k, v in (parameters | options).items())}")
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -118,7 +129,7 @@ class Workshop:
         """The sweep of `cl.sweep(case, points, fixed=fixed, **options)`; all its points have to succeed."""
         fixed = dict(fixed or {})
         note = {"call": "sweep", "case": case, "parameters": fixed, "options": options}
-        path = self.folder / "results" / f"{Path(case).stem}-sweep-{_digest(case, note, points.columns, points.axes)}"
+        path = self.shared / f"{Path(case).stem}-sweep-{_digest(case, note, points.columns, points.axes)}"
         if self.fresh:
             shutil.rmtree(path, ignore_errors=True)
 
@@ -167,7 +178,7 @@ class Workshop:
         return path
 
     def _relative(self, path: Path) -> str:
-        return path.relative_to(self.folder).as_posix()
+        return Path(os.path.relpath(path, self.folder)).as_posix()
 
 
 def _whole(path: Path) -> bool:
