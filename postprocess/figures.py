@@ -55,7 +55,7 @@ def powers_into_labels(figure: Figure) -> None:
     shared: dict[int, list] = {}
     for side in sides:
         formatter = side.get_major_formatter()
-        if isinstance(formatter, ScalarFormatter):
+        if type(formatter) is ScalarFormatter:  # none that is scaled already
             shared.setdefault(id(formatter), []).append(side)
     for group in shared.values():
         group[0].get_major_formatter().set_useOffset(False)
@@ -66,11 +66,22 @@ def powers_into_labels(figure: Figure) -> None:
             continue
         for side in named:
             side.set_label_text(_with_power(side.get_label_text(), power))
-        group[0].set_major_formatter(FuncFormatter(lambda v, _, p=power: _plain(v, p)))
+        group[0].set_major_formatter(Scaled(power))
 
 
-def _plain(value: float, power: int) -> str:
-    return f"{round(value / 10.0**power, 9):.6g}".replace("-", "\u2212")
+class Scaled(ScalarFormatter):
+    """Ticks as multiples of a power of ten, with as many decimals as they need."""
+
+    def __init__(self, power: int):
+        super().__init__(useOffset=False)
+        self.set_scientific(False)
+        self.size = 10.0**power
+
+    def set_locs(self, locs):
+        super().set_locs(np.asarray(locs) / self.size)
+
+    def __call__(self, x, pos=None):
+        return super().__call__(x / self.size, pos)
 
 
 def _with_power(label: str, power: int) -> str:
