@@ -1,6 +1,7 @@
-"""What the four sources show and the command that answers it: `python paper_figures/completeness.py [--update]`.
+"""The four sources, item by item: `python paper_figures/completeness.py [--update]`.
 
-Prints the tables made of completeness.toml; with --update they are put into README.md of this folder.
+Prints the tables made of completeness.toml: each item and the command that answers it. With --update
+they are put into README.md of this folder.
 """
 
 import sys
@@ -25,7 +26,8 @@ HEAD = ("in the source", "kind", "command", "result", "note")
 def rows() -> dict[str, list[dict]]:
     """The items of each source by the name of its group.
 
-    Raises ValueError for an unknown group, field, kind or result, and for an impossible item without a reason.
+    Raises ValueError for an unknown group, field, kind or result, and for an impossible item
+    without a reason.
     """
     sources = tomllib.loads(DATA.read_text(encoding="utf-8"))
     if unknown := [name for name in sources if name not in GROUPS]:
@@ -38,7 +40,8 @@ def rows() -> dict[str, list[dict]]:
 def _check(row: dict) -> None:
     where = f"{DATA.name}, {row.get('item', 'item without a text')!r}"
     if set(row) != FIELDS:
-        raise ValueError(f"{where}: fields are {', '.join(sorted(FIELDS))}; got {', '.join(sorted(row))}")
+        fields, got = ", ".join(sorted(FIELDS)), ", ".join(sorted(row))
+        raise ValueError(f"{where}: fields are {fields}; got {got}")
     for name, choices in (("kind", KINDS), ("result", RESULTS)):
         if row[name] not in choices:
             raise ValueError(f"{where}: {name} is one of {', '.join(choices)}; got {row[name]!r}")

@@ -22,7 +22,7 @@ KINDS = (".png", ".pdf", ".svg")
 #: breadth of an entry of a small legend: its stroke and each of its characters [inch]
 ENTRY = (0.55, 0.07)
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-#: powers of ten from which on, downwards and upwards, numbers of an axis are given as multiples of them
+#: powers of ten from which on, down and up, numbers of an axis are multiples of them
 POWERS = (-3, 5)
 #: units as they are printed
 PRINTED = {"m/s2": "m/s²", "rad/s2": "rad/s²", "m3/s": "m³/s", "N m": "N m", "1": "-"}
@@ -47,9 +47,10 @@ def save(figure: Figure, path: str | Path, dpi: float = 150) -> Path:
 
 
 def powers_into_labels(figure: Figure) -> None:
-    """Put the power of ten of each linear axis into its label, "energy [10⁻⁶ J]", where it hides nothing.
+    """Put the power of ten of each linear axis into its label, "energy [10⁻⁶ J]".
 
-    Axes that share their scale have one power. Numbers are never printed as a difference from another one.
+    Beside the axis it would lie over legends and titles. Axes that share their scale have one power.
+    Numbers are never printed as a difference from another one.
     """
     sides = [side for axes in figure.axes for side in (axes.xaxis, axes.yaxis)]
     shared: dict[int, list] = {}

@@ -33,7 +33,7 @@ TICKS, APART, LETTERS = 6, 0.08, 10.0
 THIN = (0.03, 0.5)
 #: most values at equal distances with a tick each, per inch of an axis
 NAMES = 6.0
-#: height that the name of a curve takes below a page [inch], about half a line: mostly two or three stand in a row
+#: height that the name of a curve takes below a page [inch]: two or three stand in a row
 LEGEND = 0.1
 #: breadth of a map [inch], of up to two beside each other and of more
 PANEL = (2.9, 1.8)
@@ -201,9 +201,9 @@ class Choice:
 
     @property
     def settling(self) -> np.ndarray:
-        """Points without a period in their run whose change from turn to turn grows less: longer runs would settle."""
-        ratio = self.sweep.metrics.get("settling_ratio", np.full(len(self.sweep), np.nan))[self.points]
-        return self.done & np.isinf(self.period) & (ratio < SETTLING)
+        """Points without a period whose change from turn to turn grows less: longer runs settle."""
+        ratio = self.sweep.metrics.get("settling_ratio", np.full(len(self.sweep), np.nan))
+        return self.done & np.isinf(self.period) & (ratio[self.points] < SETTLING)
 
     @property
     def unsettled(self) -> np.ndarray:
@@ -496,7 +496,7 @@ def curves(
 
 
 def _shaded(choice: Choice, rest: list, groups: list) -> bool:
-    """Whether curves are told apart by a colour bar: many values of one number."""
+    """True where a colour bar tells the curves apart: many values of one number."""
     names = [n for names, _ in rest for n in names]
     return len(groups) > len(figures.STROKES) and len(names) == 1 and not choice.axis(names[0]).named
 

@@ -273,10 +273,10 @@ def touched(record: Record, joint: str, clock: np.ndarray) -> np.ndarray:
 
 
 def with_contacts(record: Record, joint: str) -> tuple[np.ndarray, np.ndarray]:
-    """Path (n, 2) of a dry joint's journal [m], with the ends of contacts, and which points it reaches in contact (n,).
+    """Path (n, 2) of a dry joint's journal [m], and which of its points it reaches in contact (n,).
 
-    Ends of contacts lie on the clearance circle between the samples, where the free flight beside them leads; in the
-    direction of the chord where no flight of a whole sample interval does.
+    Both ends of each contact stand between the samples, on the clearance circle: where the free
+    flight beside them leads, or on the chord where no flight lasts a whole sample interval.
     """
     time, e, events = record.time, record.joint(joint).eccentricity, record.events
     own = np.flatnonzero(events["joint"] == joint)
@@ -290,7 +290,8 @@ def with_contacts(record: Record, joint: str) -> tuple[np.ndarray, np.ndarray]:
     after = _flown(time, e, busy, ends, np.append(starts[1:], np.inf), 1)
     instants = np.concatenate([starts, ends])
     chord = np.stack([np.interp(instants, time, values) for values in e.T], axis=1)
-    short = np.searchsorted(time, starts) == np.searchsorted(time, ends)  # begin and end between the same samples
+    # contacts that begin and end between the same samples
+    short = np.searchsorted(time, starts) == np.searchsorted(time, ends)
     begun = np.where(np.isnan(before) & short[:, None], after, before)
     ended = np.where(np.isnan(after) & short[:, None], before, after)
     wall = np.concatenate([begun, ended])
@@ -303,10 +304,11 @@ def with_contacts(record: Record, joint: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _flown(time, e, busy, instants, neighbours, side: int) -> np.ndarray:
-    """Where the flight through the two samples before (side -1) or after (1) some instants (m,) leads: (m, 2).
+    """Places (m, 2) at some instants (m,) on the line through the two samples beside each.
 
-    busy: sample intervals (n - 1,) with a contact; neighbours (m,): the end of the contact before, or the start of the
-    one after. nan where another contact lies between.
+    These lie before (side -1) or after (1). busy: sample intervals (n - 1,) with a contact;
+    neighbours (m,): the end of the contact before, or the start of the one after. nan where
+    another contact lies between.
     """
     found = np.full((len(instants), 2), np.nan)
     near = np.searchsorted(time, instants, side="right") - (side < 0)  # the sample beside

@@ -206,7 +206,7 @@ class TestAblation:
 
     def test_repeats_that_differ_are_doubted(self):
         row = ablation.Part("film", 1, 4, 20, 100, "radau5", 50, 1e-6, 2e-6, 3e-6)
-        for high, words in ((1.1e-6, ""), (1.6e-6, "Repeats differ by up to 60 %")):
+        for high, words in ((1.1e-6, ""), (1.6e-6, "Repeats of 'film' differ by 60 %")):
             measured = dataclasses.replace(row, ranges={n: (getattr(row, n),) * 2 for n in ablation.TIMES})
             measured.ranges["step"] = (1e-6, high)
             assert ablation.doubt([measured]).startswith(words)

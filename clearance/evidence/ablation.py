@@ -41,7 +41,8 @@ class Part:
     @property
     def spread(self) -> float:
         """Largest difference of repeats over their median."""
-        return max(((high - low) / getattr(self, n) for n, (low, high) in self.ranges.items()), default=0.0)
+        spreads = [(high - low) / getattr(self, n) for n, (low, high) in self.ranges.items()]
+        return max(spreads, default=0.0)
 
 
 def ablation(scene: Scene, measured: bool = True, progress: Callable[[str], None] = lambda name: None) -> list[Part]:
@@ -50,11 +51,14 @@ def ablation(scene: Scene, measured: bool = True, progress: Callable[[str], None
 
 
 def costs(
-    scenes: dict[str, Scene], measured: bool = True, progress: Callable[[str], None] = lambda name: None
+    scenes: dict[str, Scene],
+    measured: bool = True,
+    progress: Callable[[str], None] = lambda name: None,
 ) -> list[Part]:
     """A row for each scene. Measured over one turn (or second) at rtol 1e-6 with 400 samples, warm.
 
-    Of nine repeats, in each of which all rows take their turn, so that a slow minute of the machine meets all of them.
+    In each of nine repeats all rows take their turn, so that a slow minute of the machine meets
+    all of them.
     """
     rows, loops = [], {}
     for name, scene in scenes.items():
@@ -75,8 +79,9 @@ def costs(
     repeats = []
     for i in range(REPEATS):
         progress(f"repeat {i + 1} of {REPEATS}")
-        repeats.append({key: seconds / steps for key, (seconds, steps) in ((k, run()) for k, run in loops.items())})
-    return [_timed(row, {time: [r[row.name, time] for r in repeats] for time in TIMES}) for row in rows]
+        times = {key: run() for key, run in loops.items()}
+        repeats.append({key: seconds / steps for key, (seconds, steps) in times.items()})
+    return [_timed(r, {time: [m[r.name, time] for m in repeats] for time in TIMES}) for r in rows]
 
 
 def cost(name: str, scene: Scene, measured: bool = True) -> Part:
@@ -86,7 +91,8 @@ def cost(name: str, scene: Scene, measured: bool = True) -> Part:
 
 def _timed(row: Part, times: dict[str, list[float]]) -> Part:
     medians = {name: statistics.median(values) for name, values in times.items()}
-    return replace(row, **medians, ranges={name: (min(values), max(values)) for name, values in times.items()})
+    ranges = {name: (min(values), max(values)) for name, values in times.items()}
+    return replace(row, **medians, ranges=ranges)
 
 
 def _loop(scene: Scene, ledger: bool, outputs: bool) -> Callable[[], tuple[float, int]]:
@@ -106,17 +112,17 @@ def _loop(scene: Scene, ledger: bool, outputs: bool) -> Callable[[], tuple[float
 
 def doubt(rows: list[Part]) -> str:
     """A sentence where repeats differ so much that small differences between rows say nothing."""
-    spread = max((r.spread for r in rows), default=0.0)
-    if spread < DOUBT:
+    worst = max(rows, key=lambda r: r.spread)
+    if worst.spread < DOUBT:
         return ""
     return (
-        f"Repeats differ by up to {100.0 * spread:.0f} % of their median: the machine was busy, "
-        "smaller differences between rows say nothing."
+        f"Repeats of '{worst.name}' differ by {100.0 * worst.spread:.0f} % of their median: the "
+        "machine was busy. Differences within the ranges say nothing."
     )
 
 
 def table(rows: list[Part], title: str = "cost of the parts") -> list[str]:
-    """The rows as Markdown: medians, and the range of the repeats in brackets; then what is to be doubted."""
+    """The rows as Markdown: medians, ranges of the repeats in brackets, and then `doubt`."""
     measured = rows[0].step is not None
     head = [title, "clearance joints", "states", "operations a right-hand side", "output channels"]
     if measured:
