@@ -351,7 +351,7 @@ class Run:
         self.place[state.MAY_SWITCH] = self.reason == NOT_STIFF
         self.take(self.method)
         self._scale_film_rates()
-        self.wall, self.contact_count = 0.0, 0
+        self.wall, self.cpu, self.contact_count = 0.0, 0.0, 0
         self.started = "as the scene says"
         self.spoilt = ""  # why the outputs cannot be trusted any more
         self.dead_centre = ""  # of which loop, once the ledger has failed there
@@ -469,14 +469,15 @@ class Run:
             row[state.RATE_X], row[state.RATE_Y] = self.scale[p + at], self.scale[p + at + 1]
 
     def advance(self) -> int:
-        """One call of the compiled loop; `wall` sums the time spent there."""
-        began = clock_of_the_wall.perf_counter()
+        """One call of the compiled loop; `wall` and `cpu` sum the time spent there [s]."""
+        began, cpu = clock_of_the_wall.perf_counter(), clock_of_the_wall.thread_time()
         code = self.loop.run(
             *self.functions, self.mechanism.par, self.work, self.y, self.f, self.scale, self.band, self.control,
             self.counts, self.clock, self.place, self.contacts, self.impacts, self.log, self.times, self.rows,
             self.dense, self.vector, self.matrix, self.complexes, self.peaks, self.best, self.when, self.angles,
             self.turned, self.ledger, self.looks, self.scratch, self.budget,
         )  # fmt: skip
+        self.cpu += clock_of_the_wall.thread_time() - cpu
         self.wall += clock_of_the_wall.perf_counter() - began
         if code == codes.STIFF:
             self._become_implicit()
@@ -487,7 +488,7 @@ class Run:
         """Run to the end in memory: times, rows (states, where the run has no outputs) and the last status code."""
         state, place, code = self.state, self.place, codes.RUNNING
         times, rows = [], []
-        self.wall = 0.0
+        self.wall = self.cpu = 0.0
         with Held() as held:
             while code == codes.RUNNING:
                 code = self.advance()

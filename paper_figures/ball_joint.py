@@ -1,5 +1,7 @@
 """Ball-joint friction: four models fitted, beyond their data, and in a simulation of fixed step.
 
+Group: ball joint
+
 Answers: Pfitzer et al., Lubricants 13 (2025) 436: the table of NRMSE in training and test, the models outside the data
 they were fitted to, and the fixed-step simulation with each of them.
 

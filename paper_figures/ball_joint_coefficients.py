@@ -1,5 +1,7 @@
 """Bristle coefficients of a ball joint: constant, or functions of the speed.
 
+Group: ball joint
+
 Answers: Pfitzer et al., Lubricants 13 (2025) 436, algorithm 1 (torque, stiffness and damping as outputs of a network of
 the speed) and appendix K (constant sigma0 and sigma1).
 

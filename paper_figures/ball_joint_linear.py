@@ -1,5 +1,7 @@
 """Bristles linearised: frequency response of LuGre friction beside the whole law at several amplitudes.
 
+Group: ball joint
+
 Answers: Pfitzer et al., Lubricants 13 (2025) 436, appendix A, the linearisation of the bristle, and how small a motion
 has to be for it.
 

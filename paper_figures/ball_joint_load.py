@@ -1,5 +1,7 @@
 """Ball-joint friction under several preloads: laws of one level, proportional to the preload, and of a power of it.
 
+Group: ball joint
+
 Answers: Pfitzer et al., Lubricants 13 (2025) 436, appendix J, the influence of the load.
 
 Reproduced: records at several preloads, and 3-D LuGre fitted to all of them with its level fixed, proportional and a

@@ -1,5 +1,7 @@
 """Bifurcation diagrams of the dry slider-crank over the speed and over the clearance.
 
+Group: joints
+
 Answers: no figure of the four sources; the diagrams that the literature on dry clearance joints draws (Flores, Ravn,
 Parenteau, Skrinjar and their co-authors) for the slider-crank of the Flores group.
 

@@ -1,5 +1,7 @@
 """Operations of inverse dynamics: chains of Guo et al., counted, beside published counts.
 
+Group: chains
+
 Answers: Guo, Ju and Wang, Aerospace 11 (2024) 368, the statement that their explicit equations need
 fewer operations than the methods of Lagrange, of Newton and Euler, and of Zhao.
 

@@ -1,13 +1,15 @@
 """What each part of a scene costs, and what is saved by leaving it out.
 
+Group: evidence
+
 Answers: no figure of a source; it shows that a scene pays only for what it has.
 
 Reproduced: states, operations of a right-hand side, output channels and time of a step of the feeder with three
 mixed joints, then without one part after the other.
 
-Assumed: set feeder-A, one crank turn, warm medians of one core.
+Assumed: set feeder-A, one crank turn, CPU time of one core, warm; medians and ranges of nine repeats in turn.
 
-Not comparable: times of another machine, only ratios.
+Not comparable: times of another machine, only ratios. On a busy machine the picture says how far repeats differ.
 """
 
 import numpy as np
@@ -43,9 +45,12 @@ def costs(rows):
     parts = {"equations and laws": "step", "with energy ledger": "ledger_step", "with all outputs too": "output_step"}
     for i, (label, name) in enumerate(parts.items()):
         time = 1e6 * np.array([getattr(r, name) for r in rows])
-        panels[2].barh(place + 0.27 * (1 - i), time, 0.25, color=stroke(i, 3)["color"], label=label)
+        low, high = 1e6 * np.array([r.ranges[name] for r in rows]).T
+        style = {"color": stroke(i, 3)["color"], "ecolor": "0.5", "error_kw": {"lw": 0.8, "capsize": 1.5}}
+        panels[2].barh(place + 0.27 * (1 - i), time, 0.25, xerr=(time - low, high - time), label=label, **style)
     panels[2].margins(x=0.03)
-    finish(panels[2], "", "time of a step [us]")
+    finish(panels[2], "", "CPU time of a step [us]; lines: range of the repeats")
+    figure.suptitle(ablation.doubt(rows), fontsize="medium", color="#b03a00")
     for axes in panels:
         axes.set_axisbelow(True)
     panels[0].set_yticks(place, [r.name for r in rows], fontsize=8)
@@ -62,6 +67,9 @@ def _save(rows, folder):
         "ledger_step": ("s", "time of a step with energy ledger", np.array([r.ledger_step for r in rows])),
         "output_step": ("s", "time of a step with ledger and outputs", np.array([r.output_step for r in rows])),
     }
+    for i, end in enumerate(("smallest", "largest")):
+        for name in ablation.TIMES:
+            columns[f"{name}_{end}"] = ("s", f"{end} of the repeats", np.array([r.ranges[name][i] for r in rows]))
     return save_tables(folder / "ablation.h5", "clearance-ablation", {}, {"parts": ({}, columns)})
 
 

@@ -1,5 +1,7 @@
 """The ladder of oil films: error against run time, and mesh convergence of both Reynolds solvers.
 
+Group: evidence
+
 Answers: the choice of the Pinkus-Sternlicht film in Jin et al. (2023): what it costs and how far off it is.
 
 Reproduced: time and error of one film force for formulas, tables, the fast solver and finite elements, and of a whole

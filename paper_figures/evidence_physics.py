@@ -1,5 +1,7 @@
 """What each choice of physics costs and how far off it is: ideal, dry, lubricated, mixed feeder.
 
+Group: evidence
+
 Answers: no single figure of a source; Jin et al. (2023) compare lubrication models by their curves alone.
 
 Reproduced: run time of each choice of contact, friction, film and transition against the distance of its drive torque

@@ -1,5 +1,7 @@
 """Prescribed motion: efforts and reactions by the compiled kernel, by multipliers, and by dense linear algebra.
 
+Group: evidence
+
 Answers: Guo et al. (2024), the claim that explicit equations beat multiplier solves; the source gives no run time.
 
 Reproduced: time of 10,000 samples of the three-loop chain by each route, warm, in turn in one run, and the operations

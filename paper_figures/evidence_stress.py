@@ -1,5 +1,7 @@
 """The stiff and extreme matrix: every cell done, with its energy residual, or stopped for a named reason.
 
+Group: evidence
+
 Answers: no figure of a source; it is the check of numerical stability on stiff and extreme cases.
 
 Reproduced: clearances of 1 um to 1 mm, 30 to 12000 rpm, viscosities of 1e-4 to 10 Pa s, contact stiffness, mass ratios,

@@ -1,5 +1,7 @@
 """Scaling of sweeps: run time over the number of points and of worker processes.
 
+Group: evidence
+
 Answers: no figure of a source; it is what the studies over speed and clearance cost.
 
 Reproduced: wall time of whole sweeps of the lubricated feeder, summaries only, with one worker up to one a core.
@@ -25,7 +27,7 @@ from clearance.results import save_tables
 def draw(work: workshop.Workshop) -> None:
     cores = min(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1, 4)
     workers = [n for n in (1, 2, 4) if n <= cores]
-    sides = work.less((5, 10, 20, 40), (2, 3))
+    sides = work.less((5, 10, 20), (2, 3))
     _wall(2, 1)  # compiles, and builds the tables of the films
     found = {}
     for side in sides:

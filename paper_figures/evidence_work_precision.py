@@ -1,5 +1,7 @@
 """Error against run time of all methods: lubricated slider-crank and six-bar feeder.
 
+Group: evidence
+
 Answers: no figure of a source; the sources give neither errors nor run times of their integrations.
 
 Reproduced: run time to reach an error, of the package's methods and of scipy's on the same compiled right-hand side.

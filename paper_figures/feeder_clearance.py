@@ -1,5 +1,7 @@
 """Influence of the radial clearance on the six-bar feeder with four models of joint B.
 
+Group: feeder
+
 Answers: Jin et al. (2023), slider acceleration and joint force at several clearances, with dry, lubricated and
 transitional clearance. The source states that impacts grow with the clearance.
 

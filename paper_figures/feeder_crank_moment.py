@@ -1,5 +1,7 @@
 """Crank moment of the six-bar feeder with four models of joint B.
 
+Group: feeder
+
 Answers: Jin et al. (2023), driving moment of the crank at constant speed, ideal against dry, lubricated and
 transitional clearance.
 

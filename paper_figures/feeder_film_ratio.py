@@ -1,5 +1,7 @@
 """Film thickness ratio of joint B over a turn, and what the fuzzy transition makes of it: full film, mixed, dry.
 
+Group: feeder
+
 Answers: Jin et al. (2023), lubrication states of the joint by fuzzy sets of the film thickness ratio, and how they
 change over a turn of the crank.
 

@@ -1,5 +1,7 @@
 """Interaction of clearance joints B, C and E of the six-bar feeder: each by itself and all three together.
 
+Group: feeder
+
 Answers: Jin et al. (2023), interaction between several clearance joints. The source states that clearance joints act
 on one another.
 

@@ -1,5 +1,7 @@
 """Models of joint B compared: Flores' hybrid, fuzzy transition, load sharing; Lankarani-Nikravesh, IMPACT.
 
+Group: feeder
+
 Answers: Jin et al. (2023), their lubrication model against that of Flores, and their dry contact against ADAMS.
 
 Reproduced: slider acceleration and force in joint B. Lubrication, at 300 rpm and 0.1 mm: the film fades by memberships

@@ -1,5 +1,7 @@
 """Influence of the number of clearance joints of the six-bar feeder: B; B and C; B, C and E.
 
+Group: feeder
+
 Answers: Jin et al. (2023), the slider with one, two and three clearance joints, dry, lubricated and transitional. The
 source states that impacts grow with the number of joints.
 

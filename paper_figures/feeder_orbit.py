@@ -1,5 +1,7 @@
 """Path of journal B in its clearance circle: dry, film only, transitional.
 
+Group: feeder
+
 Answers: Jin et al. (2023), the centre orbit of the journal in the clearance joint, dry, lubricated and transitional.
 
 Reproduced: the path relative to the bearing's centre, along the fixed axes, over the last turns at 300 rpm and 0.2 mm,

@@ -1,5 +1,7 @@
 """Phase portraits and Poincare sections of slider and journal B of the six-bar feeder, four models of the joint.
 
+Group: feeder
+
 Answers: Jin et al. (2023), phase diagrams and Poincare maps of the mechanism with dry, lubricated and transitional
 clearance.
 

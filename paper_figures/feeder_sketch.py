@@ -1,5 +1,7 @@
 """Mechanism sketch and ideal kinematics of the six-bar rocking feeder.
 
+Group: feeder
+
 Answers: Jin et al. (2023), the figure of the mechanism and the motion of its ideal model.
 
 Reproduced: topology (crank, rod 2, rocker, rod 4, slider; joints A to F), the motion of the slider and of the rocker

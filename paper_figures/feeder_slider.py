@@ -1,5 +1,7 @@
 """Slider of the six-bar feeder: displacement, velocity, acceleration with four models of joint B.
 
+Group: feeder
+
 Answers: Jin et al. (2023), displacement, velocity and acceleration of the slider with ideal joints, with dry, with
 lubricated and with transitional clearance.
 

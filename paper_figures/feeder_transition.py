@@ -1,5 +1,7 @@
 """The fuzzy transition of joint B: what its choices, thresholds and shapes decide, beside load sharing.
 
+Group: feeder
+
 Answers: Jin et al. (2023), the transitional model itself, whose thresholds and membership functions were not in the
 part we had; and what remains open in it: where contact begins, from where its penetration counts, and at which rate
 the film closes where its gap is held.

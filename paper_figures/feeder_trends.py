@@ -1,5 +1,7 @@
 """Trends of the six-bar feeder with transitional joints over speed, clearance and number of joints: a table.
 
+Group: feeder
+
 Answers: Jin et al. (2023), its statements that impacts grow with the crank's speed, with the clearance and with the
 number of clearance joints, and that joints act on one another.
 

@@ -1,5 +1,7 @@
 """Pressure in the lubricated joint B of the feeder at six moments of a turn.
 
+Group: feeder
+
 Answers: no figure of Jin et al. (2023), whose film model is a closed-form force without a pressure field; it shows what
 the tabulated film of the front picture stands for.
 

@@ -1,5 +1,7 @@
 """Five-axis chain: driving torques, joint friction and reactions, case 1 of Guo, Ju and Wang.
 
+Group: chains
+
 Answers: Guo, Ju and Wang, Aerospace 11 (2024) 368, case 1: driving torques of the five axes without friction, with
 Coulomb-viscous and with Stribeck friction, and the joint reactions behind them.
 

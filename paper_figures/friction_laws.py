@@ -1,5 +1,7 @@
 """Friction laws side by side: of joints without clearance, of clearance joints, and the loops of LuGre.
 
+Group: joints
+
 Answers: Guo, Ju and Wang (2024), the two friction laws of their joints; Chacko and Khan (2017), the combined breakaway,
 Coulomb and viscous law with its linear zone at rest; for clearance joints the comparisons of friction laws over speed
 in the literature (Marques et al., Nonlinear Dyn. 86 (2016) 1407).

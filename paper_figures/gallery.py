@@ -1,5 +1,7 @@
 """All figures together: drawing one, the manifest that says what lies behind each, and the page that shows them."""
 
+import base64
+import io
 import json
 import time
 import traceback
@@ -8,13 +10,21 @@ from importlib import import_module
 from pathlib import Path
 
 from clearance.paper_figures import workshop
-from clearance.postprocess.pages import Page, element, join, markup
+from clearance.postprocess.pages import Markup, Page, element, join, markup
 
 from clearance.results import provenance, replacing
 
 FORMAT, FORMAT_VERSION = "clearance-figures", 1
 DONE = "done"
 MANIFEST, PAGE = "manifest.json", "index.html"
+SMALL = (240, 150)  # largest size of a small picture [pixel]
+OTHERS = "Figures of earlier versions"  # whose scripts stated no group
+STYLE = """
+.small{display:flex;flex-wrap:wrap;gap:.6rem;margin:.4rem 0 1rem}
+.small a{width:15rem;border:1px solid #ccc;padding:.3rem;text-align:center;font-size:.8rem;overflow-wrap:anywhere}
+.small img{display:block;margin:0 auto .3rem}article{border-top:1px solid #ddd;margin-top:1.5rem}
+article img{max-height:34rem}
+"""
 
 
 @dataclass
@@ -32,9 +42,9 @@ class Entry:
     results: list[dict] = field(default_factory=list)
 
 
-def drawn(folder: Path, name: str, quick: bool, fresh: bool, say) -> Entry:
+def drawn(folder: Path, name: str, quick: bool, fresh: bool, say, results: Path | None = None) -> Entry:
     """Draw one figure; where that fails, the status says why, and the log beside the figures where."""
-    work = workshop.Workshop(folder, name, quick, fresh, say)
+    work = workshop.Workshop(folder, name, quick, fresh, say, results)
     title, about = workshop.about(name)
     began, status, log = time.perf_counter(), DONE, folder / f"{name}.log"
     log.unlink(missing_ok=True)
@@ -71,24 +81,69 @@ def read(folder: Path) -> dict[str, dict]:
 
 
 def page(folder: Path) -> Path:
-    """Write the page that shows all figures of a folder, with what their scripts and the manifest say of them."""
-    shown = Page("Figures of clearance")
-    shown.head = element("h1", shown.title)
-    for name, entry in sorted(read(folder).items()):
-        paragraphs = [element("p", element("b", f"{part}: "), text) for part, text in entry["about"].items()]
-        pictures = [_picture(f) for f in entry["files"] if f.endswith(".png")]
-        files = join((element("a", f, href=f) for f in entry["files"] if not f.endswith(".png")), ", ")
-        results = [element("li", _result(r)) for r in entry["results"]]
-        said = f": {entry['status']}" + (", a coarse preview: the texts are about the whole figure" * entry["quick"])
-        shown.section(
-            entry["title"], element("p", element("code", name), said), *pictures, *paragraphs,
-            element("p", "Files: ", files), element("details", element("summary", "results"), element("ul", *results)),
-        )  # fmt: skip
+    """Write the page that shows all figures of a folder by groups.
+
+    On top stand small pictures that link to the figures; below, each figure with what its script and the manifest say.
+    """
+    groups, shown = _by_group(read(folder)), Page("Figures of clearance")
+    small = [join([element("h3", title), _small(folder, entries)]) for title, entries in groups.items()]
+    shown.head = join([element("style", Markup(STYLE)), element("h1", shown.title), *small])
+    for title, entries in groups.items():
+        shown.section(title, *map(_figure, entries.values()))
     return shown.save(folder / PAGE)
 
 
+def _by_group(figures: dict[str, dict]) -> dict[str, dict[str, dict]]:
+    """Figures of a manifest under the titles of their groups, both in order; groups without a figure are left out."""
+    found = {title: {} for title in (*workshop.GROUPS.values(), OTHERS)}
+    for name, entry in sorted(figures.items()):
+        found[workshop.GROUPS.get(entry["about"].get("Group"), OTHERS)][name] = entry
+    return {title: entries for title, entries in found.items() if entries}
+
+
+def _small(folder: Path, entries: dict[str, dict]):
+    """A small picture of each figure, which links to it; the name alone where it has no picture."""
+    links = []
+    for name, entry in entries.items():
+        picture = next((folder / f for f in entry["files"] if f.endswith(".png") and (folder / f).exists()), None)
+        image = _thumbnail(picture) if picture else ""
+        links.append(element("a", image, name, href=f"#{name}", title=entry["title"]))
+    return element("div", *links, class_="small")
+
+
+def _thumbnail(picture: Path):
+    """A picture at SMALL size, its bytes in the page."""
+    from PIL import Image
+
+    image, data = Image.open(picture).convert("RGB"), io.BytesIO()
+    image.thumbnail(SMALL, Image.Resampling.LANCZOS)
+    image.save(data, "PNG", optimize=True)
+    source = f"data:image/png;base64,{base64.b64encode(data.getvalue()).decode()}"
+    return element("img", src=source, alt="", width=image.width, height=image.height)
+
+
+def _figure(entry: dict):
+    """All of one figure: pictures, paragraphs of its script, files and results."""
+    parts = [(part, text) for part, text in entry["about"].items() if part != "Group"]
+    paragraphs = [element("p", element("b", f"{part}: "), text) for part, text in parts]
+    pictures = [_picture(f) for f in entry["files"] if f.endswith(".png")]
+    files = join((element("a", f, href=f) for f in entry["files"] if not f.endswith(".png")), ", ")
+    results = element("ul", *(element("li", _result(r)) for r in entry["results"]))
+    preview = ", a coarse preview: the texts are about the whole figure" * entry["quick"]
+    return element(
+        "article",
+        element("h3", entry["title"]),
+        element("p", element("code", entry["name"]), f": {entry['status']}{preview}"),
+        *pictures,
+        *paragraphs,
+        element("p", "Files: ", files),
+        element("details", element("summary", "results"), results),
+        id=entry["name"],
+    )
+
+
 def _picture(file: str):
-    return element("figure", element("img", src=file, alt=Path(file).stem))
+    return element("figure", element("a", element("img", src=file, alt=Path(file).stem), href=file))
 
 
 def _result(result: dict):

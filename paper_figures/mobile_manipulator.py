@@ -1,5 +1,7 @@
 """Mobile manipulator: inputs, pins, actuators and tooth, and the start-up of its input filter.
 
+Group: manipulator
+
 Answers: Chacko and Khan, Tribology in Industry 39 (2017), simulations 1 to 3: inputs with both derivatives
 (Figs. 8 to 11 of the source); angle, speed, acceleration, torque and friction torque of the pins J1 to J3 (Figs. 13 to
 15); force and friction force of the actuators (Figs. 16 to 18), with the combined breakaway, Coulomb and viscous

@@ -1,5 +1,7 @@
 """Poincare sections of the dry slider-crank at 3000 and 5000 rpm.
 
+Group: joints
+
 Answers: no figure of the four sources; the sections that the literature on dry clearance joints draws (Flores, Ravn,
 Parenteau, Skrinjar and their co-authors) for the slider-crank of the Flores group.
 

@@ -1,5 +1,7 @@
 """The six-bar rocking feeder with a transitional joint B at 300 rpm: the front picture.
 
+Group: feeder
+
 Answers: Jin et al. (2023), the joint in which film and contact share the load by fuzzy weights of the lubrication
 state; one page of what a run gives, as the first command of the README draws it.
 

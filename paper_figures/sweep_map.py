@@ -1,5 +1,7 @@
 """Maps of the feeder over speed and clearance, with four models of joint B.
 
+Group: feeder
+
 Answers: Jin et al. (2023), how speed and clearance act on motion and joint forces, which the source shows for a few
 values of each; here as maps of 20 by 20 runs.
 

@@ -1,5 +1,7 @@
 """Three-loop closed chain: driving torque and pin friction, case 2 of Guo, Ju and Wang.
 
+Group: chains
+
 Answers: Guo, Ju and Wang, Aerospace 11 (2024) 368, case 2: driving torque of the closed chain without friction, with
 Coulomb-viscous and with Stribeck friction at the driven joint. Friction in all ten pins is our extension.
 

@@ -1,8 +1,8 @@
 """What the scripts of figures share: runs and sweeps that are kept, pictures as PNG and PDF, tables, and a note of all.
 
 A script is a module of this folder with a docstring (its title, then a paragraph for each of `PARTS`) and a function
-`draw(work)`, which asks `work` for results and hands it what it draws. Results lie under `DIR/results` and are used
-again as long as the scene, the options, the case and the sources of the physics are the same.
+`draw(work)`, which asks `work` for results and hands it what it draws. Results lie under `DIR/results`, or in a folder
+given, and are used again as long as the scene, the options, the case and the sources of the physics are the same.
 """
 
 import ast
@@ -10,6 +10,7 @@ import csv
 import hashlib
 import inspect
 import json
+import os
 import shutil
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -28,27 +29,43 @@ FOLDER = Path(__file__).parent
 #: folders that are installed into the package
 BESIDE = ("cases", "postprocess", "paper_figures")
 #: modules of this folder that draw nothing themselves
-SHARED = ("__init__", "workshop", "gallery")
+SHARED = ("__init__", "workshop", "gallery", "completeness")
 KINDS = (".png", ".pdf")
-#: paragraphs of a script's docstring: what of the source it answers, what is reproduced, what had to be assumed, and
-#: what cannot be compared because the source gives no number
-PARTS = ("Answers", "Reproduced", "Assumed", "Not comparable")
+#: groups of figures in their order, by the source they answer
+GROUPS = {
+    "feeder": "Six-bar rocking feeder (Jin et al. 2023)",
+    "chains": "Open and closed chains with joint friction (Guo, Ju and Wang 2024)",
+    "manipulator": "Mobile manipulator (Chacko and Khan 2017)",
+    "ball joint": "Ball joint (Pfitzer et al. 2025)",
+    "joints": "Models and dynamics of joints with clearance and friction",
+    "evidence": "Evidence of the code",
+}
+#: paragraphs of a script's docstring: one of GROUPS, what of the source it answers, what is reproduced, what had to be
+#: assumed, and what cannot be compared because the source gives no number
+PARTS = ("Group", "Answers", "Reproduced", "Assumed", "Not comparable")
 #: packages on whose sources no result depends
 WITHOUT_PHYSICS = ("commands", "evidence")
 
 
 def names() -> list[str]:
-    """Names of all figures, which are those of their scripts."""
-    return sorted(p.stem for p in FOLDER.glob("*.py") if p.stem not in SHARED)
+    """Names of all figures, which are those of their scripts: group by group, then by the alphabet."""
+    order, scripts = list(GROUPS), (p.stem for p in FOLDER.glob("*.py") if p.stem not in SHARED)
+    return sorted(scripts, key=lambda name: (order.index(about(name)[1]["Group"]), name))
 
 
 def about(name: str) -> tuple[str, dict[str, str]]:
-    """Title of a figure and the paragraphs of its docstring. Raises ValueError where one is missing."""
+    """Title of a figure and the paragraphs of its docstring by PARTS.
+
+    Raises ValueError for a paragraph that is missing and for an unknown group.
+    """
     text = ast.get_docstring(ast.parse((FOLDER / f"{name}.py").read_text(encoding="utf-8"))) or ""
     title, *paragraphs = [" ".join(p.split()) for p in text.split("\n\n")]
     found = dict(p.split(": ", 1) for p in paragraphs if p.partition(": ")[0] in PARTS)
     if missing := [p for p in PARTS if p not in found]:
         raise ValueError(f"paper_figures/{name}.py: its docstring has no paragraph '{missing[0]}: ...'")
+    if found["Group"] not in GROUPS:
+        known = ", ".join(GROUPS)
+        raise ValueError(f"paper_figures/{name}.py: no group {found['Group']!r}; there are {known}")
     return title.rstrip("."), found
 
 
@@ -62,13 +79,22 @@ def main(file: str) -> None:
 class Workshop:
     """Where the pictures and tables of one figure are made, and what it used is noted.
 
-    folder: of pictures and tables, with the results in `results`; name: of the figure, stem of its files; quick: a
-    coarse preview, in which scripts ask for `less`; fresh: runs of before are not used again; say: called with what
-    is being done.
+    folder: of pictures and tables; name: of the figure, stem of its files; quick: a coarse preview, in which scripts
+    ask for `less`; fresh: runs of before are not used again; say: called with what is being done; results: folder of
+    runs and sweeps, which several folders of pictures may share (default `results` in the first one).
     """
 
-    def __init__(self, folder: Path, name: str, quick: bool = False, fresh: bool = False, say=lambda text: None):
+    def __init__(
+        self,
+        folder: Path,
+        name: str,
+        quick: bool = False,
+        fresh: bool = False,
+        say: Callable[[str], None] = lambda text: None,
+        results: Path | None = None,
+    ):
         self.folder, self.name, self.quick, self.fresh, self.say = Path(folder), name, quick, fresh, say
+        self.shared = Path(results) if results else self.folder / "results"
         self.files: list[str] = []
         self.results: list[dict] = []
 
@@ -89,7 +115,8 @@ class Workshop:
         parameters = dict(parameters or {})
         scene = cl.load_case(case, **parameters)
         note = {"call": call.__name__, "case": case, "parameters": parameters, "options": options}
-        path = self.folder / "results" / f"{Path(case).stem}-{_digest(case, note, scene.to_json())}.h5"
+        name = f"{Path(case).stem}-{_digest(case, call.__name__, options, scene.to_json())}.h5"
+        path = self.shared / name
         if self.fresh or not _whole(path):
             self.say(f"{case}: {', '.join(f'{k}={v}' for k, v in (parameters | options).items())}")
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -102,7 +129,7 @@ class Workshop:
         """The sweep of `cl.sweep(case, points, fixed=fixed, **options)`; all its points have to succeed."""
         fixed = dict(fixed or {})
         note = {"call": "sweep", "case": case, "parameters": fixed, "options": options}
-        path = self.folder / "results" / f"{Path(case).stem}-sweep-{_digest(case, note, points.columns, points.axes)}"
+        path = self.shared / f"{Path(case).stem}-sweep-{_digest(case, note, points.columns, points.axes)}"
         if self.fresh:
             shutil.rmtree(path, ignore_errors=True)
 
@@ -151,7 +178,7 @@ class Workshop:
         return path
 
     def _relative(self, path: Path) -> str:
-        return path.relative_to(self.folder).as_posix()
+        return Path(os.path.relpath(path, self.folder)).as_posix()
 
 
 def _whole(path: Path) -> bool:

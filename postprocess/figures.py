@@ -11,7 +11,7 @@ from matplotlib.collections import PatchCollection
 from matplotlib.colors import BoundaryNorm, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator, ScalarFormatter
 
 from clearance.results import replacing
 
@@ -21,6 +21,9 @@ POINTS = 20000
 KINDS = (".png", ".pdf", ".svg")
 #: breadth of an entry of a small legend: its stroke and each of its characters [inch]
 ENTRY = (0.55, 0.07)
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+#: powers of ten from which on, down and up, numbers of an axis are multiples of them
+POWERS = (-3, 5)
 #: units as they are printed
 PRINTED = {"m/s2": "m/s²", "rad/s2": "rad/s²", "m3/s": "m³/s", "N m": "N m", "1": "-"}
 
@@ -37,9 +40,59 @@ def save(figure: Figure, path: str | Path, dpi: float = 150) -> Path:
     path = Path(path)
     if path.suffix.lower() not in KINDS:
         raise ValueError(f"picture {path}: its name must end in {', '.join(KINDS)}")
+    powers_into_labels(figure)
     with replacing(path) as temporary:
         figure.savefig(temporary, dpi=dpi, format=path.suffix[1:].lower())
     return path
+
+
+def powers_into_labels(figure: Figure) -> None:
+    """Put the power of ten of each linear axis into its label, "energy [10⁻⁶ J]".
+
+    Beside the axis it would lie over legends and titles. Axes that share their scale have one power.
+    Numbers are never printed as a difference from another one.
+    """
+    sides = [side for axes in figure.axes for side in (axes.xaxis, axes.yaxis)]
+    shared: dict[int, list] = {}
+    for side in sides:
+        formatter = side.get_major_formatter()
+        if type(formatter) is ScalarFormatter:  # none that is scaled already
+            shared.setdefault(id(formatter), []).append(side)
+    for group in shared.values():
+        group[0].get_major_formatter().set_useOffset(False)
+        largest = np.abs(group[0].get_view_interval()).max()
+        power = int(np.floor(np.log10(largest))) if np.isfinite(largest) and largest > 0.0 else 0
+        named = [side for side in group if side.get_label_text()]
+        if POWERS[0] < power < POWERS[1] or not named:
+            continue
+        for side in named:
+            side.set_label_text(_with_power(side.get_label_text(), power))
+        group[0].set_major_formatter(Scaled(power))
+
+
+class Scaled(ScalarFormatter):
+    """Ticks as multiples of a power of ten, with as many decimals as they need."""
+
+    def __init__(self, power: int):
+        super().__init__(useOffset=False)
+        self.set_scientific(False)
+        self.size = 10.0**power
+
+    def set_locs(self, locs):
+        super().set_locs(np.asarray(locs) / self.size)
+
+    def __call__(self, x, pos=None):
+        return super().__call__(x / self.size, pos)
+
+
+def _with_power(label: str, power: int) -> str:
+    """A label whose last units have a power of ten before them."""
+    ten = "10" + str(power).translate(SUPERSCRIPTS)
+    before, bracket, rest = label.rpartition("[")
+    units, _, after = rest.partition("]")
+    if not bracket:
+        return f"{label} [{ten}]"
+    return f"{before}[{ten}{'' if units in ('-', '1') else f' {units}'}]{after}"
 
 
 def with_units(text: str, units: str) -> str:
@@ -207,15 +260,8 @@ def colour_bar(figure: Figure, mesh, axes, label: str, **more) -> None:
     bar = figure.colorbar(mesh, ax=axes, label=label, **more)
     if isinstance(norm, LogNorm):
         plain_decades(bar.ax.yaxis, norm.vmin, norm.vmax)
-    elif not isinstance(norm, BoundaryNorm):
-        powers(bar.ax)
     bar.ax.tick_params(labelsize="small")
 
-
-def powers(axes) -> None:
-    """Large and small numbers along the y axis as multiples of a power of ten."""
-    axes.ticklabel_format(axis="y", scilimits=(-3, 5), useMathText=True)
-    axes.yaxis.get_offset_text().set_size("small")
 
 
 def bar_of_values(figure: Figure, axes, values: np.ndarray, log: bool, label: str) -> list:

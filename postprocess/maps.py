@@ -14,6 +14,7 @@ from clearance.postprocess.sections import bifurcation, section, section_times
 from clearance.results import Record
 from clearance.sweeping.index import Sweep
 from clearance.sweeping.metrics import FEWEST as TURNS
+from clearance.sweeping.metrics import SETTLING
 
 #: metrics that a picture shows by itself, the first of each line that the sweep has; force: of a clearance joint
 TELLING = (
@@ -32,12 +33,15 @@ TICKS, APART, LETTERS = 6, 0.08, 10.0
 THIN = (0.03, 0.5)
 #: most values at equal distances with a tick each, per inch of an axis
 NAMES = 6.0
+#: height that the name of a curve takes below a page [inch]: two or three stand in a row
+LEGEND = 0.1
 #: breadth of a map [inch], of up to two beside each other and of more
 PANEL = (2.9, 1.8)
 #: cells without a colour: why, and how they are drawn
 MARKS = {
     "failed": {"facecolor": "white", "edgecolor": "0.25", "hatch": "////"},
     "endless": {"facecolor": "0.8", "edgecolor": "white", "hatch": "xx"},
+    "settling": {"facecolor": "0.95", "edgecolor": "0.55", "hatch": "--"},
     "unsettled": {"facecolor": "0.9", "edgecolor": "0.5", "hatch": "\\\\"},
     "without": {"facecolor": "white", "edgecolor": "0.6", "hatch": ".."},
 }
@@ -194,6 +198,12 @@ class Choice:
     def period(self) -> np.ndarray:
         """Turns after which the motion comes back; inf where it does not within the run, NaN where nobody can tell."""
         return self.sweep.metrics.get("period", np.full(len(self.sweep), np.nan))[self.points]
+
+    @property
+    def settling(self) -> np.ndarray:
+        """Points without a period whose change from turn to turn grows less: longer runs settle."""
+        ratio = self.sweep.metrics.get("settling_ratio", np.full(len(self.sweep), np.nan))
+        return self.done & np.isinf(self.period) & (ratio[self.points] < SETTLING)
 
     @property
     def unsettled(self) -> np.ndarray:
@@ -375,9 +385,12 @@ def _maps(
         raise ValueError(f"log: {name} is not positive everywhere, its smallest value is {finite.min():g} {units}")
     norm = figures.scale(values, figures.wide(values) if log == "auto" else log, whole=units == "turns")
     done = choice.done & ~choice.unsettled
-    states = {"failed": choice.failed, "endless": done & np.isinf(values), "without": done & np.isnan(values)}
-    states["unsettled"] = choice.unsettled
-    says = {"failed": "failed", "endless": _endless(units), "without": "no value", "unsettled": "not settled"}
+    endless = done & np.isinf(values)
+    settling = endless & choice.settling & (units == "turns")
+    states = {"failed": choice.failed, "endless": endless & ~settling, "settling": settling}
+    states |= {"without": done & np.isnan(values), "unsettled": choice.unsettled}
+    says = {"failed": "failed", "endless": _endless(units), "settling": SLOW, "without": "no value"}
+    says["unsettled"] = "not settled"
     borders = tuple(edges(axis.at, axis.log) for axis in plane)
     for axes, (title, there) in zip(row, panels, strict=True):
         mesh = figures.cells(axes, borders, _table(plane, values, there), norm)
@@ -389,6 +402,10 @@ def _maps(
     blank = {} if finite.size else {"ticks": []}
     figures.colour_bar(figure, mesh, list(row), axis_label(text, units, 2.0), **blank)
     return {says[s]: MARKS[s] for s, where in states.items() if where.any()}
+
+
+#: of a period that longer runs would show
+SLOW = "not settled within the run"
 
 
 def _endless(units: str) -> str:
@@ -464,7 +481,8 @@ def curves(
     groups = _groups(choice, rest, MOST_CURVES, "curves")
     rows, columns = -(-len(names) // 2), min(len(names), 2)
     width = 4.2 * columns + 0.6 if columns > 1 else 6.5
-    figure = figures.sheet(width, 1.2 + 2.3 * rows)
+    named = 0 if _shaded(choice, rest, groups) else len(groups)
+    figure = figures.sheet(width, 1.2 + 2.3 * rows + LEGEND * named)
     grid = figure.subplots(rows, columns, squeeze=False)
     for spare in grid.flat[len(names) :]:
         spare.remove()
@@ -477,15 +495,30 @@ def curves(
     return figures.save(figure, path)
 
 
-def _styles(figure, panels: list, choice: Choice, rest: list, groups: list) -> list[dict]:
-    """How each curve is drawn: with dashes and markers and a name, or of many numbers with a colour."""
+def _shaded(choice: Choice, rest: list, groups: list) -> bool:
+    """True where a colour bar tells the curves apart: many values of one number."""
     names = [n for names, _ in rest for n in names]
-    if len(groups) <= len(figures.STROKES) or len(names) > 1 or choice.axis(names[0]).named:
-        strokes = [figures.stroke(i, len(groups)) | {"marker": figures.marker(i)} for i in range(len(groups))]
-        return [s | {"label": label or None} for s, (label, _) in zip(strokes, groups, strict=True)]
-    axis = choice.axis(names[0])
-    own = axis.values[[axis.place[np.argmax(there)] for _, there in groups]]
-    return [{"color": c, "marker": "."} for c in figures.bar_of_values(figure, panels, own, axis.log, axis.label)]
+    return len(groups) > len(figures.STROKES) and len(names) == 1 and not choice.axis(names[0]).named
+
+
+def _styles(figure, panels: list, choice: Choice, rest: list, groups: list) -> list[dict]:
+    """How each curve is drawn: of many numbers with a colour, else with dashes, a marker and a name.
+
+    Of two parameters the first one with few values gives colour and dashes, the other one the marker.
+    """
+    names = [n for names, _ in rest for n in names]
+    if _shaded(choice, rest, groups):
+        axis = choice.axis(names[0])
+        own = axis.values[[axis.place[np.argmax(there)] for _, there in groups]]
+        return [{"color": c, "marker": "."} for c in figures.bar_of_values(figure, panels, own, axis.log, axis.label)]
+    places = [(i, i) for i in range(len(groups))]
+    count = len(groups)
+    if len(rest) == 2 and count > len(figures.STROKES):
+        first, other = sorted((choice.axis(n) for n in names[:2]), key=lambda a: len(a.values))
+        points = [np.argmax(there) for _, there in groups]
+        places, count = [(first.place[i], other.place[i]) for i in points], len(first.values)
+    strokes = [figures.stroke(i, count) | {"marker": figures.marker(j)} for i, j in places]
+    return [s | {"label": label or None} for s, (label, _) in zip(strokes, groups, strict=True)]
 
 
 def _with_crosses(choice: Choice, width: float) -> str:
@@ -512,8 +545,6 @@ def _heights(axes, values: np.ndarray) -> None:
     if figures.wide(values):
         axes.set_yscale("log")
         figures.plain_decades(axes.yaxis, np.nanmin(values), np.nanmax(values))
-    else:
-        figures.powers(axes)
 
 
 def _absent(axes, at: np.ndarray, choice: Choice, values: np.ndarray, units: str) -> None:
@@ -521,10 +552,11 @@ def _absent(axes, at: np.ndarray, choice: Choice, values: np.ndarray, units: str
     if choice.failed.any():
         style = {"color": "#d55e00", "transform": axes.get_xaxis_transform(), "clip_on": False, "zorder": 5}
         axes.plot(at[choice.failed], np.zeros(choice.failed.sum()), "x", **style)
-    endless = int(np.isinf(values).sum())
-    if endless:
-        said = f"{endless} of {len(values)} {_endless(units)}"
-        axes.set_title(said, fontsize="small", loc="right", color="0.3")
+    endless = np.isinf(values)
+    slow = endless & choice.settling & (units == "turns")
+    counts = {_endless(units): (endless & ~slow).sum(), SLOW: slow.sum()}
+    if said := [f"{n} of {len(values)} {words}" for words, n in counts.items() if n]:
+        axes.set_title("\n".join(said), fontsize="small", loc="right", color="0.3")
     if not np.isfinite(values).any():
         axes.text(0.5, 0.5, "no value", ha="center", va="center", transform=axes.transAxes, color="0.3")
         axes.set_yticks([])

@@ -12,6 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from clearance.postprocess.figures import SUPERSCRIPTS
 from clearance.postprocess.labels import NO_BREAK, SHOWN_IN, shown_in
 
 from clearance.reading import Damaged
@@ -34,7 +35,6 @@ ALIKE = {
     "m/s2": "m/s²", "kg/m3": "kg/m³", "m3/s": "m³/s", "rad/s2": "rad/s²", "J/(m3 K)": "J/(m³ K)", "1": "", "-": "",
     "?": "",
 }  # fmt: skip
-SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 #: bytes of an SVG picture that is not worth being drawn as PNG too, and samples from which on no SVG is tried
 SMALL, LONG = 40_000, 20_000
 

@@ -182,9 +182,11 @@ def drive(result: Result, axes) -> None:
 
 
 def joint_forces(result: Result, axes) -> None:
-    """Magnitude of every joint force."""
-    forces = {name: np.hypot(*result.joint(name).force.T) for name in result.names("joints")}
-    _largest(result, axes, forces, "joint force [N]", {name: f"joints/{name}/force" for name in forces})
+    """Magnitude of the force in each joint with clearance; of all joints where none has."""
+    loose = [name for name in result.clearances if name in result.names("joints")]
+    forces = {name: np.hypot(*result.joint(name).force.T) for name in loose or result.names("joints")}
+    label = "force in joints with clearance [N]" if loose else "joint force [N]"
+    _largest(result, axes, forces, label, {name: f"joints/{name}/force" for name in forces})
 
 
 def _largest(result: Record, axes, values: dict[str, np.ndarray], label: str, paths: dict[str, str]) -> None:
@@ -227,7 +229,8 @@ def orbit(result: Result, joint: str, axes) -> None:
         label = f"smallest gap {gap:.3g} c"
         axes.plot(*e[far.argmax()], "D", ms=3.5, color="tab:orange", label=label, zorder=3)
     else:
-        _coloured(axes, *e.T, touched(result, joint, result.time).astype(int), FLIGHT, trajectory)
+        path, contact = with_contacts(result, joint)
+        _coloured(axes, *path.T / law["clearance"], contact.astype(int), FLIGHT, trajectory)
     axes.plot(*e[-1], "o", ms=4, color="black")
     axes.set_aspect("equal")
     axes.set_xlabel("eccentricity x / c [-]")
@@ -267,6 +270,56 @@ def touched(record: Record, joint: str, clock: np.ndarray) -> np.ndarray:
     before = np.concatenate([clock[:1], clock[:-1]])
     # contacts begun up to here that had not ended at the time before
     return np.searchsorted(starts, clock, side="right") > np.searchsorted(ends, before)
+
+
+def with_contacts(record: Record, joint: str) -> tuple[np.ndarray, np.ndarray]:
+    """Path (n, 2) of a dry joint's journal [m], and which of its points it reaches in contact (n,).
+
+    Both ends of each contact stand between the samples, on the clearance circle: where the free
+    flight beside them leads, or on the chord where no flight lasts a whole sample interval.
+    """
+    time, e, events = record.time, record.joint(joint).eccentricity, record.events
+    own = np.flatnonzero(events["joint"] == joint)
+    own = own[np.argsort(events["time"][own])]
+    starts = events["time"][own]
+    ends = starts + events["duration"][own]
+    within = np.searchsorted(starts, time, side="right") > np.searchsorted(ends, time)
+    busy = np.searchsorted(starts, time[1:]) > np.searchsorted(ends, time[:-1], side="right")
+    law = next(j for j in record.scene["joints"] if j["name"] == joint)
+    before = _flown(time, e, busy, starts, np.append(-np.inf, ends[:-1]), -1)
+    after = _flown(time, e, busy, ends, np.append(starts[1:], np.inf), 1)
+    instants = np.concatenate([starts, ends])
+    chord = np.stack([np.interp(instants, time, values) for values in e.T], axis=1)
+    # contacts that begin and end between the same samples
+    short = np.searchsorted(time, starts) == np.searchsorted(time, ends)
+    begun = np.where(np.isnan(before) & short[:, None], after, before)
+    ended = np.where(np.isnan(after) & short[:, None], before, after)
+    wall = np.concatenate([begun, ended])
+    wall = np.where(np.isnan(wall), chord, wall)
+    wall *= law["clearance"] / np.maximum(np.hypot(*wall.T), 1e-300)[:, None]
+    inside = (instants > time[0]) & (instants < time[-1])
+    order = np.argsort(np.concatenate([time, instants[inside]]), kind="stable")
+    reached = np.concatenate([within, np.repeat([False, True], len(starts))[inside]])
+    return np.concatenate([e, wall[inside]])[order], reached[order]
+
+
+def _flown(time, e, busy, instants, neighbours, side: int) -> np.ndarray:
+    """Places (m, 2) at some instants (m,) on the line through the two samples beside each.
+
+    These lie before (side -1) or after (1). busy: sample intervals (n - 1,) with a contact;
+    neighbours (m,): the end of the contact before, or the start of the one after. nan where
+    another contact lies between.
+    """
+    found = np.full((len(instants), 2), np.nan)
+    near = np.searchsorted(time, instants, side="right") - (side < 0)  # the sample beside
+    first = near + min(side, 0)
+    free = (first >= 0) & (first < len(time) - 1)
+    free[free] &= ~busy[first[free]]
+    free[free] &= side * (neighbours[free] - time[near[free]]) > 0.0
+    i, k = first[free], near[free]
+    slope = (e[i + 1] - e[i]) / (time[i + 1] - time[i])[:, None]
+    found[free] = e[k] + slope * (instants[free] - time[k])[:, None]
+    return found
 
 
 def regimes(result: Result, joint: str, axes, turns: float = 2.0) -> None:

@@ -1,5 +1,6 @@
 """The evidence: error against run time, the horizon, statistics, the price of physics, what parts cost."""
 
+import dataclasses
 import importlib.util
 import json
 import math
@@ -200,6 +201,17 @@ class TestAblation:
         assert row.steps > 10
         assert row.step > 0.0
         assert row.output_step > 0.0
+        assert all(low <= getattr(row, name) <= high for name, (low, high) in row.ranges.items())
+        assert list(row.ranges) == list(ablation.TIMES)
+
+    def test_repeats_that_differ_are_doubted(self):
+        row = ablation.Part("film", 1, 4, 20, 100, "radau5", 50, 1e-6, 2e-6, 3e-6)
+        for high, words in ((1.1e-6, ""), (1.6e-6, "Repeats of 'film' differ by 60 %")):
+            measured = dataclasses.replace(row, ranges={n: (getattr(row, n),) * 2 for n in ablation.TIMES})
+            measured.ranges["step"] = (1e-6, high)
+            assert ablation.doubt([measured]).startswith(words)
+            assert bool(ablation.doubt([measured])) == bool(words)
+            assert "1.00 (1.00 to " in ablation.table([measured])[2]
 
     def test_reduced_scenes_move_alike(self):
         """Without clearance the mechanism of the ideal case comes out, load for load."""

@@ -1,12 +1,14 @@
 """`clearance figures`: every script says what it shows; what is drawn is noted; results are used again."""
 
 import json
+import re
 
 import pytest
 from clearance.paper_figures import gallery, workshop
 
 import clearance as cl
 from clearance import cli
+from clearance.commands import figures as figures_command
 from clearance.results import locked
 
 NAMES = workshop.names()
@@ -47,6 +49,23 @@ def test_results_are_used_again_unless_fresh(tmp_path, capsys):
     assert file.stat().st_mtime_ns == made
     drawn(tmp_path, "feeder_sketch", "--fresh")
     assert file.stat().st_mtime_ns > made
+
+
+def test_one_run_serves_all_who_ask_for_it(tmp_path, capsys):
+    """Parameters given as they are by default, and another folder of pictures, lead to the same result."""
+    shared = tmp_path / "shared"
+    drawn(tmp_path / "a", "feeder_sketch", "--results", str(shared))
+    (file,) = shared.glob("*.h5")
+    made = file.stat().st_mtime_ns
+    _, figures = drawn(tmp_path / "b", "feeder_sketch", "--results", str(shared))
+    assert file.stat().st_mtime_ns == made
+    (result,) = figures["feeder_sketch"]["results"]
+    assert (tmp_path / "b" / result["file"]).resolve() == file.resolve()
+    work = workshop.Workshop(tmp_path / "c", "name", results=shared)
+    options = {"turns": 1.0, "samples_per_turn": 10}
+    for parameters in ({"model": "ideal"}, {"model": "ideal", "joints": "B"}):
+        work.run("six_bar_feeder", parameters, **options).close()
+    assert len({r["file"] for r in work.results}) == 1
 
 
 def test_a_broken_result_is_made_anew(tmp_path, capsys):
@@ -133,6 +152,49 @@ def test_a_folder_with_another_manifest_is_refused(tmp_path, capsys):
     assert [p.name for p in tmp_path.iterdir()] == ["manifest.json"]
 
 
-def test_list_gives_names_and_titles(capsys):
+def test_list_gives_names_and_titles_by_groups(capsys):
     assert cli.main(["figures", "--list", "--json"]) == 0
-    assert set(json.loads(capsys.readouterr().out)) == set(NAMES)
+    assert list(json.loads(capsys.readouterr().out)) == NAMES
+    assert cli.main(["figures", "--list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line for line in lines if line in workshop.GROUPS.values()] == list(workshop.GROUPS.values())
+    assert [line.split()[0] for line in lines if line.startswith("  ")] == NAMES
+
+
+def test_names_stand_by_groups_and_in_the_order_asked_for():
+    groups = [workshop.about(name)[1]["Group"] for name in NAMES]
+    assert list(dict.fromkeys(groups)) == list(workshop.GROUPS)
+    assert groups == sorted(groups, key=list(workshop.GROUPS).index)
+    asked = ["sweep_map", "evidence_*", "feeder_sketch", "sweep_map"]
+    evidence = [n for n in NAMES if n.startswith("evidence_")]
+    assert figures_command._chosen(asked, NAMES) == ["sweep_map", *evidence, "feeder_sketch"]
+
+
+def test_a_script_without_a_group_is_refused(tmp_path, monkeypatch):
+    text = '"""A figure.\n\n' + "\n\n".join(f"{p}: text" for p in workshop.PARTS if p != "Group") + '\n"""\n'
+    (tmp_path / "new.py").write_text(text)
+    monkeypatch.setattr(workshop, "FOLDER", tmp_path)
+    with pytest.raises(ValueError, match="no paragraph 'Group"):
+        workshop.names()
+    (tmp_path / "new.py").write_text(text.replace("Answers", "Group: bearings\n\nAnswers"))
+    with pytest.raises(ValueError, match="no group 'bearings'"):
+        workshop.names()
+
+
+def test_the_page_has_groups_and_small_pictures_that_lead_to_the_figures(tmp_path, capsys):
+    drawn(tmp_path, "friction_laws", "feeder_sketch", "--quick")
+    text = (tmp_path / "index.html").read_text()
+    titles = re.findall("<h2>(.*?)</h2>", text)
+    assert titles == [workshop.GROUPS["feeder"], workshop.GROUPS["joints"]]
+    links = re.findall(r'<a href="#(\w+)" title="[^"]+"><img src="data:image/png;base64,[^"]+" alt=""', text)
+    assert links == ["feeder_sketch", "friction_laws"]
+    assert all(f'<article id="{name}">' in text for name in links)
+    (tmp_path / "feeder_sketch.png").unlink()  # a picture that was taken away
+    gallery.page(tmp_path)
+
+
+def test_a_log_has_a_line_at_the_start_of_each_figure(tmp_path, capsys):
+    assert cli.main(["figures", "feeder_sketch", "-o", str(tmp_path)]) == 0
+    printed = capsys.readouterr()
+    assert "feeder_sketch, 1 of 1" in printed.err
+    assert "feeder_sketch" in printed.out

@@ -15,7 +15,13 @@ from clearance.laws.law import Law
 
 ROOT = Path(__file__).parent.parent
 BESIDE = ("benchmarks", "validation")
-PAGES = ("README.md", "clearance/GUIDE.md", "CONTRIBUTING.md", *(f"tests/{b}/README.md" for b in BESIDE))
+PAGES = (
+    "README.md",
+    "clearance/GUIDE.md",
+    "CONTRIBUTING.md",
+    "paper_figures/README.md",
+    *(f"tests/{b}/README.md" for b in BESIDE),
+)
 TEXT = {page: (ROOT / page).read_text() for page in PAGES}
 README, GUIDE = (re.findall(r"```python\n(.*?)```", TEXT[page], re.DOTALL) for page in PAGES[:2])
 

@@ -199,12 +199,13 @@ class Line:
         self.logged = not sys.stderr.isatty() and not options.json
         self.began = self.last = time.perf_counter()
 
-    def __call__(self, text: str) -> None:
+    def __call__(self, text: str, always: bool = False) -> None:
+        """Show what is being done; always: in a log also before its next line is due."""
         now = time.perf_counter()
         line = f"{now - self.began:6.0f} s  {text}"
         if self.shown:
             print(f"\r\x1b[K{line}", end="", file=sys.stderr, flush=True)
-        elif self.logged and now - self.last >= LOG_INTERVAL:
+        elif self.logged and (always or now - self.last >= LOG_INTERVAL):
             self.last = now
             print(line, file=sys.stderr, flush=True)
 

@@ -12,12 +12,13 @@ from clearance.commands.common import DONE, FAILED, Line, add_command, json_text
 EXAMPLES = """\
   clearance figures --list                       names and titles
   clearance figures -o figures                   all of them (about 20 minutes on two cores; again less)
-  clearance figures 'feeder_*' -o figures        some
+  clearance figures 'feeder_*' sweep_map         some, in the order given
   clearance figures --quick -o preview           coarse previews of all
 
 DIR holds each picture as PNG and PDF, tables as Markdown (own ones as CSV too), the results they were drawn from
-(DIR/results), manifest.json, which says what lies behind each picture, and index.html, which shows all of them. Runs
-and sweeps are used again as long as scene, options and sources are the same; run times and fits are found anew.
+(DIR/results), manifest.json, which says what lies behind each picture, and index.html, which shows all of them in
+groups by source. Runs and sweeps are used again as long as scene, options and sources are the same, by all figures that
+need them, and with --results by several folders; run times and fits are found anew.
 """
 
 
@@ -29,6 +30,7 @@ def add(commands) -> argparse.ArgumentParser:
     )  # fmt: skip
     p.add_argument("names", metavar="NAME", nargs="*", help="figures or patterns such as 'feeder_*' (default all)")
     p.add_argument("-o", dest="output", metavar="DIR", default="figures", help="folder (default figures)")
+    p.add_argument("--results", metavar="DIR", help="folder of runs and sweeps, to share them (default -o/results)")
     p.add_argument("--list", action="store_true", help="only say which there are")
     p.add_argument("--quick", action="store_true", help="coarse previews: fewer turns, points and tolerances")
     p.add_argument("--fresh", action="store_true", help="run again what has been run before")
@@ -43,8 +45,7 @@ def run(options) -> int:
     names = _chosen(options.names, workshop.names())
     titles = {name: workshop.about(name)[0] for name in names}
     if options.list:
-        width = max(map(len, names))
-        print(json_text(titles) if options.json else "\n".join(f"{n:<{width}}  {t}" for n, t in titles.items()))
+        print(json_text(titles) if options.json else "\n".join(_listed(names)))
         return DONE
     folder, began = Path(options.output), time.perf_counter()
     if folder.exists() and not folder.is_dir():
@@ -71,20 +72,34 @@ def _draw(options, names: list[str], folder: Path) -> list:
     from clearance.paper_figures import gallery
 
     line, found = Line(options), []
-    for k, name in enumerate(names):
-        entry = gallery.drawn(
-            folder, name, options.quick, options.fresh, lambda text, name=name: line(f"{name}: {text}")
-        )  # fmt: skip
+    for k, name in enumerate(names, 1):
+        line(f"{name}, {k} of {len(names)}", always=True)
+        say = lambda text, name=name: line(f"{name}: {text}")  # noqa: E731
+        entry = gallery.drawn(folder, name, options.quick, options.fresh, say, options.results)
         gallery.note(folder, entry)
         found.append(entry)
         if not options.json:
             line.clear()
-            print(f"{k + 1:>3}/{len(names)} {entry.seconds:7.1f} s  {name:<26} {entry.status}", flush=True)
+            print(f"{k:>3}/{len(names)} {entry.seconds:7.1f} s  {name:<26} {entry.status}", flush=True)
     return found
 
 
+def _listed(names: list[str]) -> list[str]:
+    """Names and titles in print, under the titles of their groups; names of a group that stand apart repeat it."""
+    from clearance.paper_figures import workshop
+
+    lines, width, last = [], max(map(len, names)), None
+    for name in names:
+        title, about = workshop.about(name)
+        if about["Group"] != last:
+            last = about["Group"]
+            lines += ["", workshop.GROUPS[last]]
+        lines.append(f"  {name:<{width}}  {title}")
+    return lines[1:]
+
+
 def _chosen(patterns: list[str], known: list[str]) -> list[str]:
-    """Names that a pattern fits, in the order of the patterns; all where none is given.
+    """Names that a pattern fits, in the order of the patterns and then of the groups; all where none is given.
 
     Raises ValueError for a pattern that fits none.
     """

@@ -113,6 +113,20 @@ def _short(name: str) -> str:
     return name.removeprefix("fast solver ").removeprefix("FEM ").removeprefix("table ")
 
 
+def _rung_labels(rungs: list):
+    """Rungs, their labels, and where these stand [points]: left of tables and elements; of tables there is one."""
+    kinds = {kind: [r for r in rungs if r.kind == kind] for kind in KINDS}
+    for i, r in enumerate(sorted(kinds["closed form"], key=lambda r: -r.error)):
+        yield r, _short(r.name), (6, (5, -5)[i % 2])  # neighbours lie on one another
+    for r in kinds["fast solver"]:
+        yield r, _short(r.name), (6, 0)
+    for r in kinds["finite elements"]:
+        yield r, _short(r.name), (-6, 0)
+    if tables := kinds["table"]:
+        names = dict.fromkeys((_short(tables[0].name), _short(tables[-1].name)))
+        yield max(tables, key=lambda r: r.error), " to ".join(names), (-6, 0)
+
+
 def ladder(study, path: str | Path) -> Path:
     """Error against run time, left of single states and right of a whole run."""
     figure = sheet(11.0, 5.4)
@@ -121,15 +135,12 @@ def ladder(study, path: str | Path) -> Path:
         for kind, (colour, marker) in KINDS.items():
             own = [r for r in rungs if r.kind == kind]
             axes.loglog([r.error for r in own], [unit * r.seconds for r in own], marker, color=colour, ms=6, label=kind)
-        tables = [r for r in rungs if r.kind == "table"]
-        for i, r in enumerate(r for r in rungs if r not in tables[:-1]):
-            name = _short(r.name)
-            if tables[1:] and r is tables[-1]:  # they lie close together: one label
-                name = f"{_short(tables[0].name)} to {name}"
-            below = ((5, 3), (-12, -13))[i % 2]  # neighbours too
-            axes.annotate(name, (r.error, unit * r.seconds), xytext=below, textcoords="offset points", fontsize=7)
+        for r, name, shift in _rung_labels(rungs):
+            side = "left" if shift[0] > 0 else "right"
+            place = {"textcoords": "offset points", "ha": side, "va": "center", "fontsize": 7}
+            axes.annotate(name, (r.error, unit * r.seconds), xytext=shift, **place)
         axes.invert_xaxis()
-        axes.margins(0.12)
+        axes.margins(0.15)
         axes.grid(True, which="major", color="0.9")
     left.set_xlabel("median relative error of the force")
     left.set_ylabel("time of one force [us]")
@@ -137,7 +148,7 @@ def ladder(study, path: str | Path) -> Path:
     right.set_xlabel("rms error of the journal's path over c")
     right.set_ylabel("run time [ms]")
     right.set_title("six-bar feeder", fontsize=10)
-    right.legend(fontsize=8, frameon=False)
+    left.legend(fontsize=8, frameon=False, loc="lower right")
     return saved(figure, path)
 
 

@@ -26,10 +26,10 @@ def sheet(width: float, height: float) -> Figure:
 
 
 def saved(figure: Figure, path: str | Path) -> Path:
-    """Write a picture as PNG, whole or not at all; its folder is made."""
+    """Write a picture of the kind of its name, whole or not at all; its folder is made."""
     path = Path(path)
     with replacing(path) as temporary:
-        figure.savefig(temporary, dpi=130, format="png")
+        figure.savefig(temporary, dpi=130, format=path.suffix[1:])
     return path
 
 
@@ -88,15 +88,17 @@ def physics(study, path: str | Path) -> Path:
     shown = [c for c in study.choices if math.isfinite(c.distance)]
     figure = sheet(10.0, 1.4 + 0.23 * len(shown))
     distance, time = figure.subplots(1, 2, sharey=True)
-    nearest = min((c.distance for c in shown if c.distance > 0.0), default=1.0)
     for row, c in enumerate(shown):
         style = {"color": COLOURS[list(MARKERS).index(c.model)], "ms": 6}
-        open_face = {} if c.distance > 0.0 else {"mfc": "none"}
-        distance.semilogx(max(c.distance, 0.4 * nearest), row, MARKERS[c.model], **style, **open_face)
+        if c.distance > 0.0:
+            distance.semilogx(c.distance, row, MARKERS[c.model], **style)
+        else:  # a logarithmic axis has no place for it
+            place = {"transform": distance.get_yaxis_transform(), "va": "center", "fontsize": 8}
+            distance.text(0.01, row, "0: the others are compared with it", **place)
         time.semilogx(1e3 * c.seconds, row, MARKERS[c.model], **style)
     distance.set_yticks(range(len(shown)), [c.name for c in shown], fontsize=8)
     distance.set_ylim(len(shown) - 0.5, -0.5)
-    distance.set_xlabel(f"distance from '{study.finest}'\n(open: itself): {study.measure}")
+    distance.set_xlabel(f"distance from '{study.finest}':\n{study.measure}")
     time.set_xlabel("run time / ms")
     for axes in (distance, time):
         axes.grid(True, which="major", color="0.9")

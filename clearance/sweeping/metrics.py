@@ -21,6 +21,8 @@ and joint names:
   period                          smallest number of turns after which the journals are back within 1 % of their
                                   clearance at every sample, tried up to a third of those seen; inf: none [turns]
   period_error                    largest distance over the clearance after that many turns (none: the least) [-]
+  settling_ratio                  change of the journals from turn to turn, of the last turn seen over the first;
+                                  below SETTLING a motion without a period is still settling [-]
 
 Without a turn, rates are per second: impacts_per_second [1/s], dissipated_power [W]. A run that ended early is seen as
 the one it should have become: the first turn does not count, nor does a part of one. A user's own function
@@ -40,6 +42,7 @@ from clearance.results import Record
 
 PERIODIC = 0.01  # distance over the clearance below which a journal counts as back
 FEWEST = 3  # turns needed to tell a period
+SETTLING = 0.5  # change from turn to turn, last over first, below which a motion settles
 ROUNDING = 1e-9  # share of a run that rounding may take off a turn
 COARSE = 20  # samples a turn below which nothing is known between them
 ON_SAMPLE = 1e-6  # share of a step within which a turn counts as a whole number of samples
@@ -284,6 +287,9 @@ def periodicity(record: Record, window: Window) -> Found:
         least = min(least, error)
     yield "period", period, "turns", "turns after which all journals are back within 1 % of their clearance"
     yield "period_error", least, "1", "largest distance over the clearance after a period"
+    changes, turn = np.abs(_change(x + 1j * y, per_turn)).max(axis=0), round(per_turn)
+    first, last = float(changes[:turn].max()), float(changes[-turn:].max())
+    yield "settling_ratio", last / first if first > 0.0 else 0.0, "1", "change from turn to turn, last over first"
 
 
 def _change(states: np.ndarray, shift: float) -> np.ndarray:

@@ -263,7 +263,7 @@ def parts():
         "lubricated B, C, E": {"joints": "B,C,E"},
         "lubricated A to F": {"joints": "A,B,C,D,E,F"},
     }
-    rows = [ablation.cost(name, cl.load_case("six_bar_feeder", **options)) for name, options in cases.items()]
+    rows = ablation.costs({name: cl.load_case("six_bar_feeder", **options) for name, options in cases.items()})
     yield from ablation.table(rows, "six-bar feeder, one turn")
     one, six = (next(r for r in rows if r.name == n) for n in ("lubricated B", "lubricated A to F"))
     ratio = six.step * six.steps / (one.step * one.steps)

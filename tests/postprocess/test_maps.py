@@ -190,6 +190,18 @@ def test_no_period_and_no_value(made, tmp_path, gallery):
     assert hatched(panels(gallery.last)[0]) == 20
 
 
+def test_settling_is_told_from_no_period(made, tmp_path, gallery):
+    metrics = {"period": lambda speed, clearance: np.inf if clearance > 5e-4 else 1.0}
+    metrics["settling_ratio"] = lambda speed, clearance: 0.1 if speed < 12.0 else 0.9
+    sweep = made(grid(speed=SPEEDS, clearance=CLEARANCES), metrics, {"period": ("turns", "period")})
+    maps(sweep, tmp_path / "m.png", metrics="period")
+    assert hatched(panels(gallery.last)[0]) == 4
+    legend = [t.get_text() for t in gallery.last.legends[0].get_texts()]
+    assert legend == ["not periodic within the run", "not settled within the run"]
+    curves(sweep, tmp_path / "c.png", metrics="period", x="speed")
+    assert "1 of 20 not settled within the run" in " ".join(gallery.texts()).replace("\u00a0", " ")
+
+
 def test_names_and_a_third_parameter(made, tmp_path, gallery):
     """Names have equal cells, and the panels of a metric one scale."""
     points = grid(joints=["B", "B,C", "B,C,E"], model=["dry", "lubricated"], speed=SPEEDS)

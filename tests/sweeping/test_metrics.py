@@ -338,6 +338,23 @@ def test_period_error_is_the_distance_that_is_left():
     assert values(orbit(wave((0.8, 1), (0.1, 0.5))))["period_error"] < 1e-12
 
 
+def test_a_motion_that_settles_is_told_from_one_that_does_not():
+    """A subharmonic fades by 1 / e a turn, and two turns lie between the first and the last change.
+
+    They are seen a sample apart: 1 / 50 of a turn, 2 % of the ratio.
+    """
+
+    def fading(t):
+        return 0.8 * np.cos(2.0 * np.pi * t) + 0.5 * np.exp(-t) * np.cos(np.pi * t)
+
+    found = values(orbit(fading, turns=5.0))
+    assert found["period"] == math.inf
+    assert found["settling_ratio"] == pytest.approx(math.exp(-2.0), rel=0.03)
+    lasting = values(orbit(wave((0.8, 1), (0.1, (math.sqrt(5.0) - 1.0) / 2.0))))
+    assert lasting["settling_ratio"] > 0.5
+    assert values(orbit(np.zeros_like))["settling_ratio"] == 0.0
+
+
 def test_a_journal_that_comes_by_the_same_place_on_other_ways_has_no_period():
     """Pressed against the bearing once a turn, chaotic in between: one section a turn would take it for periodic."""
     way = lambda t: np.sin(np.pi * t) ** 2 * np.cos(7.3 * np.floor(t) ** 2)  # noqa: E731
@@ -453,7 +470,7 @@ def test_turning_the_other_way(feeder):
         cl.load_case("six_bar_feeder", **FEEDER | {"speed": -30.0}), turns=3.0, samples_per_turn=200
     )
     found = values(record, None, ideal)
-    assert set(found) == set(values(feeder[0], None, feeder[1])) - {"period", "period_error"}
+    assert set(found) == set(values(feeder[0], None, feeder[1])) - {"period", "period_error", "settling_ratio"}
     assert found["dissipated_per_turn"] > 0.0
     balanced(record, found, 1e-4)
     assert 0.0 < found["slider_position_deviation_max"] < 1e-3
