@@ -33,6 +33,7 @@ ONLY_IN = {
         "clearance.sweeping.points",
         "clearance.identify.differences",
         "clearance.identify.estimation",
+        "paper_figures.feeder_models",
         "paper_figures.friction_laws",
         "paper_figures.sweep_map",
     },
