@@ -1,4 +1,4 @@
-"""Ball-joint friction under several preloads: laws of one level, proportional to the preload, and of a power of it.
+"""Ball-joint friction under several preloads: one level, proportional to the preload, or a power of it.
 
 Group: ball joint
 

@@ -86,7 +86,7 @@ def test_own_law(tmp_path):
 
 
 def test_first_command_is_the_main_job():
-    job = "clearance run six_bar_feeder -p model=lubricated -p joints=B --turns 6 -o run.h5 --plot"
+    job = "clearance run six_bar_feeder -p model=mixed --turns 6 -o run.h5 --plot"
     assert job in TEXT["README.md"]
 
 
