@@ -19,7 +19,7 @@ single dry points depend on rounding.
 
 import numpy as np
 from clearance.paper_figures import workshop
-from clearance.paper_figures.feeder_slider import DRY, FILM, IDEAL, MODELS, OIL, TRANSITIONAL
+from clearance.paper_figures.feeder_slider import DRY, FILM, GROWN, IDEAL, MODELS, OIL, TRANSITIONAL
 from clearance.postprocess.maps import maps
 from scipy.stats import spearmanr
 
@@ -48,7 +48,7 @@ def draw(work: workshop.Workshop) -> None:
         points = cl.grid(speed=speeds, clearance=clearances)
         fixed = {"viscosity": OIL} | MODELS[model]
         swept = work.sweep("six_bar_feeder", points, fixed=fixed, turns=turns, channels=[])
-        work.drawing(maps, swept, metrics=metrics, suffix=suffix)
+        work.drawing(maps, swept, metrics=metrics, remark=remark(model, swept), suffix=suffix)
         rows += [[model, *_trend(swept, name)] for name in metrics]
     heads = (
         "joint B",
@@ -62,6 +62,20 @@ def draw(work: workshop.Workshop) -> None:
         "impacts grow with speed and clearance",
     )
     work.table(heads, rows, remarks="Over all points; a correlation of 1 means that it always grows, -1 always falls.")
+
+
+def remark(model: str, swept) -> str:
+    """By how much the largest acceleration grows along each edge of the map, and the source's statement."""
+    count = round(len(swept.columns["speed"]) ** 0.5)
+    values = swept.metrics[IMPACTS].reshape(count, count)
+    edges = {"speed": (values[0], values[-1]), "clearance": (values[:, 0], values[:, -1])}
+    grown = {name: float(np.median(last) / np.median(first)) for name, (first, last) in edges.items()}
+    factors = ", ".join(f"with {name} ×\u00a0{factor:.3g}" for name, factor in grown.items())
+    text = f"Largest acceleration, {model}, from edge to edge (medians): {factors}."
+    if model == IDEAL:
+        return text
+    answer = " and ".join(f"{'met' if g > GROWN else 'not met'} for {name}" for name, g in grown.items())
+    return f"{text} Source: impacts grow with both; {answer}."
 
 
 def _trend(swept, metric: str) -> list:

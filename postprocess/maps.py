@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
+from textwrap import wrap
 
 import numpy as np
 from clearance.postprocess import figures
@@ -295,6 +296,7 @@ def maps(
     log: bool | str = "auto",
     at: dict | None = None,
     only_settled: bool = False,
+    remark: str = "",
 ) -> Path:
     """Colour maps of metrics over two swept parameters, a panel each, saved under `path`.
 
@@ -302,8 +304,8 @@ def maps(
     panel for each of its values; at: values (SI) of parameters that are held, numbers the nearest that was swept; log:
     whether colours are logarithmic ("auto": where a metric is positive and spans decades). Cells of failed runs are
     hatched, points not run yet are blank; only_settled: so are those whose motion did not come back to itself within
-    the run (no finite `period`). Raises ValueError for unknown metrics and parameters, and for sweeps of
-    samples or of fewer than two parameters.
+    the run (no finite `period`); remark: a sentence below the title. Raises ValueError for unknown metrics and
+    parameters, and for sweeps of samples or of fewer than two parameters.
     """
     choice = Choice.of(sweep, at, only_settled)
     names = chosen_metrics(sweep, metrics, choice.points)
@@ -320,7 +322,8 @@ def maps(
     if len(panels) > 1:
         _share(grid)
     figures.legend_of_marks(figure, marks)
-    figure.suptitle(choice.title(choice.counts(), width=width), fontsize="medium")
+    title = choice.title(choice.counts(), width=width)
+    figure.suptitle("\n".join([title, *wrap(remark, round(13.5 * width))]), fontsize="medium")
     return figures.save(figure, path)
 
 

@@ -200,7 +200,9 @@ def law_costs():
     cases |= {f"friction {n}": (make(0.1), (0.02, 50.0), 2) for n, make in choices.FRICTIONS.items() if n != "lugre"}
     cases["friction lugre"] = (choices.FRICTIONS["lugre"](0.1), (1e-7, 0.02, 50.0), 3)
     cases |= {f"asperity {n}": (law(modulus=1e11), (1.2, facts), 1) for n, law in choices.ASPERITIES.items()}
-    cases |= {f"transition {n}": (make(0.4, 1.0, 3.0), (1e-6, facts), 1) for n, make in choices.TRANSITIONS.items()}
+    thresholds = {"dry": 0.4, "mixed": 1.0, "full": 3.0}
+    for name, law in choices.TRANSITIONS.items():
+        cases[f"transition {name}"] = (law(**thresholds), (1e-6, facts), 1)
     yield "| law | value | value and Jacobian |"
     yield "|---|---|---|"
     cost = {}
