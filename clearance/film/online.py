@@ -120,14 +120,15 @@ class FilmAnswer(Answerer):
 
     def __init__(self, joint: FilmJoint, settings: dict):
         if settings["solver"] == "fem":
-            from clearance.film.fem import FemFilm as Film
+            from clearance.film.moving import MovingFilm as Film
         else:
             from clearance.film.bands import FastFilm as Film
         bearing = Bearing.of(
             joint, cavitation=settings["cavitation"], ambient=settings["ambient"], grooves=settings["grooves"],
             roughness=joint.roughness if settings["flow_factors"] else 0.0,
         )  # fmt: skip
-        self.film, self.asked, self.found = Film(bearing, settings["mesh"]), None, None
+        self.film = Film(bearing, settings["mesh"])
+        self.asked, self.answered, self.found = None, VALUE, None
         super().__init__(3, 4, self._solve)
 
     def doubt(self, eccentricity_ratio: float) -> str | None:
@@ -139,12 +140,16 @@ class FilmAnswer(Answerer):
         return _shortest(lambda eps: self._solve(SLOPES, [eps, 0.0, 1.0]))
 
     def _solve(self, wanted: float, state: list[float]):
-        if state != self.asked:
-            eps = min(state[0], NEAREST)
-            self.found = self.film.linearised(eps, *state[1:])
-            if eps < state[0]:
+        if state == self.asked and wanted <= self.answered:
+            return self.found
+        motion = min(state[0], NEAREST), *state[1:]
+        if wanted == VALUE:
+            self.found = self.film.outputs(*motion)[:, None]
+        else:
+            self.found = self.film.linearised(*motion)
+            if motion[0] < state[0]:
                 self.found[:, 1] = 0.0
-            self.asked = list(state)
+        self.asked, self.answered = list(state), wanted
         return self.found
 
 
