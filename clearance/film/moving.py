@@ -60,7 +60,7 @@ AT_REST = 1e-15  # speed [1/s] below which the width of the rupture no longer sh
 STEP = 1e-30  # of complex derivatives
 DONE = 1e-8  # correction over the largest pressure at which Newton's method ends
 LEAST_RATE = 0.01  # of convergence that is believed
-SLOW, FAR = 0.1, 0.1  # convergence, first correction of old factors that ask for fresh ones
+SLOW, FAR = 0.2, 0.1  # convergence, first correction of old factors that ask for fresh ones
 TARGET, EXPECTED, FEWEST = 3e-3, 0.98, 32  # error of the load, up to an eccentricity ratio; cells around at least
 MOST = 60  # corrections of one solution, at most
 REYNOLDS, GUMBEL, FULL = range(3)
@@ -269,7 +269,7 @@ def factorise(factors):
             band[p, k] *= scale
         for k in range(inner):
             border[p, k] *= scale
-        for i in range(1, min(reach, count - 1 - p) + 1):
+        for i in range(1, reach + 1):
             share = band[p, i]
             if share == 0.0:
                 continue
@@ -278,8 +278,9 @@ def factorise(factors):
             for k in range(inner):
                 border[p + i, k] -= share * border[p, k]
         for i in range(inner):
+            share = border[p, i]
             for k in range(inner):
-                corner[i, k] -= border[p, i] * border[p, k]
+                corner[i, k] -= share * border[p, k]
     for p in range(inner):
         scale = 1.0 / math.sqrt(corner[p, p])
         for k in range(p, inner):
@@ -291,29 +292,31 @@ def factorise(factors):
 
 @njit(cache=True, error_model="numpy", fastmath=REORDERED)
 def substitute(factors, x):
-    """Solve in place; x in the order of the factors."""
+    """Solve in place; x in the order of the factors, with room for a row of the band before the last column."""
     band, border, corner = factors
     count, reach, inner = band.shape[0], band.shape[1] - 1, corner.shape[0]
+    last = count + reach
     for p in range(count):
-        x[p] /= band[p, 0]
-        for k in range(1, min(reach, count - 1 - p) + 1):
-            x[p + k] -= band[p, k] * x[p]
+        here = x[p] / band[p, 0]
+        x[p] = here
+        for k in range(1, reach + 1):
+            x[p + k] -= band[p, k] * here
         for k in range(inner):
-            x[count + k] -= border[p, k] * x[p]
+            x[last + k] -= border[p, k] * here
     for p in range(inner):
-        x[count + p] /= corner[p, p]
+        x[last + p] /= corner[p, p]
         for k in range(p + 1, inner):
-            x[count + k] -= corner[p, k] * x[count + p]
+            x[last + k] -= corner[p, k] * x[last + p]
     for p in range(inner - 1, -1, -1):
         for k in range(p + 1, inner):
-            x[count + p] -= corner[p, k] * x[count + k]
-        x[count + p] /= corner[p, p]
+            x[last + p] -= corner[p, k] * x[last + k]
+        x[last + p] /= corner[p, p]
     for p in range(count - 1, -1, -1):
         total = x[p]
-        for k in range(1, min(reach, count - 1 - p) + 1):
+        for k in range(1, reach + 1):
             total -= band[p, k] * x[p + k]
         for k in range(inner):
-            total -= border[p, k] * x[count + k]
+            total -= border[p, k] * x[last + k]
         x[p] = total / band[p, 0]
 
 
@@ -321,14 +324,20 @@ def substitute(factors, x):
 def correction(factors, field, grid):
     """What the factors make of a field of imbalances, as a field of pressures."""
     columns, inner = field.shape[0], field.shape[1] - 1
-    x, found = np.zeros(columns * inner), np.zeros(field.shape)
+    last = (columns - 1) * inner
+    reach = factors.band.shape[1] - 1
+    x, found = np.zeros(last + reach + inner), np.zeros(field.shape)
     for j in range(columns):
+        place = (j + 1) % columns * inner
+        place += reach if place == last else 0
         for k in range(inner):
-            x[(j + 1) % columns * inner + k] = field[j, k] if grid.free[j, k] else 0.0
+            x[place + k] = field[j, k] if grid.free[j, k] else 0.0
     substitute(factors, x)
     for j in range(columns):
+        place = (j + 1) % columns * inner
+        place += reach if place == last else 0
         for k in range(inner):
-            found[j, k] = x[(j + 1) % columns * inner + k]
+            found[j, k] = x[place + k]
     return found
 
 
@@ -350,7 +359,8 @@ def settle(pressure, terms, grid, factors, fresh):
         if not size < 1e300:
             return 0, systems
         rate = size / before if before > 0.0 else 1.0
-        if grid.kind != REYNOLDS or size * max(rate, LEAST_RATE) < DONE:
+        linear = fresh and grid.kind != REYNOLDS
+        if linear or size * max(rate, LEAST_RATE) < DONE:
             return made, systems
         fresh = size > FAR or (before > 0.0 and rate > SLOW)
         before = size
@@ -378,13 +388,14 @@ def slopes_of(state, pressure, terms, grid, factors):
 def error_of(cells: int, eccentricity_ratio: float, slenderness: float) -> float:
     """Relative error of the load to expect of so many cells around that move.
 
-    Third order in the cells; larger where the bearing is short, for the rupture is as wide as it is long there, and
-    near contact. An upper bound of what fine meshes of the fast solver say, for L/D from 1/8 to 2 and eccentricity
-    ratios up to 0.9975, in rotation, in squeeze towards the wall and in both.
+    Third order in the cells, second order and larger where the bearing is short, for the rupture is as wide as it is
+    long there; larger near contact, too. An upper bound of what fine meshes of the fast solver say, for L/D from 1/8
+    to 1 and eccentricity ratios up to 0.99, in rotation, in squeeze towards the wall and in both.
     """
     near = (0.02 / max(1.0 - eccentricity_ratio, 1e-12)) ** 2
     short = max(0.5 / slenderness, 1.0) ** 1.7
-    return 1.2e-3 * (32.0 / cells) ** 3 * short * (1.0 + near)
+    order = 3 if slenderness >= 0.5 else 2
+    return 1.2e-3 * (32.0 / cells) ** order * short * (1.0 + near)
 
 
 def mesh_for(slenderness: float) -> tuple[int, int]:
@@ -495,7 +506,7 @@ class MovingFilm:
             return coarseness(cells, eccentricity_ratio, slenderness, DOUBTFUL)
         if (error := error_of(cells, eccentricity_ratio, slenderness)) <= DOUBTFUL:
             return None
-        finer = math.ceil(cells * (error / DOUBTFUL) ** (1.0 / 3.0) / 8.0) * 8
+        finer = math.ceil(cells * math.sqrt(error / DOUBTFUL) / 8.0) * 8
         where = f"for eccentricity ratio {eccentricity_ratio:.6g}"
         return f"{cells} cells around are too coarse {where}: the load may be {error:.1%} off; take {finer}"
 

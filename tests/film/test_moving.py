@@ -1,4 +1,4 @@
-"""The finite element film of a run: against the sharp rupture of film/fem.py and the fast solver, and its smoothness."""
+"""The finite element film of a run: against the sharp rupture of film/fem.py and the fast solver."""
 
 import math
 
@@ -23,12 +23,12 @@ def off(found, wanted):
 
 @pytest.mark.parametrize(
     ("more", "tolerance"),
-    [({}, 3e-3), ({"cavitation": "none"}, 1e-4), ({"cavitation": "gumbel"}, 1e-3), ({"ambient": 2e3}, 3e-3), (ROUGH, 2e-3),
-     (FED, 2e-2)],
+    [({}, 3e-3), ({"cavitation": "none"}, 1e-4), ({"cavitation": "gumbel"}, 1e-3), ({"ambient": 2e3}, 3e-3),
+     (ROUGH, 2e-3), (FED, 2e-2)],
     ids=["reynolds", "none", "gumbel", "ambient", "rough", "groove"],
 )  # fmt: skip
 def test_force_is_that_of_the_sharp_rupture(more, tolerance):
-    """48 by 6 cells against 96 by 12 with a rupture at nodes; a groove holds the mesh, and the opening state is hard."""
+    """48 by 6 cells against 96 by 12 with a rupture at nodes; a groove holds the mesh still."""
     bearing = Bearing(**OPTIONS, **more)
     moving, sharp = MovingFilm(bearing, (48, 6)), FemFilm(bearing, (96, 12))
     for state in STATES:
@@ -43,7 +43,7 @@ def test_error_is_what_a_mesh_is_chosen_for(slenderness, validated):
     states = [(e, r, w) for e in (0.2, 0.8, 0.95) for r, w in ((0.0, 31.0), (6.0, 31.0), (31.0, 0.0))]
     found, wanted = (np.array([f.outputs(*s)[:2] for s in states]) for f in (moving, fast))
     expected = max(error_of(moving.mesh[0], e, slenderness) for e, *_ in states)
-    assert expected < 3e-3
+    assert expected < 3.1e-3
     source = "fast solver"
     sizes = np.hypot(*wanted.T)
     complex_found, complex_wanted = (f[:, 0] + 1j * f[:, 1] for f in (found, wanted))
@@ -67,18 +67,18 @@ def test_derivatives_are_exact(more):
             assert difference[2] == pytest.approx(slopes[2, k], rel=1e-3, abs=1e-3 * abs(slopes[2]).max())
 
 
-def turning_points(film):
-    """How often the second difference of the force changes its sign as the journal sinks at a constant rate."""
-    radial = np.array([film.outputs(0.6 + 0.001 * i, 1.0, 31.0)[0] for i in range(100)])
-    bend = np.diff(np.log(-radial), 2)
-    return int((np.diff(np.sign(bend)) != 0).sum())
+def roughness_of(film):
+    """Total variation of the second difference of the force over its range, as the journal turns and sinks."""
+    states = [(0.6 + 0.001 * i, 0.03 * (i - 50), 31.0) for i in range(100)]
+    bend = np.diff([film.outputs(*s)[1] for s in states], 2)
+    return np.abs(np.diff(bend)).sum() / np.ptp(bend)
 
 
 def test_force_is_smooth_where_the_sharp_one_is_not():
     """What made every fourth step of a run too long: nodes that turn wet one by one."""
     bearing = Bearing(**OPTIONS)
-    assert turning_points(MovingFilm(bearing, (32, 4))) <= 1
-    assert turning_points(FemFilm(bearing, (32, 4))) > 10
+    assert roughness_of(MovingFilm(bearing, (32, 4))) < 3.0
+    assert roughness_of(FemFilm(bearing, (32, 4))) > 6.0
 
 
 def test_homogeneous_and_a_mirror_image():
@@ -122,7 +122,7 @@ def test_mesh():
     assert mesh_for(1.0) == (32, 4)
     assert mesh_for(0.125)[0] > mesh_for(0.25)[0] > 32
     film = MovingFilm(Bearing(**OPTIONS), (16, 2))
-    assert "16 cells around are too coarse for eccentricity ratio 0.9" in film.doubt(0.9)
+    assert "16 cells around are too coarse for eccentricity ratio 0.95" in film.doubt(0.95)
     assert MovingFilm(Bearing(**OPTIONS)).doubt(0.95) is None
     with pytest.raises(ValueError, match="mass_conserving"):
         MovingFilm(Bearing(**OPTIONS, cavitation="mass_conserving"))
