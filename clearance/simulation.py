@@ -47,7 +47,6 @@ LOG_ROWS = 4096
 IMPACT_ROWS = 512
 BUDGET, SLOW_BUDGET = 2000, 20  # steps between two looks at the progress, of usual films and of those solved online
 STEP_LIMIT = 2**62
-USUAL_SOLUTIONS = 3000  # of a film a turn, at rtol 1e-6; more where its mesh is coarse
 WORST_LEDGER = 0.5  # share of lost energy at which a run ends itself, however loose its tolerance
 THIN = 1e-6  # film left over the clearance at which a run that cannot go on has run out of film
 LOST_ENERGY = 1e-3  # share of the energy turned over whose loss makes a run doubtful
@@ -192,11 +191,12 @@ def dear(mechanism: Mechanism) -> list[str]:
     found, turn = [], mechanism.scene.turn
     for joint in (j for j, s in mechanism.sources.items() if isinstance(s, Answerer)):
         try:
-            each = joint.film.source(facts(joint)).seconds()  # another film: the run's stays as it is
+            film = joint.film.source(facts(joint))  # another film: the run's stays as it is
+            each = film.seconds()
         except Exception:  # noqa: BLE001 - the run itself ends with the reason
             continue
-        cost = f"{joint.label()}: its film is solved as the run goes, {each:.1g} s of CPU each time"
-        found.append(f"{cost}, {each * USUAL_SOLUTIONS:.1g} s a turn or more" if turn else cost)
+        cost = f"{joint.label()}: its film is solved as the run goes, {each:.2g} s of CPU each time"
+        found.append(f"{cost}, about {each * film.usual:.2g} s a turn" if turn else cost)
     return found
 
 

@@ -83,7 +83,7 @@ def flow_factors(bearing: Bearing, gap: np.ndarray) -> tuple[np.ndarray, ...]:
 # --- mesh
 
 
-def _lines(start: float, end: float, edges: list[float], cells: int) -> np.ndarray:
+def mesh_lines(start: float, end: float, edges: list[float], cells: int) -> np.ndarray:
     """cells + 1 mesh lines from start to end, on every edge, with the widest cell as narrow as that allows."""
     kept = [start]
     for edge in sorted(edges):
@@ -100,15 +100,33 @@ def _lines(start: float, end: float, edges: list[float], cells: int) -> np.ndarr
     )
 
 
-def _mesh(bearing: Bearing, cells: tuple[int, int]) -> skfem.MeshQuad1DG:
-    """Half the bearing, periodic in theta, with mesh lines on the edges of the grooves."""
+def tensor_lines(bearing: Bearing, cells: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Mesh lines around, the first one again at the end, and over half the length, on the edges of the grooves."""
     edges = [(g.angle + side * g.width) % TURN for g in bearing.grooves for side in (-0.5, 0.5)]
     start = min(edges, default=0.0)
-    around = _lines(start, start + TURN, edges, cells[0])
-    along = _lines(0.0, 0.5, [0.5 * g.length for g in bearing.grooves], cells[1])
+    along = mesh_lines(0.0, 0.5, [0.5 * g.length for g in bearing.grooves], cells[1])
+    return mesh_lines(start, start + TURN, edges, cells[0]), along
+
+
+def _mesh(bearing: Bearing, cells: tuple[int, int]) -> skfem.MeshQuad1DG:
+    """Half the bearing, periodic in theta, with mesh lines on the edges of the grooves."""
+    around, along = tensor_lines(bearing, cells)
     flat = skfem.MeshQuad.init_tensor(around, along)
     # nodes are numbered along the length first: the last column is the first one again
     return skfem.MeshQuad1DG.from_mesh(flat, flat.t % (flat.nvertices - len(along)))
+
+
+def quadratic_line(lines: np.ndarray) -> skfem.Basis:
+    """Quadratic elements between mesh lines: the factors of biquadratic elements on a tensor mesh."""
+    return skfem.Basis(skfem.MeshLine(lines), skfem.ElementLineP2(), intorder=5)
+
+
+def mass_and_stiffness(basis: skfem.Basis) -> tuple[np.ndarray, np.ndarray]:
+    """Integrals of products of all pairs of shapes and of their slopes, nodes in order of place."""
+    order = np.argsort(basis.doflocs[0])
+    forms = (lambda u, v, w: u * v, lambda u, v, w: u.grad[0] * v.grad[0])
+    mass, stiffness = (skfem.asm(skfem.BilinearForm(form), basis).toarray() for form in forms)
+    return mass[np.ix_(order, order)], stiffness[np.ix_(order, order)]
 
 
 def _gauss_and_vertices(mesh) -> tuple[tuple, tuple]:
@@ -131,6 +149,21 @@ def _inside(groove: Groove, theta: np.ndarray, zeta: np.ndarray) -> np.ndarray:
     if not inside.any():
         raise ValueError(f"mesh: no node lies in the {groove!r}: the mesh is too coarse for the groove")
     return inside
+
+
+def supplied(bearing: Bearing, theta: np.ndarray, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes (theta, zeta) whose pressure is given and that pressure [1/s]; a groove is at ambient at the ends."""
+    fixed = np.zeros((len(theta), len(zeta)), dtype=bool)
+    given = np.zeros(fixed.shape)
+    for groove in bearing.grooves:
+        inside = _inside(groove, theta, zeta)
+        pressure = groove.pressure / bearing.pressure_scale
+        if np.any(given[inside & fixed] != pressure):
+            raise ValueError(f"grooves overlap and differ in pressure: {groove!r}")
+        fixed |= inside
+        given[inside] = pressure
+    fixed[:, -1], given[:, -1] = True, 0.0
+    return fixed, given
 
 
 # --- what is assembled once
@@ -175,18 +208,9 @@ class _Assembled:
         self.end, self.beside_end = self.layout[:, -1], self.layout[:, -2]
 
     def _supply(self, bearing: Bearing):
-        """Nodes whose pressure is given and that pressure [1/s]; a groove through the ends is at ambient there."""
-        fixed, given = np.zeros(self.layout.shape, dtype=bool), np.zeros(self.layout.shape)
-        for groove in bearing.grooves:
-            inside = _inside(groove, self.theta, self.zeta)
-            pressure = groove.pressure / bearing.pressure_scale
-            if np.any(given[inside & fixed] != pressure):
-                raise ValueError(f"grooves overlap and differ in pressure: {groove!r}")
-            fixed |= inside
-            given[inside] = pressure
-        fixed[:, -1], given[:, -1] = True, 0.0
+        """Nodes whose pressure is given and that pressure [1/s]."""
         self.fixed, self.given = np.empty(self.count, dtype=bool), np.empty(self.count)
-        self.fixed[self.layout], self.given[self.layout] = fixed, given
+        self.fixed[self.layout], self.given[self.layout] = supplied(bearing, self.theta, self.zeta)
 
     def _pattern(self):
         """The sparsity of A, by rows, and each row and column pair's place in it."""

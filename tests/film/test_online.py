@@ -16,7 +16,7 @@ from clearance.film import asking
 from clearance.film.asking import KEEP, SLOPES, VALUE, Answerer, ask
 from clearance.film.bearing import Bearing, Groove
 from clearance.film.conserving import MemoryFilm
-from clearance.film.fem import FemFilm
+from clearance.film.moving import MovingFilm
 from clearance.film.online import conserving_film, fast_film, fem_film
 from clearance.film.tabulated import table_film
 from clearance.laws.law import FilmJoint
@@ -104,24 +104,26 @@ STATES = [(0.0, 1.0, 0.0), (0.3, 0.0, 20.0), (0.6, 5.0, 20.0), (0.9, -3.0, -10.0
 class TestFem:
     @pytest.mark.parametrize("motion", STATES)
     def test_law_is_the_solver(self, motion):
+        """1e-6: solutions end at corrections of 1e-8, from where they begin."""
         found = fem_film()(*motion, JOINT)
-        film = FemFilm(Bearing.of(JOINT), (32, 4)).solve(*motion)
-        assert found == pytest.approx((film.radial, film.tangential, film.shear), rel=1e-9, abs=1e-12)
+        film = MovingFilm(Bearing.of(JOINT)).solve(*motion)
+        size = abs(film.radial) + abs(film.tangential)
+        assert found[:2] == pytest.approx((film.radial, film.tangential), abs=1e-6 * size)
+        assert found[2] == pytest.approx(film.shear, rel=1e-6)
 
     def test_options_arrive(self):
         rough, motion = JOINT._replace(roughness=2e-5), (0.6, 5.0, 20.0)
         options = {"ambient": 1e3, "grooves": (Groove(0.5, 0.4, 1.0, 2e3),), "mesh": (48, 4)}
-        film = FemFilm(Bearing.of(rough, ambient=1e3, grooves=options["grooves"], roughness=2e-5), (48, 4)).solve(
-            *motion
-        )
-        assert fem_film(**options, flow_factors=True)(*motion, rough)[0] == pytest.approx(film.radial, rel=1e-9)
+        bearing = Bearing.of(rough, ambient=1e3, grooves=options["grooves"], roughness=2e-5)
+        film = MovingFilm(bearing, (48, 4)).solve(*motion)
+        assert fem_film(**options, flow_factors=True)(*motion, rough)[0] == pytest.approx(film.radial, rel=1e-6)
 
     def test_beyond_the_nearest(self):
         """Trial states at and beyond the wall count as 0.9999."""
         law = fem_film()
         wanted = law(0.9999, 1.0, 1.0, JOINT)
         for eps in (0.99995, 1.0, 1.3):
-            assert law(eps, 1.0, 1.0, JOINT) == pytest.approx(wanted, rel=1e-9)
+            assert law(eps, 1.0, 1.0, JOINT) == pytest.approx(wanted, rel=1e-6)
 
     @pytest.mark.parametrize(
         ("make", "more", "line"),
@@ -164,16 +166,18 @@ def shaken(mechanism):
 
 class TestKernels:
     def test_right_hand_side_is_the_tables(self):
-        """Accelerations within the mesh's error: 8e-3 at (32, 4), whose free boundary is a node (5e-3)."""
+        """Accelerations within what the elements are chosen for, 3e-3; of the turning, to which the film only gives
+        its friction, within 6 %: the wet area of both is right to a cell."""
         table, fem = build(loaded(table_film())), build(loaded(fem_film()))
         half = table.coordinates
         for y in shaken(table):
             wanted, found = (answered(mech, "rhs", y)[half : 2 * half] for mech in (table, fem))
-            assert np.linalg.norm(found - wanted) < 8e-3 * np.linalg.norm(wanted)
+            assert np.linalg.norm((found - wanted)[1:]) < 3e-3 * np.linalg.norm(wanted[1:])
+            assert abs(found[0] - wanted[0]) < 0.06 * abs(wanted[0])
 
     @pytest.mark.parametrize("film", [fem_film(), conserving_film()], ids=["fem", "conserving"])
     def test_derivative_against_differences(self, film):
-        """1e-4 of the largest (3e-9): with the wet region held, exact where no node changes sides."""
+        """1e-4 of the largest, the error of the differences."""
         mechanism = build(loaded(film))
         n, scale = mechanism.size, mechanism.scale
         for y in shaken(mechanism):
@@ -187,13 +191,14 @@ class TestKernels:
             assert np.abs(found - wanted).max() < 1e-4 * np.abs(wanted).max()
 
     def test_derivative_is_nearly_the_tables(self):
-        """Accelerations by everything: 5 % of the largest (3.8 %; the free boundary moves by nodes). The journal's
-        own angular acceleration is left out: the wet area it rubs on is held here."""
-        table, fem = build(loaded(table_film())), build(loaded(fem_film(mesh=(64, 8))))
+        """Accelerations by everything: 2 % of the largest. The journal's own angular acceleration is left out: the
+        wet area it rubs on is right to some per cent."""
+        table, fem = build(loaded(table_film())), build(loaded(fem_film()))
         n = table.size
         for y in shaken(table):
-            wanted, found = (answered(mech, "jacobian", y, n * n).reshape(n, n) * mech.scale for mech in (table, fem))
-            assert np.abs(found - wanted)[4:].max() < 0.05 * np.abs(wanted[4:]).max()
+            both = (answered(mech, "jacobian", y, n * n) for mech in (table, fem))
+            wanted, found = (j.reshape(n, n) * table.scale for j in both)
+            assert np.abs(found - wanted)[4:].max() < 0.02 * np.abs(wanted[4:]).max()
 
     def test_other_scenes_carry_no_letter(self):
         """A block of a few numbers where a film is solved, none where it is a formula; nobody asks without one."""
@@ -246,7 +251,7 @@ class TestRuns:
         def fails(self, *state):
             raise error
 
-        monkeypatch.setattr(FemFilm, "linearised", fails)
+        monkeypatch.setattr(MovingFilm, "outputs", fails)
         with pytest.raises((cl.SimulationError, KeyboardInterrupt)):
             run(fem_film())
 
@@ -257,7 +262,7 @@ class TestRuns:
         def fails(self, *state):
             raise error
 
-        monkeypatch.setattr(FemFilm, "linearised", fails)
+        monkeypatch.setattr(MovingFilm, "outputs", fails)
         with pytest.raises((cl.SimulationError, KeyboardInterrupt)) as caught:
             run(fem_film())
         assert caught.value is error or caught.value.__cause__ is error or str(error) in str(caught.value)
@@ -324,7 +329,7 @@ class TestCost:
         """One digit of each time; the film of the run itself is not touched."""
         mechanism = build(cl.load_case("slider_crank", model="lubricated", film=film, mesh="16x2"))
         (said,) = dear(mechanism)
-        times = r"goes, (\S+) s of CPU each time, (\S+) s a turn or more"
+        times = r"goes, (\S+) s of CPU each time, about (\S+) s a turn"
         each, turn = re.search(times, said).groups()
         assert 0.0 < 100.0 * float(each) < float(turn)
         (source,) = mechanism.sources.values()

@@ -1,0 +1,536 @@
+"""Finite element films of a run: their mesh follows the gap, their force is smooth in the motion.
+
+The equation, its frame and its biquadratic elements are those of film/fem.py, on a tensor mesh; the element
+matrices come from scikit-fem. Three things differ, for a step of an integrator is as long as the force is smooth.
+
+The mesh moves. It is uniform in u, with
+
+    theta = u + a sin(u),   a = 1 - sqrt(1 - eps),
+
+so that cells at the thinnest film are narrow in proportion to the length of the film there, sqrt(1 - eps), and the
+force does not jump as from one mesh to another. With grooves, whose edges are mesh lines, a = 0.
+
+The rupture is smooth. Swift-Stieber's condition for the oil that a node of the cavity does not hold,
+
+    lambda = A P - b,   P >= P_cav,   lambda >= 0,   (P - P_cav) lambda = 0,
+
+lets the wet region jump node by node, and the derivatives of the force with it. Here it is, with the source s of the
+node per area, its smooth positive part s+ and the spacing d of the nodes,
+
+    lambda = s+ g((P - P_cav) / delta),   g(p) = ln(1 + exp(SHIFT - p)),   delta = WIDTH |s| d^2 / (phi H^3).
+
+delta is the pressure of a full film about one node away from its rupture. SHIFT lets the pressure of the wet side
+begin where the sharp one does: P_cav + SATURATED delta in the cavity makes up for it. Outputs are those of the
+pressure P - SATURATED delta g, which is P_cav there. A P - b - lambda is the gradient of a strictly convex function:
+there is one solution, an analytic function of the motion. "gumbel" cuts the full film off by a softplus of delta.
+
+Newton's method starts from the last solution with its factors, those of a band whose last column closes the ring;
+new factors are made where it converges slowly. Derivatives are exact, the movement of mesh and rupture in them:
+complex steps through the equations.
+
+Errors against fine meshes: see `error_of`.
+
+Source: Squire and Trapp, SIAM Review 40 (1998) 110, complex steps; Hintermueller, Ito and Kunisch, SIAM J. Optim. 13
+(2003) 865, the sharp condition, whose penalty is regularised here.
+"""
+
+import math
+from collections import namedtuple
+
+import numpy as np
+
+from clearance.film.bands import contact_factor
+from clearance.film.bearing import (
+    DOUBTFUL,
+    Bearing,
+    FilmSolution,
+    check_mesh,
+    check_state,
+    coarseness,
+)
+from clearance.film.fem import TURN, mass_and_stiffness, quadratic_line, supplied, tensor_lines
+from clearance.mechanism.store import njit
+
+REORDERED = {"contract", "arcp", "nsz", "reassoc"}  # sums of a factorisation may be, nothing else
+WIDTH = 0.25  # of the rupture: its pressure is that at sqrt(2 WIDTH) nodes from a sharp one
+SHORT = 20.0  # where the length, not the spacing, bounds the width of the rupture: (R / L)^2 d^2 over 1 / SHORT
+LEAST = 0.01  # source at which a node counts as between source and sink, over 12 |V|
+SATURATED, SHIFT = -1.2775046341122474, -0.7361797794993293  # of g: where it is 1; with no bias, see `bias`
+AT_REST = 1e-15  # speed [1/s] below which the width of the rupture no longer shrinks
+STEP = 1e-30  # of complex derivatives
+DONE = 1e-8  # correction over the largest pressure at which Newton's method ends
+LEAST_RATE = 0.01  # of convergence that is believed
+SLOW, FAR = 0.2, 0.1  # convergence, first correction of old factors that ask for fresh ones
+TARGET, EXPECTED, FEWEST = 3e-3, 0.98, 32  # error of the load, up to an eccentricity ratio; cells around at least
+MOST = 60  # corrections of one solution, at most
+REYNOLDS, GUMBEL, FULL = range(3)
+KINDS = {"reynolds": REYNOLDS, "gumbel": GUMBEL, "none": FULL}
+
+#: what does not depend on the motion. By cell around and quadrature point: u, weight and slopes of the shapes by u;
+#: shapes by point; along half the length: mass, stiffness (R/L)^2, load of the nodes; free: nodes without a pressure
+#: given, (columns, rows), the ends last; moves: whether the mesh does; thickness: clearance over roughness, 0: smooth
+Grid = namedtuple(
+    "Grid", "places weights shapes slopes mass stiffness load free moves thickness axial lowest kind"
+)
+#: of one motion. Integrals of phi H^3 by cell and pair of shapes: of slopes, of values; by column: source, s+, |s|,
+#: delta, integrals of cos, sin and 1/H
+Terms = namedtuple("Terms", "along across source positive size delta cos sin shear")
+#: of Newton's matrix: upper band of all columns but the last, their couplings with it, its block
+Factors = namedtuple("Factors", "band border corner")
+
+
+@njit(cache=True, error_model="numpy")
+def softplus(x):
+    """ln(1 + exp(x))."""
+    if x.real > 0.0:
+        return x + np.log(1.0 + np.exp(-x))
+    return np.log(1.0 + np.exp(x))
+
+
+@njit(cache=True, error_model="numpy")
+def flow_factors(gap, thickness):
+    """phi and psi at a gap H (laws/asperity.py), complex ones too."""
+    one = 0.0 * gap + 1.0
+    if thickness == 0.0:
+        return one, one
+    ratio = gap * thickness
+    slope = math.exp(-0.5 * ratio.real**2) / math.sqrt(2.0 * math.pi)
+    phi = one - 0.9 * np.exp(-0.56 * (ratio if ratio.real > 0.5 else 0.5 * one))
+    return phi, contact_factor(ratio.real) + slope * (ratio - ratio.real)
+
+
+@njit(cache=True, error_model="numpy")
+def terms_of(state, grid):
+    """The Terms of a motion (eps, v_r, w); of complex numbers where it is complex."""
+    eps, vr, vt = state[0], state[1], 0.5 * state[0] * state[2]
+    cells, points = grid.places.shape
+    along = np.zeros((cells, 3, 3), state.dtype)
+    across = np.zeros((cells, 3, 3), state.dtype)
+    area, source, cube, cos, sin, shear = np.zeros((6, 2 * cells), state.dtype)
+    a = (1.0 - np.sqrt(1.0 - eps)) * grid.moves
+    for e in range(cells):
+        for q in range(points):
+            u = grid.places[e, q]
+            stretch = 1.0 + a * math.cos(u)
+            c, s = np.cos(u + a * math.sin(u)), np.sin(u + a * math.sin(u))
+            gap = 1.0 + eps * c
+            phi, psi = flow_factors(gap, grid.thickness)
+            flow = phi * gap * gap * gap
+            for i in range(3):
+                j = (2 * e + i) % (2 * cells)
+                part = grid.weights[e, q] * stretch * grid.shapes[q, i]
+                area[j] += part
+                source[j] += 12.0 * part * psi * (vr * c - vt * s)
+                cube[j] += part * flow
+                cos[j] += part * c
+                sin[j] += part * s
+                shear[j] += part / gap
+                slope = grid.weights[e, q] * flow / stretch * grid.slopes[e, q, i]
+                for k in range(3):
+                    along[e, i, k] += slope * grid.slopes[e, q, k]
+                    across[e, i, k] += part * flow * grid.shapes[q, k]
+    least = 144.0 * LEAST * LEAST * (vr * vr + vt * vt + AT_REST * AT_REST)
+    positive, size, delta = np.zeros((3, 2 * cells), state.dtype)
+    for j in range(2 * cells):
+        mean, spacing = source[j] / area[j], (0.75 if j % 2 else 1.5) * area[j]
+        about = np.sqrt(mean * mean + least)
+        positive[j], size[j] = 0.5 * (mean + about) * area[j], about * area[j]
+        room = spacing * spacing / (1.0 + SHORT * grid.axial * spacing * spacing)
+        delta[j] = WIDTH * about * room * area[j] / cube[j]
+    return Terms(along, across, source, positive, size, delta, cos, sin, shear)
+
+
+@njit(cache=True, error_model="numpy")
+def flows(pressure, terms, grid):
+    """A P: what flows out of each node."""
+    columns, rows = pressure.shape
+    found = np.zeros((columns, rows), pressure.dtype)
+    held, driven = np.zeros((2, columns, rows), pressure.dtype)
+    for j in range(columns):
+        for k in range(rows):
+            for m in range(max(0, k - 2), min(rows, k + 3)):
+                held[j, k] += grid.mass[k, m] * pressure[j, m]
+                driven[j, k] += grid.stiffness[k, m] * pressure[j, m]
+    for e in range(columns // 2):
+        for i in range(3):
+            row = (2 * e + i) % columns
+            for j in range(3):
+                column = (2 * e + j) % columns
+                for k in range(rows):
+                    found[row, k] += terms.along[e, i, j] * held[column, k]
+                    found[row, k] += terms.across[e, i, j] * driven[column, k]
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def dryness(pressure, terms, grid, j, k):
+    """g of a node: 0 where it is wet, 1 in the cavity."""
+    return softplus(SHIFT - (pressure[j, k] - grid.lowest) / terms.delta[j])
+
+
+@njit(cache=True, error_model="numpy")
+def imbalance(pressure, terms, grid):
+    """A P - b - lambda."""
+    found = flows(pressure, terms, grid)
+    for j in range(pressure.shape[0]):
+        for k in range(pressure.shape[1]):
+            found[j, k] += terms.source[j] * grid.load[k]
+            if grid.kind == REYNOLDS:
+                found[j, k] -= terms.positive[j] * grid.load[k] * dryness(pressure, terms, grid, j, k)
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def seen(pressure, terms, grid):
+    """The pressure as the outputs have it, and the wet share of each node; an end is as wet as what is beside it."""
+    (columns, rows), above = pressure.shape, grid.lowest
+    shown, wet = pressure.copy(), np.ones((columns, rows), np.int64) + 0.0 * pressure
+    for j in range(columns):
+        delta = terms.delta[j]
+        for k in range(rows - 1):
+            if grid.kind == REYNOLDS:
+                dry = dryness(pressure, terms, grid, j, k)
+                shown[j, k] -= SATURATED * delta * dry
+                wet[j, k] -= dry * terms.positive[j] / terms.size[j]
+            elif grid.kind == GUMBEL:
+                cut = (pressure[j, k] - above) / delta
+                shown[j, k] = above + delta * softplus(cut)
+                wet[j, k] = np.exp(-softplus(-cut))
+        wet[j, rows - 1] = wet[j, rows - 2]
+    return shown, wet
+
+
+@njit(cache=True, error_model="numpy")
+def measures(pressure, terms, grid):
+    """W_r, W_t, integral of 1/H over the wet area, side flow."""
+    shown, wet = seen(pressure, terms, grid)
+    found, out, last = np.zeros(4, pressure.dtype), flows(shown, terms, grid), grid.load.size - 1
+    for j in range(pressure.shape[0]):
+        for k in range(pressure.shape[1]):
+            found[0] += 2.0 * grid.load[k] * terms.cos[j] * shown[j, k]
+            found[1] += 2.0 * grid.load[k] * terms.sin[j] * shown[j, k]
+            found[2] += 2.0 * grid.load[k] * terms.shear[j] * wet[j, k]
+        leaving = -(out[j, last] + wet[j, last] * terms.source[j] * grid.load[last]) / 6.0
+        if leaving.real > 0.0:
+            found[3] += leaving
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def assemble(factors, pressure, terms, grid):
+    """Newton's matrix. Columns are in the order last, 0, 1, ...; the last but one closes the ring."""
+    columns, inner = pressure.shape[0], pressure.shape[1] - 1
+    band, border, corner = factors
+    band[:], border[:], corner[:] = 0.0, 0.0, 0.0
+    count = band.shape[0]
+    for e in range(columns // 2):
+        for i in range(3):
+            one = (2 * e + i) % columns
+            for j in range(3):
+                other = (2 * e + j) % columns
+                first, second = (one + 1) % columns * inner, (other + 1) % columns * inner
+                if first > second:
+                    continue
+                along, across = terms.along[e, i, j], terms.across[e, i, j]
+                for k in range(inner):
+                    for m in range(max(0, k - 2), min(inner, k + 3)):
+                        if first + k > second + m or not (grid.free[one, k] and grid.free[other, m]):
+                            continue
+                        value = along * grid.mass[k, m] + across * grid.stiffness[k, m]
+                        if second < count:
+                            band[first + k, second + m - first - k] += value
+                        elif first < count:
+                            border[first + k, m] += value
+                        else:
+                            corner[k, m] += value
+    for j in range(columns):
+        place = (j + 1) % columns * inner
+        for k in range(inner):
+            value = 0.0
+            if not grid.free[j, k]:
+                value = 1.0
+            elif grid.kind == REYNOLDS:
+                x = SHIFT - (pressure[j, k] - grid.lowest) / terms.delta[j]
+                value = terms.positive[j] * grid.load[k] / terms.delta[j] / (1.0 + math.exp(-x))
+            if place < count:
+                band[place + k, 0] += value
+            else:
+                corner[k, k] += value
+
+
+@njit(cache=True, error_model="numpy", fastmath=REORDERED)
+def factorise(factors):
+    """Cholesky factors in place: rows of the upper one."""
+    band, border, corner = factors
+    count, reach, inner = band.shape[0], band.shape[1] - 1, corner.shape[0]
+    for p in range(count):
+        scale = 1.0 / math.sqrt(band[p, 0])
+        for k in range(reach + 1):
+            band[p, k] *= scale
+        for k in range(inner):
+            border[p, k] *= scale
+        for i in range(1, reach + 1):
+            share = band[p, i]
+            if share == 0.0:
+                continue
+            for k in range(i, reach + 1):
+                band[p + i, k - i] -= share * band[p, k]
+            for k in range(inner):
+                border[p + i, k] -= share * border[p, k]
+        for i in range(inner):
+            share = border[p, i]
+            for k in range(inner):
+                corner[i, k] -= share * border[p, k]
+    for p in range(inner):
+        scale = 1.0 / math.sqrt(corner[p, p])
+        for k in range(p, inner):
+            corner[p, k] *= scale
+        for i in range(p + 1, inner):
+            for k in range(i, inner):
+                corner[i, k] -= corner[p, i] * corner[p, k]
+
+
+@njit(cache=True, error_model="numpy", fastmath=REORDERED)
+def substitute(factors, x):
+    """Solve in place; x in the order of the factors, with room for a row of the band before the last column."""
+    band, border, corner = factors
+    count, reach, inner = band.shape[0], band.shape[1] - 1, corner.shape[0]
+    last = count + reach
+    for p in range(count):
+        here = x[p] / band[p, 0]
+        x[p] = here
+        for k in range(1, reach + 1):
+            x[p + k] -= band[p, k] * here
+        for k in range(inner):
+            x[last + k] -= border[p, k] * here
+    for p in range(inner):
+        x[last + p] /= corner[p, p]
+        for k in range(p + 1, inner):
+            x[last + k] -= corner[p, k] * x[last + p]
+    for p in range(inner - 1, -1, -1):
+        for k in range(p + 1, inner):
+            x[last + p] -= corner[p, k] * x[last + k]
+        x[last + p] /= corner[p, p]
+    for p in range(count - 1, -1, -1):
+        total = x[p]
+        for k in range(1, reach + 1):
+            total -= band[p, k] * x[p + k]
+        for k in range(inner):
+            total -= border[p, k] * x[last + k]
+        x[p] = total / band[p, 0]
+
+
+@njit(cache=True, error_model="numpy")
+def correction(factors, field, grid):
+    """What the factors make of a field of imbalances, as a field of pressures."""
+    columns, inner = field.shape[0], field.shape[1] - 1
+    last = (columns - 1) * inner
+    reach = factors.band.shape[1] - 1
+    x, found = np.zeros(last + reach + inner), np.zeros(field.shape)
+    for j in range(columns):
+        place = (j + 1) % columns * inner
+        place += reach if place == last else 0
+        for k in range(inner):
+            x[place + k] = field[j, k] if grid.free[j, k] else 0.0
+    substitute(factors, x)
+    for j in range(columns):
+        place = (j + 1) % columns * inner
+        place += reach if place == last else 0
+        for k in range(inner):
+            found[j, k] = x[place + k]
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def settle(pressure, terms, grid, factors, fresh):
+    """Newton's method from `pressure`, in place, at first with old factors unless `fresh`.
+
+    Corrections made and factorisations; no correction where it did not settle.
+    """
+    before, systems = 0.0, 0
+    for made in range(1, MOST + 1):
+        if fresh:
+            assemble(factors, pressure, terms, grid)
+            factorise(factors)
+            systems += 1
+        step = correction(factors, imbalance(pressure, terms, grid), grid)
+        pressure -= step
+        size = np.abs(step).max() / (np.abs(pressure).max() + 1e-300)
+        if not size < 1e300:
+            return 0, systems
+        rate = size / before if before > 0.0 else 1.0
+        linear = fresh and grid.kind != REYNOLDS
+        if linear or size * max(rate, LEAST_RATE) < DONE:
+            return made, systems
+        fresh = size > FAR or (before > 0.0 and rate > SLOW)
+        before = size
+    return 0, systems
+
+
+@njit(cache=True, error_model="numpy")
+def slopes_of(state, pressure, terms, grid, factors):
+    """Measures of a settled film and their slopes by eps, v_r and w, (4, 4); slopes of its pressure, (3, ...)."""
+    assemble(factors, pressure, terms, grid)
+    factorise(factors)
+    found = np.zeros((4, 4))
+    found[:, 0] = measures(pressure, terms, grid)
+    responses = np.zeros((3, *pressure.shape))
+    for i in range(3):
+        moved = state + 0.0j
+        moved[i] += STEP * 1.0j
+        there = terms_of(moved, grid)
+        push = imbalance(pressure + 0.0j, there, grid).imag / STEP
+        responses[i] = -correction(factors, push, grid)
+        found[:, i + 1] = measures(pressure + STEP * 1.0j * responses[i], there, grid).imag / STEP
+    return found, responses
+
+
+def error_of(cells: int, eccentricity_ratio: float, slenderness: float) -> float:
+    """Relative error of the load to expect of so many cells around that move.
+
+    Third order in the cells, second order and larger where the bearing is short, for the rupture is as wide as it is
+    long there; larger near contact, too. An upper bound of what fine meshes of the fast solver say, for L/D from 1/8
+    to 1 and eccentricity ratios up to 0.99, in rotation, in squeeze towards the wall and in both.
+    """
+    near = (0.02 / max(1.0 - eccentricity_ratio, 1e-12)) ** 2
+    short = max(0.5 / slenderness, 1.0) ** 1.7
+    order = 3 if slenderness >= 0.5 else 2
+    return 1.2e-3 * (32.0 / cells) ** order * short * (1.0 + near)
+
+
+def mesh_for(slenderness: float) -> tuple[int, int]:
+    """The coarsest mesh with the error TARGET up to the eccentricity ratio EXPECTED."""
+    cells = FEWEST
+    while error_of(cells, EXPECTED, slenderness) > TARGET:
+        cells += 8
+    return cells, 4
+
+
+def _clustering(eps: float) -> float:
+    """a of the mesh."""
+    return 1.0 - math.sqrt(1.0 - eps)
+
+
+def _grid(bearing: Bearing, mesh: tuple[int, int]) -> tuple[Grid, np.ndarray, np.ndarray, np.ndarray]:
+    """The Grid, u of its columns, zeta of its rows, given pressures [1/s] (0 where none is)."""
+    around, along = tensor_lines(bearing, mesh)
+    ring, line = quadratic_line(around), quadratic_line(along)
+    mass, stiffness = mass_and_stiffness(line)
+    columns, zeta = np.sort(ring.doflocs[0])[:-1], np.sort(line.doflocs[0])
+    order = [0, 2, 1]  # of the shapes of a cell: left, middle, right
+    fixed, given = supplied(bearing, columns % TURN, zeta)
+    grid = Grid(
+        places=np.ascontiguousarray(ring.global_coordinates()[0]),
+        weights=np.ascontiguousarray(ring.dx),
+        shapes=np.stack([np.asarray(ring.basis[i][0])[0] for i in order], axis=-1),
+        slopes=np.stack([ring.basis[i][0].grad[0] for i in order], axis=-1),
+        mass=mass,
+        stiffness=bearing.axial * stiffness,
+        load=mass.sum(axis=1),
+        free=~fixed,
+        moves=0.0 if bearing.grooves else 1.0,
+        thickness=bearing.thickness,
+        axial=bearing.axial,
+        lowest=bearing.lowest,
+        kind=KINDS[bearing.cavitation],
+    )
+    return grid, columns, zeta, given
+
+
+class MovingFilm:
+    """The film of one bearing for a run: solutions start from the last one. A memoryless film with smooth rupture.
+
+    mesh: cells around and over half the length (default `mesh_for` the bearing). Raises ValueError for a mesh too
+    coarse, also for its grooves, and for mass-conserving cavitation.
+    """
+
+    def __init__(self, bearing: Bearing, mesh: tuple[int, int] | None = None):
+        if bearing.cavitation not in KINDS:
+            raise ValueError(f"a film without memory has no cavitation {bearing.cavitation!r}")
+        self.bearing, self.mesh = bearing, check_mesh(mesh or mesh_for(bearing.slenderness))
+        self.grid, self.nodes, self.zeta, self.given = _grid(bearing, self.mesh)
+        inner = len(self.zeta) - 1
+        count = (len(self.nodes) - 1) * inner
+        self.factors = Factors(
+            np.zeros((count, 3 * inner)), np.zeros((count, inner)), np.zeros((inner, inner))
+        )
+        force = bearing.force_scale
+        self.scales = np.array([force, force, 1.0, bearing.flow_scale])
+        self.solutions = self.corrections = self.systems = 0
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the last solution."""
+        self.pressure, self.fresh, self.responses, self.state = self.given.copy(), True, None, None
+
+    def _settled(self, eccentricity_ratio: float, radial_rate: float, entrainment: float):
+        """State and terms of a motion, its pressure settled."""
+        eps, rate, _ = check_state(eccentricity_ratio, radial_rate, entrainment)
+        state = np.array([eps, rate, float(entrainment)])
+        terms = terms_of(state, self.grid)
+        if self.responses is not None:
+            self.pressure += np.tensordot(state - self.state, self.responses, 1)
+        made, systems = settle(self.pressure, terms, self.grid, self.factors, self.fresh)
+        if not made:
+            self.reset()
+            made, more = settle(self.pressure, terms, self.grid, self.factors, True)
+            systems += more
+        self.solutions += 1
+        self.corrections += made
+        self.systems += systems
+        if not made:
+            self.reset()
+            raise RuntimeError(f"film: no pressure settled in {MOST} corrections at {tuple(state)}")
+        self.fresh, self.state = False, state
+        return state, terms
+
+    def outputs(
+        self, eccentricity_ratio: float, radial_rate: float, entrainment: float
+    ) -> np.ndarray:
+        """radial, tangential [N], shear, side flow [m3/s]."""
+        _, terms = self._settled(eccentricity_ratio, radial_rate, entrainment)
+        return measures(self.pressure, terms, self.grid) * self.scales
+
+    def linearised(
+        self, eccentricity_ratio: float, radial_rate: float, entrainment: float
+    ) -> np.ndarray:
+        """Outputs and their slopes by the three arguments, (4, 4): exact ones."""
+        state, terms = self._settled(eccentricity_ratio, radial_rate, entrainment)
+        found, self.responses = slopes_of(state, self.pressure, terms, self.grid, self.factors)
+        return found * self.scales[:, None]
+
+    def doubt(self, eccentricity_ratio: float) -> str | None:
+        """What there is to say against this mesh at an eccentricity."""
+        cells, slenderness = self.mesh[0], self.bearing.slenderness
+        if not self.grid.moves:
+            return coarseness(cells, eccentricity_ratio, slenderness, DOUBTFUL)
+        if (error := error_of(cells, eccentricity_ratio, slenderness)) <= DOUBTFUL:
+            return None
+        finer = math.ceil(cells * math.sqrt(error / DOUBTFUL) / 8.0) * 8
+        where = f"for eccentricity ratio {eccentricity_ratio:.6g}"
+        return f"{cells} cells around are too coarse {where}: the load may be {error:.1%} off; take {finer}"
+
+    def solve(
+        self, eccentricity_ratio: float, radial_rate: float, entrainment: float
+    ) -> FilmSolution:
+        """Fields and outputs in one state; theta in growing order."""
+        before = self.corrections
+        state, terms = self._settled(eccentricity_ratio, radial_rate, entrainment)
+        measured = measures(self.pressure, terms, self.grid) * self.scales
+        shown, wet = seen(self.pressure, terms, self.grid)
+        u = self.nodes
+        theta = (u + _clustering(eccentricity_ratio) * self.grid.moves * np.sin(u)) % TURN
+        order = np.argsort(theta)
+        return FilmSolution(
+            bearing=self.bearing,
+            theta=theta[order],
+            axial=self.zeta * self.bearing.length,
+            pressure=shown[order] * self.bearing.pressure_scale,
+            content=np.clip(wet[order], 0.0, 1.0),
+            radial=float(measured[0]),
+            tangential=float(measured[1]),
+            shear=float(measured[2]),
+            side_flow=float(measured[3]),
+            iterations=self.corrections - before,
+            unknowns=int(self.grid.free.sum()),
+        )
