@@ -5,6 +5,7 @@ import io
 import json
 import time
 import traceback
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from importlib import import_module
 from pathlib import Path
@@ -42,9 +43,16 @@ class Entry:
     results: list[dict] = field(default_factory=list)
 
 
-def drawn(folder: Path, name: str, quick: bool, fresh: bool, say, results: Path | None = None) -> Entry:
+def drawn(
+    folder: Path,
+    name: str,
+    quick: bool,
+    fresh: bool,
+    say: Callable[[str], None] | None = None,
+    results: Path | None = None,
+) -> Entry:
     """Draw one figure; where that fails, the status says why, and the log beside the figures where."""
-    work = workshop.Workshop(folder, name, quick, fresh, say, results)
+    work = workshop.Workshop(folder, name, quick, fresh, say or (lambda text: None), results)
     title, about = workshop.about(name)
     began, status, log = time.perf_counter(), DONE, folder / f"{name}.log"
     log.unlink(missing_ok=True)

@@ -21,6 +21,7 @@ from clearance.postprocess.figures import save
 
 import clearance as cl
 from clearance.catalogue import find_case
+from clearance.locks import Lock
 from clearance.results import Record, Result
 from clearance.sweeping.index import Sweep
 from clearance.sweeping.points import Points
@@ -40,6 +41,8 @@ GROUPS = {
     "joints": "Models and dynamics of joints with clearance and friction",
     "evidence": "Evidence of the code",
 }
+#: the group whose figures measure run times: they are drawn one at a time
+TIMED = "evidence"
 #: paragraphs of a script's docstring: one of GROUPS, what of the source it answers, what is reproduced, what had to be
 #: assumed, and what cannot be compared because the source gives no number
 PARTS = ("Group", "Answers", "Reproduced", "Assumed", "Not comparable")
@@ -117,10 +120,11 @@ class Workshop:
         note = {"call": call.__name__, "case": case, "parameters": parameters, "options": options}
         name = f"{Path(case).stem}-{_digest(case, call.__name__, options, scene.to_json())}.h5"
         path = self.shared / name
-        if self.fresh or not _whole(path):
-            self.say(f"{case}: {', '.join(f'{k}={v}' for k, v in (parameters | options).items())}")
-            path.parent.mkdir(parents=True, exist_ok=True)
-            call(scene, path=path, **options).close()
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with Lock(path.with_suffix(".lock"), wait=True):  # another figure may need the same
+            if self.fresh or not _whole(path):
+                self.say(f"{case}: {', '.join(f'{k}={v}' for k, v in (parameters | options).items())}")
+                call(scene, path=path, **options).close()
         found = cl.open_result(path)
         self.results.append({"file": self._relative(path)} | note)
         return found
@@ -136,7 +140,9 @@ class Workshop:
         def progress(p):
             self.say(f"{case}: {p.before + p.done} of {p.total} points")
 
-        found = cl.sweep(case, points, path, fixed=fixed, progress=progress, retry_failed=True, **options)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with Lock(path.with_suffix(".lock"), wait=True):
+            found = cl.sweep(case, points, path, fixed=fixed, progress=progress, retry_failed=True, **options)
         swept = {n: [min(v), max(v), len(set(v))] for n, v in points.columns.items()}
         self.results.append({"file": self._relative(path)} | note | {"swept": swept, "points": len(points)})
         if not found.done.all():

@@ -132,7 +132,7 @@ def test_a_figure_that_fails_is_named_and_stops_no_other(tmp_path, monkeypatch, 
 
     monkeypatch.setattr(feeder_sketch, "draw", fails)
     monkeypatch.setattr(workshop, "names", lambda: ["feeder_sketch", "five_axis_chain"])
-    status, figures = drawn(tmp_path)
+    status, figures = drawn(tmp_path, "--workers", "1")
     assert status == 1
     assert figures["feeder_sketch"]["status"] == "failed: ValueError: no such joint"
     assert "no such joint" in (tmp_path / "feeder_sketch.log").read_text()

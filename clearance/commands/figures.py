@@ -2,8 +2,12 @@
 
 import argparse
 import dataclasses
+import os
 import time
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from fnmatch import fnmatch
+from multiprocessing import get_context
 from pathlib import Path
 
 from clearance.checks import meant
@@ -31,6 +35,10 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument("names", metavar="NAME", nargs="*", help="figures or patterns such as 'feeder_*' (default all)")
     p.add_argument("-o", dest="output", metavar="DIR", default="figures", help="folder (default figures)")
     p.add_argument("--results", metavar="DIR", help="folder of runs and sweeps, to share them (default -o/results)")
+    p.add_argument(
+        "--workers", type=int, default=os.cpu_count() or 1, metavar="N",
+        help="figures drawn at a time, but for those that measure run times (default: the number of cores)",
+    )  # fmt: skip
     p.add_argument("--list", action="store_true", help="only say which there are")
     p.add_argument("--quick", action="store_true", help="coarse previews: fewer turns, points and tolerances")
     p.add_argument("--fresh", action="store_true", help="run again what has been run before")
@@ -47,6 +55,8 @@ def run(options) -> int:
     if options.list:
         print(json_text(titles) if options.json else "\n".join(_listed(names)))
         return DONE
+    if options.workers < 1:
+        raise ValueError(f"--workers must be at least 1, got {options.workers}")
     folder, began = Path(options.output), time.perf_counter()
     if folder.exists() and not folder.is_dir():
         raise ValueError(f"-o {folder} is a file; give a directory")
@@ -68,20 +78,49 @@ def run(options) -> int:
 
 
 def _draw(options, names: list[str], folder: Path) -> list:
-    """Draw one figure after the other, and note each in the manifest when it is done."""
-    from clearance.paper_figures import gallery
+    """Draw the figures, note each in the manifest when it is done; those that measure run times alone, at the end."""
+    from clearance.paper_figures import gallery, workshop
 
-    line, found = Line(options), []
-    for k, name in enumerate(names, 1):
-        line(f"{name}, {k} of {len(names)}", always=True)
-        say = lambda text, name=name: line(f"{name}: {text}")  # noqa: E731
-        entry = gallery.drawn(folder, name, options.quick, options.fresh, say, options.results)
+    line, entries = Line(options), {}
+
+    def done(entry) -> None:
         gallery.note(folder, entry)
-        found.append(entry)
+        entries[entry.name] = entry
         if not options.json:
             line.clear()
-            print(f"{k:>3}/{len(names)} {entry.seconds:7.1f} s  {name:<26} {entry.status}", flush=True)
-    return found
+            text = f"{entry.seconds:7.1f} s  {entry.name:<26} {entry.status}"
+            print(f"{len(entries):>3}/{len(names)} {text}", flush=True)
+
+    timed = [name for name in names if workshop.about(name)[1]["Group"] == workshop.TIMED]
+    others = [name for name in names if name not in timed]
+    if options.workers > 1 and len(others) > 1:
+        _side_by_side(options, others, folder, line, done)
+    else:
+        timed = names
+    for name in timed:
+        line(f"{name}, {len(entries) + 1} of {len(names)}", always=True)
+        say = lambda text, name=name: line(f"{name}: {text}")  # noqa: E731
+        done(gallery.drawn(folder, name, options.quick, options.fresh, say, options.results))
+    return [entries[name] for name in names]
+
+
+def _side_by_side(options, names: list[str], folder: Path, line: Line, done: Callable) -> None:
+    """Draw figures in as many processes as there are workers, in their order."""
+    from clearance.paper_figures import gallery
+
+    with ProcessPoolExecutor(options.workers, get_context("spawn")) as pool:
+        more = (options.quick, options.fresh, None, options.results)
+        waiting = {pool.submit(gallery.drawn, folder, name, *more): name for name in names}
+        try:
+            while waiting:
+                line(f"drawing {', '.join(list(waiting.values())[: options.workers])}", always=True)
+                ready, _ = wait(waiting, timeout=30.0, return_when=FIRST_COMPLETED)
+                for future in ready:
+                    del waiting[future]
+                    done(future.result())
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 def _listed(names: list[str]) -> list[str]:
