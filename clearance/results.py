@@ -17,6 +17,7 @@ import shutil
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
@@ -41,6 +42,9 @@ OF_GAP = {
 _count = itertools.count()
 #: dimension of each table of a result file, a dataset beside its columns; along all other groups goes time
 DIMENSIONS = {"events": "event", "solver": "step_number"}
+#: group of the pressure fields of a joint's film, see fields.py
+FIELDS = "film"
+PATH_OF_FIELDS = f"joints/{{}}/{FIELDS}"
 #: of HDF5: from 1.8 (2008) on, what describes the columns has checksums, too
 LIBVER = ("v108", "v108")
 
@@ -105,6 +109,15 @@ def locked(folder: Path, doing: str) -> Iterator[None]:
         yield
 
 
+@contextmanager
+def appending(path: str | Path) -> Iterator[h5py.File]:
+    """A result file to add groups to; it keeps its name and stays as it was until all of them are written."""
+    with replacing(Path(path)) as temporary:
+        shutil.copyfile(path, temporary)
+        with h5py.File(temporary, "r+", libver=LIBVER) as file:
+            yield file
+
+
 #: name of a column -> (units, what it is, values)
 Table = dict[str, tuple[str, str, np.ndarray]]
 
@@ -145,6 +158,33 @@ def image_of(file: h5py.File) -> bytes:
     """The bytes of a file that is made in memory."""
     file.flush()
     return file.id.get_file_image()
+
+
+@dataclass(frozen=True)
+class PressureFields:
+    """Pressure fields of one joint, as arrays over instants, axial positions and angles; see fields.py."""
+
+    instant: np.ndarray
+    time: np.ndarray
+    axial: np.ndarray
+    angle: np.ndarray
+    pressure: np.ndarray
+    content: np.ndarray
+    line_of_centres: np.ndarray
+    eccentricity_ratio: np.ndarray
+
+
+#: datasets of a group of fields: units, what it is
+FIELD_COLUMNS = {
+    "instant": ("1", "place of the sample in /time"),
+    "axial": ("m", "axial position from the middle of the bearing"),
+    "angle": ("rad", "angle on the bearing from its body's own x axis"),
+    "time": ("s", "time of the field"),
+    "line_of_centres": ("rad", "angle of the thinnest film on the bearing"),
+    "eccentricity_ratio": ("1", "eccentricity over clearance"),
+    "pressure": ("Pa", "film pressure above ambient"),
+    "content": ("1", "share of the gap that holds oil"),
+}
 
 
 class Channels:
@@ -322,6 +362,10 @@ class Record(ABC):
         """Channels of a drive: `drive("crank").torque`, `.power`. Raises KeyError for a drive there is not."""
         return self._channels("drives", name)
 
+    def pressure_fields(self, joint: str) -> PressureFields | None:
+        """Pressure fields of a joint's film; None where the run was not asked for any."""
+        return None
+
     @property
     def energy(self) -> Channels:
         """The energy ledger [J]: kinetic, potential, input, dissipated, residual; where it was kept."""
@@ -337,7 +381,8 @@ class Result(Record):
         self.file = self.reader.file
 
     def names(self, group: str) -> tuple[str, ...]:
-        aside = {"time", DIMENSIONS.get(group)} if group else ()
+        aside = {"time", DIMENSIONS.get(group)} if group else set()
+        aside |= {FIELDS} if group.startswith("joints/") else set()
         return tuple(n for n in self.reader.names(group) if n not in aside)
 
     def values(self, path: str) -> np.ndarray:
@@ -417,6 +462,17 @@ class Result(Record):
         if len({len(column) for column in columns.values()}) > 1:
             raise Damaged(f"{self.path}: the columns of /events differ in length")
         return Entries(f"{self.path}: /events", columns)
+
+    def pressure_fields(self, joint: str) -> PressureFields | None:
+        """Pressure fields of a joint's film; None where the run was not asked for any."""
+        place = PATH_OF_FIELDS.format(joint)
+        if not self.reader.has(place):
+            return None
+        found = PressureFields(**{n: self.reader.column(f"{place}/{n}") for n in FIELD_COLUMNS})
+        whole = found.instant.size, found.axial.size, found.angle.size
+        if not found.pressure.shape == found.content.shape == whole:
+            raise Damaged(f"{self.path}: /{place} holds columns that do not fit one another")
+        return found
 
     def to_xarray(self):
         """All of it as an xarray DataTree in memory, with the groups, units and attributes of the file."""

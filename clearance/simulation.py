@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance import checks
+from clearance import checks, fields
 from clearance.checkpoint import PartsSink, restore, state_of
 from clearance.demand import Demand, affordable
 from clearance.extremes import Extremes, along, followed, guides, stretch_length, stretches
@@ -91,6 +91,7 @@ def simulate(
     force: bool = False,
     progress: Callable[[float], None] | None = None,
     start: Record | str | Path | None = None,
+    pressure_fields: int | None = None,
 ) -> Result:
     """Integrate a scene and return its result.
 
@@ -109,6 +110,8 @@ def simulate(
     run needs more than 2^31 rows, a day or the free disk (see demand.py).
     start: the result (or the path of its file) of another run, at whose end this one begins, in any scene with the same
     states; or "quasi-static": journals at rest where their films carry the joint forces (default: as the scene says).
+    pressure_fields: how many pressure fields of its films a turn the file shall hold (of the run, where nothing turns),
+    solved after the run from its motion, see fields.py; none unless asked for.
     Raises ValueError for bad arguments and impossible scenes before anything runs, SimulationError for a run that fails
     part-way, with time, joint and state in the message and the partial result attached, also where the disk is full;
     KeyboardInterrupt once what was computed is kept, with a note that says where.
@@ -118,6 +121,8 @@ def simulate(
     if checkpoint is not None:
         checkpoint = checks.positive("checkpoint", checkpoint)
     filters(compression)
+    if pressure_fields is not None:
+        fields.check(scene.description(), pressure_fields, channels)
     demanded = None if force else partial(_affordable, channels, compression, checkpoint, path)
     run = prepare(
         scene, demanded, turns=turns, until=until, rtol=rtol, method=method, samples_per_turn=samples_per_turn,
@@ -126,7 +131,7 @@ def simulate(
     chosen(run.mechanism.structure.channels, channels)
     for warning in foreseen(run.mechanism) + dear(run.mechanism):
         LOG.warning(warning)
-    return run.to_file(path, progress, channels, compression, checkpoint)
+    return run.to_file(path, progress, channels, compression, checkpoint, pressure_fields)
 
 
 def _affordable(channels, compression: int, checkpoint: float | None, path, mechanism: Mechanism, demand: Demand):
@@ -502,6 +507,7 @@ class Run:
     def to_file(
         self, path: str | Path | None, progress: Callable[[float], None] | None = None,
         channels: Sequence[str] | None = None, compression: int = 0, checkpoint: float | None = None,
+        pressure_fields: int | None = None,
     ) -> Result:  # fmt: skip
         """Run to the end, streaming into the file; a signal and a full disk end it early, the file kept.
 
@@ -522,6 +528,8 @@ class Run:
         except KeyboardInterrupt as error:
             error.add_note(_left(sink, path))
             raise
+        if pressure_fields is not None and failure is None:
+            fields.keep(path, pressure_fields)
         result = Result(path)
         if folder is not None:
             weakref.finalize(result, shutil.rmtree, folder, ignore_errors=True)

@@ -19,6 +19,8 @@ TRAIL = 0.25  # turns of the journal's path that stay in sight
 LENS, SLOT, ROOM = 0.4, 1.2, (0.3, 0.5)
 ROUND = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
 SLOW = 5e-3  # time between frames from which the clock counts seconds [s]
+RIM, PRESSURE = 1.05, 0.6  # of a lens, over its radius: where its pressure begins, the largest one's height
+FILM = "#7b2d8b"  # colour of pressures
 STRONG = 3.0  # forces up to so many times the median have arrows to scale; impacts go far beyond
 
 
@@ -38,8 +40,9 @@ def animate(
     magnify: how many times larger than the mechanism all clearances are drawn (default: each as large as its lens).
     A lens shows the path of the journal's centre over the last quarter turn and the largest force on the journal since
     the frame before, where it was then; its colour is the driest state since the frame before, so that no contact is
-    missed. Raises ValueError for a span longer than the run, more frames than it has samples, channels that were not
-    kept, and files that cannot be written.
+    missed. Where the file holds pressure fields, the one last before a frame stands around the lens. Raises ValueError
+    for a span longer than the run, more frames than it has samples, channels that were not kept, and files that
+    cannot be written.
     """
     check_film(path, fps)
     times = frame_times(record, turns, frames)
@@ -98,6 +101,8 @@ class Lens:
         self.peaks = np.array([s.start + strength[s].argmax() for s in self.spans])
         self.strength = strength[self.peaks]
         self.colours = [COLOURS[self.states[self.state[s].max()]] for s in self.spans]
+        self.fields = record.pressure_fields(self.name)
+        self.shown, self.turned = self._fields_of(record, times)
 
     def _at(self, record: Record, channel: str) -> np.ndarray:
         """A channel at the clock, straight between samples: journals fly straight, and contacts begin suddenly."""
@@ -116,6 +121,24 @@ class Lens:
         touching = self._at(record, "contact_force") > 0.0
         return list(FLIGHT), (touching | touched(record, self.name, self.clock)).astype(int)
 
+    def _fields_of(self, record: Record, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Which field each frame shows, and how far the bearing is turned then [rad]."""
+        if self.fields is None:
+            return np.zeros(0, int), np.zeros(0)
+        body, shown = self.joint["a"]["body"], np.searchsorted(self.fields.time, times, side="right") - 1
+        if body not in record.names("bodies"):
+            return np.maximum(shown, 0), np.zeros(times.size)
+        return np.maximum(shown, 0), np.interp(times, record.time, series(record, f"bodies/{body}/theta")[0])
+
+    def _draw_pressure(self, drawing: Drawing) -> None:
+        """The pressure in the middle of the bearing, outwards from its wall; none where the film cavitates."""
+        middle = self.fields.pressure[:, self.fields.pressure.shape[1] // 2]
+        height = PRESSURE * np.maximum(middle, 0.0) / max(self.fields.pressure.max(), 1e-300)
+        angle = self.fields.angle + self.turned[:, None]
+        out = (RIM + height[self.shown])[..., None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        closed = np.concatenate([out, out[:, :1]], axis=1)
+        drawing.line(self.centre + self.magnify * self.clearance * closed, color=FILM, lw=1.2, zorder=6)
+
     def draw(self, drawing: Drawing, strongest: float) -> None:
         """Circle, path and centre of the journal, force and captions, as artists of the drawing."""
         zoom, middle, radius = self.magnify, self.centre, self.magnify * self.clearance
@@ -124,6 +147,8 @@ class Lens:
         drawing.line((middle + wall)[None], color=EDGE, lw=0.8, zorder=4)
         rim = drawing.line((middle + 1.05 * wall)[None], lw=3.0, zorder=4)
         drawing.line(middle[None, None], marker="+", ms=7.0, color="0.7", zorder=4)
+        if self.fields is not None:
+            self._draw_pressure(drawing)
         x, y = MM * (middle + zoom * self.eccentricity).T
         for i, state in enumerate(self.states):
             here = self.state == i
@@ -248,8 +273,12 @@ def _page(figure, drawing: Drawing, record: Record, fps: float, strongest: float
         return
     for state in dict.fromkeys(s for lens in lenses for s in lens.states):
         axes.plot([], [], color=COLOURS[state], lw=3.0, label=state)
-    figure.legend(loc="lower center", bbox_to_anchor=(0.5, 0.22 / total), ncols=5, frameon=False, fontsize=8)
     said = f"arrows: force on the journal; as long as the lens's radius for {_newtons(strongest)} and more"
+    tops = [lens.fields.pressure.max() for lens in lenses if lens.fields is not None]
+    if tops:
+        high = f", {PRESSURE:g} radii high for {', '.join(f'{t / 1e6:.3g}' for t in tops)} MPa"
+        axes.plot([], [], color=FILM, lw=1.2, label=f"film pressure in the middle{high}")
+    figure.legend(loc="lower center", bbox_to_anchor=(0.5, 0.22 / total), ncols=5, frameon=False, fontsize=8)
     figure.text(0.5, 0.06 / total, said, ha="center", va="bottom", fontsize=8)
 
 

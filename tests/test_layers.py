@@ -16,7 +16,7 @@ LAYERS = [
     ["clearance.regimes"],
     ["clearance.mechanism", "clearance.stepping", "clearance.film"],
     ["clearance.reading", "clearance.results", "clearance.recording", "clearance.checkpoint"],
-    ["clearance.starting"],
+    ["clearance.starting", "clearance.fields"],
     ["clearance.simulation", "clearance.inverse"],
     ["clearance.choices", "clearance.catalogue", "clearance.evidence", "clearance.sweeping", "clearance.identify"],
     ["clearance", "clearance.cli", "clearance.commands", "cases", "postprocess", "paper_figures"],

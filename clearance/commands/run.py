@@ -42,6 +42,10 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument(
         "--channels", metavar="PATHS", help='kept in the file: comma list such as "bodies/slider,joints/B/gap" (all)'
     )
+    p.add_argument(
+        "--pressure-fields", type=int, metavar="N",
+        help="keep N pressure fields of the films a turn in the file (default none)",
+    )  # fmt: skip
     p.add_argument("--compression", type=int, default=0, metavar="0..9", help="gzip level of the file (default 0)")
     p.add_argument(
         "--checkpoint", type=quantity_of("s"), metavar="S",
@@ -138,6 +142,7 @@ def _simulated(options, scene, output: Path):
             max_step=options.max_step, samples_per_turn=options.samples_per_turn, path=output, progress=bar,
             channels=channel_patterns(options.channels), compression=options.compression,
             checkpoint=options.checkpoint, force=options.force, start=options.start,
+            pressure_fields=options.pressure_fields,
         )  # fmt: skip
     except SimulationError as error:
         return error.result, str(error)

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.film.bearing import Bearing, FilmSolution, Groove
+from clearance.fields import bearing_of, motion, viscosities
+from clearance.film.bearing import Bearing, FilmSolution
 from clearance.film.solvers import solve_film
 from clearance.film.table import TOP, Key, Table
 from clearance.film.table import table as film_table
 from clearance.film.tabulated import looked_up
-from clearance.laws.film import thinning
-from clearance.results import Result, save_tables
+from clearance.results import PressureFields, Result, save_tables
 
 
 @dataclass(frozen=True)
@@ -54,10 +54,11 @@ def force_map(bearing: Bearing, nodes: int = 33) -> tuple[dict, Table]:
 def snapshots(result: Result, joint: str | None = None, count: int = 6, mesh=None) -> list[Shot]:
     """Films of a lubricated joint at moments spread over the last turn (or the whole run) of a result file.
 
-    The motion comes from the file alone: eccentricity from the joint, its rate from the bodies' velocities. The film is
-    solved anew, with the bearing, cavitation, ambient pressure, grooves and flow factors of the run, at the nominal gap
-    and the temperature of the oil; the force that the run had stands beside it. Raises ValueError for a joint that has
-    no film or does not exist, for a film with a memory, which no file keeps, and for a count below 1.
+    The motion comes from the file alone: eccentricity from the joint, its rate from the bodies' velocities. Pressure
+    fields that the file holds are shown as they are, where no mesh is asked for. Else the film is solved anew, with
+    the bearing, cavitation, ambient pressure, grooves and flow factors of the run, at the nominal gap and the
+    temperature of the oil. The force that the run had stands beside it. Raises ValueError for a joint that has no
+    film or does not exist, for a film with a memory, which no file keeps, and for a count below 1.
     """
     scene, name = result.scene, joint_with_film(result, joint)
     if count < 1:
@@ -65,27 +66,47 @@ def snapshots(result: Result, joint: str | None = None, count: int = 6, mesh=Non
     found = next(j for j in scene["joints"] if j["name"] == name)
     if found["film"]["law"].endswith(":conserving"):
         raise ValueError(f"{result.path}: joint {name} has a film with a memory, which a file does not keep")
-    motion, oil = _motion(result, found, scene), _viscosity(result, found)
+    states, oil = motion(result, found).tolist(), viscosities(result, found)
     forces = result.joint(name).film_radial, result.joint(name).film_tangential
     times = result.time
     begin = np.searchsorted(times, times[-1] - _turn(scene, times))
-    chosen = np.unique(np.linspace(begin, len(times) - 1, count + 1).astype(int)[1:])
-    return [
-        Shot(
-            float(times[i]), *motion[i], solve_film(_bearing(found, oil[i]), *motion[i], mesh=mesh),
-            float(np.hypot(forces[0][i], forces[1][i])),
-        )
-        for i in chosen
-    ]  # fmt: skip
+    fields = result.pressure_fields(name) if mesh is None else None
+    places = np.arange(begin, len(times)) if fields is None else fields.instant[fields.instant >= begin]
+    chosen = places[np.unique(np.linspace(-1, len(places) - 1, count + 1).astype(int)[1:])]
+
+    def film(i: int) -> FilmSolution:
+        bearing = bearing_of(found, oil[i])
+        if fields is None:
+            return solve_film(bearing, *states[i], mesh=mesh)
+        return _from_file(bearing, fields, int(np.searchsorted(fields.instant, i)))
+
+    recorded = np.hypot(*forces)
+    return [Shot(float(times[i]), *states[i], film(i), float(recorded[i])) for i in chosen]
 
 
-def _viscosity(result: Result, joint: dict) -> np.ndarray:
-    """Of the oil at each sample [Pa s]."""
-    cold, heat = joint["lubricant"]["viscosity"], joint.get("heat")
-    if not heat:
-        return np.full(len(result.time), cold)
-    warming = result.joint(joint["name"]).oil_temperature - heat["surroundings"]
-    return np.array([cold * thinning(w, heat["surroundings"], heat["vogel"], heat["vogel_zero"]) for w in warming])
+def _from_file(bearing: Bearing, fields: PressureFields, i: int) -> FilmSolution:
+    """A field of a file as a film in the frame of the line of centres; what no pressure tells is nan."""
+    theta = (fields.angle - fields.line_of_centres[i] + math.pi) % (2.0 * math.pi)
+    order, half = np.argsort(theta), fields.axial >= -1e-9 * bearing.length
+    pressure = fields.pressure[i].T
+    rule = np.full(len(fields.axial), 2.0)  # Simpson's
+    rule[1::2], rule[[0, -1]] = 4.0, 1.0
+    line = pressure @ rule * (fields.axial[1] - fields.axial[0]) / 3.0
+    part = bearing.radius * (fields.angle[1] - fields.angle[0])
+    radial, tangential = (float((line * f(theta)).sum() * part) for f in (np.cos, np.sin))
+    return FilmSolution(
+        bearing=bearing,
+        theta=theta[order],
+        axial=np.abs(fields.axial[half]),
+        pressure=pressure[order][:, half],
+        content=fields.content[i].T[order][:, half],
+        radial=radial,
+        tangential=tangential,
+        shear=math.nan,
+        side_flow=math.nan,
+        iterations=0,
+        unknowns=0,
+    )
 
 
 def joint_with_film(result: Result, joint: str | None) -> str:
@@ -101,52 +122,6 @@ def joint_with_film(result: Result, joint: str | None) -> str:
 def _turn(scene: dict, times: np.ndarray) -> float:
     speed = next((d["speed"] for d in scene["loads"] if isinstance(d.get("speed"), float) and d["speed"]), None)
     return min(2.0 * math.pi / abs(speed), times[-1]) if speed else float(times[-1])
-
-
-def _bearing(joint: dict, viscosity: float) -> Bearing:
-    """The bearing as the run's film law had it; laws without options cavitate at ambient pressure."""
-    law = joint["film"]
-    cavitation = law.get("cavitation", "reynolds")
-    ambient = law.get("ambient") or None
-    return Bearing(
-        joint["radius"], joint["clearance"], joint["length"], float(viscosity), cavitation,
-        ambient if not isinstance(ambient, bool) else None, tuple(_groove(g) for g in law.get("grooves", ())),
-        joint["roughness"] if law.get("flow_factors") else 0.0,
-    )  # fmt: skip
-
-
-def _groove(found: dict) -> Groove:
-    return Groove(**{k: v for k, v in found.items() if k != "type"})
-
-
-def _motion(result: Result, joint: dict, scene: dict) -> list[tuple[float, float, float]]:
-    """(eps, d(eps)/dt, w) at each sample."""
-    offset = result.joint(joint["name"]).eccentricity
-    rate = _velocity(result, joint["b"], scene) - _velocity(result, joint["a"], scene)
-    distance = np.maximum(np.hypot(*offset.T), 1e-9 * joint["clearance"])
-    normal = offset / distance[:, None]
-    outward = (rate * normal).sum(axis=1)
-    sideways = normal[:, 0] * rate[:, 1] - normal[:, 1] * rate[:, 0]
-    spins = sum(_spin(result, joint[side]["body"]) for side in "ab")
-    c = joint["clearance"]
-    eps = np.minimum(distance / c, 1.0 - 1e-6)
-    return list(zip(*(v.tolist() for v in (eps, outward / c, spins - 2.0 * sideways / distance)), strict=True))
-
-
-def _spin(result: Result, body: str) -> np.ndarray:
-    return result[body].omega if body in result.names("bodies") else np.zeros_like(result.time)
-
-
-def _velocity(result: Result, point: dict, scene: dict) -> np.ndarray:
-    """Velocity of a body's point along time, (n, 2)."""
-    if point["body"] not in result.names("bodies"):
-        return np.zeros((len(result.time), 2))
-    found = result[point["body"]]
-    com = next(b["com"] for b in scene["bodies"] if b["name"] == point["body"])
-    x, y = point["x"] - com[0], point["y"] - com[1]
-    cos, sin = np.cos(found.theta), np.sin(found.theta)
-    arm = np.column_stack([cos * x - sin * y, sin * x + cos * y])
-    return np.column_stack([found.vx - found.omega * arm[:, 1], found.vy + found.omega * arm[:, 0]])
 
 
 # --- reports

@@ -437,6 +437,25 @@ def _grid(bearing: Bearing, mesh: tuple[int, int]) -> tuple[Grid, np.ndarray, np
     return grid, columns, zeta, given
 
 
+def _unmoved(theta: np.ndarray, a: float, start: float) -> np.ndarray:
+    """u of angles theta, from `start` on: bisection of theta = u + a sin(u), which grows."""
+    wanted = theta % TURN
+    low, high = np.zeros_like(wanted), np.full_like(wanted, TURN)
+    for _ in range(52):
+        middle = 0.5 * (low + high)
+        beyond = middle + a * np.sin(middle) > wanted
+        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+    return (0.5 * (low + high) - start) % TURN + start
+
+
+def _between(nodes: np.ndarray, values: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Quadratic elements, two intervals of nodes each, at places; values (nodes, ...)."""
+    cell = np.clip(np.searchsorted(nodes[::2], places, side="right") - 1, 0, len(nodes) // 2 - 1)
+    x = (places - nodes[2 * cell]) / (nodes[2 * cell + 2] - nodes[2 * cell])
+    shapes = ((1.0 - x) * (1.0 - 2.0 * x), 4.0 * x * (1.0 - x), x * (2.0 * x - 1.0))
+    return sum(s[:, None] * values[2 * cell + i] for i, s in enumerate(shapes))
+
+
 class MovingFilm:
     """The film of one bearing for a run: solutions start from the last one. A memoryless film with smooth rupture.
 
@@ -534,3 +553,23 @@ class MovingFilm:
             iterations=self.corrections - before,
             unknowns=int(self.grid.free.sum()),
         )
+
+    def fields_at(
+        self, theta: np.ndarray, axial: np.ndarray, state: tuple[float, float, float]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Pressure above ambient [Pa] and wet share at angles and axial positions [m] in one state, (axial, theta).
+
+        The elements' own quadratic functions between their nodes.
+        """
+        _, terms = self._settled(*state)
+        shown, wet = seen(self.pressure, terms, self.grid)
+        around = np.append(self.nodes, self.nodes[0] + TURN)
+        u = _unmoved(theta, _clustering(state[0]) * self.grid.moves, around[0])
+        zeta = np.abs(axial) / self.bearing.length
+
+        def between(nodal: np.ndarray) -> np.ndarray:
+            rows = _between(self.zeta, nodal.T, zeta).T
+            return _between(around, np.vstack([rows, rows[:1]]), u).T
+
+        pressure = np.maximum(between(shown), self.grid.lowest) * self.bearing.pressure_scale
+        return pressure, np.clip(between(wet), 0.0, 1.0)

@@ -18,7 +18,9 @@ KINDS = {
 }
 #: heading of the page -> beginnings of test ids, the longest that fits decides
 SUBJECTS = {
-    "Oil films": ("tests/film/", "tests/test_laws.py::TestPinkus", "tests/test_joint_laws.py::TestFilms"),
+    "Oil films": (
+        "tests/film/", "tests/test_fields.py", "tests/test_laws.py::TestPinkus", "tests/test_joint_laws.py::TestFilms",
+    ),
     "Contact": ("tests/test_laws.py", "tests/test_joint_laws.py::TestContact", "tests/test_stepping.py::test_hertz"),
     "Rough surfaces": ("tests/test_joint_laws.py",),
     "Mechanisms": ("tests/validation/", "tests/test_mechanics.py", "tests/sweeping/"),

@@ -1,0 +1,109 @@
+"""Pressure fields in the result file: what they are, who reads them, and who is refused."""
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+import xarray
+
+import clearance as cl
+from clearance.cli import main
+from clearance.evidence import films
+
+
+@pytest.fixture(scope="module")
+def feeder(tmp_path_factory):
+    """A fifth of a turn, 20 fields a turn."""
+    path = tmp_path_factory.mktemp("fields") / "feeder.h5"
+    return cl.simulate(cl.load_case("six_bar_feeder"), turns=0.2, path=path, pressure_fields=20)
+
+
+def integrals(found, joint):
+    """Radial and tangential force of every field, Simpson's rule along and trapezia around (n, 2)."""
+    rule = np.full(len(found.axial), 2.0)
+    rule[1::2], rule[[0, -1]] = 4.0, 1.0
+    line = np.einsum("iza,z->ia", found.pressure, rule) * np.diff(found.axial)[0] / 3.0
+    theta = found.angle - found.line_of_centres[:, None] + np.pi
+    part = joint["radius"] * np.diff(found.angle)[0]
+    return np.stack([(line * f(theta)).sum(axis=1) * part for f in (np.cos, np.sin)], axis=-1)
+
+
+def test_fields_carry_the_force_of_the_run(feeder, validated):
+    """The table of the run and the elements of the fields: 1e-3 of each force, what both are right to."""
+    found = feeder.pressure_fields("B")
+    joint, channels = next(j for j in feeder.scene["joints"] if j["name"] == "B"), feeder.joint("B")
+    wanted = np.column_stack([channels.film_radial, channels.film_tangential])[found.instant]
+    both = (f[:, 0] + 1j * f[:, 1] for f in (integrals(found, joint), wanted))
+    source = "film table in the run"
+    validated("integral of pressure fields in a file", *both, 1e-3, source=source, unit="N", kind="independent")
+
+
+def test_layout(feeder):
+    """Units, names, checksums and dimensions; times are those of samples."""
+    with h5py.File(feeder.path) as file:
+        group = file["joints/B/film"]
+        for name, data in group.items():
+            assert {"units", "long_name"} <= set(data.attrs), name
+            assert data.fletcher32, name
+        assert [d.keys()[0] for d in group["pressure"].dims] == ["instant", "axial", "angle"]
+        assert (group["time"][()] == file["time"][()][group["instant"][()]]).all()
+        assert np.diff(group["time"][()]) == pytest.approx(0.01, abs=1e-3)
+    found = feeder.pressure_fields("B")
+    assert found.pressure.shape == found.content.shape == (4, 17, 180)
+    assert found.pressure.min() == 0.0 < found.pressure.max()
+    assert 0.0 == found.content.min() < found.content.max() == 1.0
+    assert (found.pressure == found.pressure[:, ::-1]).all()
+    assert found.pressure[:, [0, -1]] == pytest.approx(0.0, abs=1e-6 * found.pressure.max())
+
+
+def test_opens_as_a_tree(feeder):
+    with xarray.open_datatree(feeder.path, engine="h5netcdf") as tree:
+        pressure = tree["joints/B/film"].ds["pressure"]
+        assert pressure.dims == ("instant", "axial", "angle")
+        assert pressure.attrs["units"] == "Pa"
+        assert set(pressure.coords) >= {"instant", "axial", "angle", "time"}
+
+
+def test_they_are_no_channels(feeder):
+    """Who goes through the channels of a joint meets numbers along time only."""
+    assert "film" not in feeder.names("joints/B")
+    assert "/joints/B" in feeder.to_xarray().groups
+
+
+def test_snapshots_show_them(feeder, tmp_path, capsys):
+    assert main(["film", "snapshots", str(feeder.path), "--count", "2", "--json", "-o", str(tmp_path)]) == 0
+    shots = json.loads(capsys.readouterr().out)["snapshots"]
+    assert [s["iterations"] for s in shots] == [0, 0]
+    for shot in shots:
+        assert shot["load"] == pytest.approx(shot["recorded"], rel=1e-3)
+    anew = films.snapshots(feeder, "B", 2, mesh=(64, 8))
+    assert all(shot.solution.iterations > 0 for shot in anew)
+
+
+def test_animation_shows_them(feeder, tmp_path):
+    from clearance.postprocess.animation import Lens
+
+    joint = next(j for j in feeder.scene["joints"] if j["name"] == "B")
+    lens = Lens(feeder, joint, np.array([0.012, 0.031]))
+    assert list(lens.shown) == [0, 2]
+    assert lens.turned == pytest.approx(np.interp([0.012, 0.031], feeder.time, feeder["crank"].theta))
+
+
+def test_not_unless_asked_for(tmp_path):
+    result = cl.simulate(cl.load_case("six_bar_feeder"), turns=0.01)
+    assert result.pressure_fields("B") is None
+
+
+@pytest.mark.parametrize(
+    ("options", "more", "line"),
+    [({"model": "dry"}, {}, "no joint has a film"), ({"film": "conserving"}, {}, "B has conserving"),
+     ({"film": "short"}, {}, "B has short_film"), ({}, {"pressure_fields": 0}, "whole number of instants a turn"),
+     ({}, {"channels": ["joints/B/*"]}, "needs all channels")],
+)  # fmt: skip
+def test_refusals(options, more, line):
+    """Before anything runs, naming the option and the film."""
+    scene = cl.load_case("six_bar_feeder", **options)
+    with pytest.raises(ValueError, match=line) as caught:
+        cl.simulate(scene, turns=0.01, **{"pressure_fields": 4} | more)
+    assert str(caught.value).startswith("pressure_fields")
