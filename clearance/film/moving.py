@@ -61,7 +61,7 @@ STEP = 1e-30  # of complex derivatives
 DONE = 1e-8  # correction over the largest pressure at which Newton's method ends
 LEAST_RATE = 0.01  # of convergence that is believed
 SLOW, FAR = 0.2, 0.1  # convergence, first correction of old factors that ask for fresh ones
-TARGET, EXPECTED, FEWEST = 3e-3, 0.98, 32  # error of the load, up to an eccentricity ratio; cells around at least
+TARGET, EXPECTED, FEWEST = 3e-3, 0.98, 36  # error of the load, up to an eccentricity ratio; cells around at least
 MOST = 60  # corrections of one solution, at most
 REYNOLDS, GUMBEL, FULL = range(3)
 KINDS = {"reynolds": REYNOLDS, "gumbel": GUMBEL, "none": FULL}
@@ -386,24 +386,24 @@ def slopes_of(state, pressure, terms, grid, factors):
 
 
 def error_of(cells: int, eccentricity_ratio: float, slenderness: float) -> float:
-    """Relative error of the load to expect of so many cells around that move.
+    """Relative error of the load to expect of so many cells around that move, with as many along as `mesh_for` takes.
 
     Third order in the cells, second order and larger where the bearing is short, for the rupture is as wide as it is
     long there; larger near contact, too. An upper bound of what fine meshes of the fast solver say, for L/D from 1/8
     to 1 and eccentricity ratios up to 0.99, in rotation, in squeeze towards the wall and in both.
     """
     near = (0.02 / max(1.0 - eccentricity_ratio, 1e-12)) ** 2
-    short = max(0.5 / slenderness, 1.0) ** 1.7
+    short = max(0.5 / slenderness, 1.0) ** 1.2
     order = 3 if slenderness >= 0.5 else 2
-    return 1.2e-3 * (32.0 / cells) ** order * short * (1.0 + near)
+    return 2e-3 * (32.0 / cells) ** order * short * (1.0 + near)
 
 
 def mesh_for(slenderness: float) -> tuple[int, int]:
     """The coarsest mesh with the error TARGET up to the eccentricity ratio EXPECTED."""
     cells = FEWEST
     while error_of(cells, EXPECTED, slenderness) > TARGET:
-        cells += 8
-    return cells, 4
+        cells += 4
+    return cells, max(3, math.ceil(3.0 * slenderness))
 
 
 def _clustering(eps: float) -> float:

@@ -119,8 +119,8 @@ def test_bias_of_the_smooth_rupture():
 
 def test_mesh():
     """Finer around where the bearing is short; a doubt where a mesh is too coarse names a finer one."""
-    assert mesh_for(1.0) == (32, 4)
-    assert mesh_for(0.125)[0] > mesh_for(0.25)[0] > 32
+    assert mesh_for(1.0) == (36, 3)
+    assert mesh_for(0.125)[0] > mesh_for(0.25)[0] > 36
     film = MovingFilm(Bearing(**OPTIONS), (16, 2))
     assert "16 cells around are too coarse for eccentricity ratio 0.95" in film.doubt(0.95)
     assert MovingFilm(Bearing(**OPTIONS)).doubt(0.95) is None
