@@ -199,7 +199,7 @@ def points_of(path: str | Path) -> list[tuple[float, ...]]:
         raise ValueError(f"memberships must be {COSINE} or a CSV file: {path}: {error}") from None
     rows = [(i, line.replace(";", ",").split(",")) for i, line in enumerate(lines, 1)]
     rows = [(i, cells) for i, cells in rows if "".join(cells).strip()[:1] not in ("", "#")]
-    if rows and not _numeric(rows[0][1]):
+    if rows and not any(_numeric([cell]) for cell in rows[0][1]):
         del rows[0]
     for i, cells in rows:
         if len(cells) != 4 or not _numeric(cells):

@@ -473,6 +473,7 @@ def test_memberships_of_a_file(text, tmp_path):
     [
         (None, "memberships must be cosine or a CSV file: .*No such file"),
         ("1,0,1\n", "line 1 needs four numbers: .*got '1,0,1'"),
+        ("O.2,0,0,1\n" + ROWS, "line 1 needs four numbers: .*got 'O.2,0,0,1'"),
         (ROWS + "\n4,1,0,zero", "line 5 needs four numbers: .*got '4,1,0,zero'"),
         ("ratio,full,mixed,dry\n", "give at least two points, got 0"),
         ("0.4,0,0,1\n1,0,0.9,0\n", "point 1: the memberships must have the sum 1"),

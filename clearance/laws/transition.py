@@ -123,7 +123,7 @@ def fuzzy(gap, joint, dry=0.4, mixed=1.0, full=3.0, datum=1.0, squeeze=1.0):
     - datum: film thickness ratio, over l_m, from where contact begins and penetration counts
       (at most l_f / l_m). 1: where the film's weight begins to fall. 0: at the nominal wall, as in
       `flores_hybrid`; nothing carries between there and l_d. l_f / l_m: where full film ends; the
-      journal then rests on bodies that do not touch, at a gap of more than twice the true one.
+      journal then rests on bodies that do not touch, at twice the gap of `load_sharing` or more.
     - squeeze: share of its squeeze rate that the held film keeps. 1: the true rate, as in Flores'
       hybrid, so that a load which is carried by squeezing does not drop where the gap is held.
       0: the rate of a gap that stands still.
