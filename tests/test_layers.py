@@ -8,7 +8,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 #: lowest first; a module may import its own layer and those before it
 LAYERS = [
-    ["clearance.checks", "clearance.units", "clearance.extremes", "clearance.interrupts"],
+    ["clearance.checks", "clearance.units", "clearance.extremes", "clearance.interrupts", "clearance.loading"],
     ["clearance.locks", "clearance.demand"],
     ["clearance.materials"],
     ["clearance.laws"],

@@ -14,11 +14,8 @@ function gets the record and its parameters by name, and returns what it predict
 [N m], or the columns of `predicts` (n, k).
 """
 
-import importlib.util
 import inspect
 import math
-import sys
-import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -31,6 +28,7 @@ from clearance.checks import finite, identifier, meant, positive
 from clearance.identify.models import FINER, LAG, Model, Parameter, Values, delayed
 from clearance.identify.records import Trial
 from clearance.laws.law import Law, joint_bristle, joint_friction
+from clearance.loading import module_of
 from clearance.mechanism import store
 from clearance.mechanism.library import Library
 
@@ -297,14 +295,7 @@ def open_model(reference: str) -> Own:
     if not path or not Path(path).is_file():
         reason = f"expected NAME or FILE.py:NAME, and there is no file {path or reference!r}"
         raise ValueError(f"--model {reference}: {reason}")
-    module_name = f"clearance_model_{zlib.crc32(str(Path(path).resolve()).encode()):x}"
-    spec = importlib.util.spec_from_file_location(module_name, path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[module_name] = module
-    try:
-        spec.loader.exec_module(module)
-    except Exception as error:
-        raise ValueError(f"--model {reference}: {type(error).__name__}: {error}") from error
+    module = module_of(Path(path).resolve(), "model", f"--model {reference}")
     found = getattr(module, name, None)
     if not isinstance(found, Own):
         there = [n for n, v in vars(module).items() if isinstance(v, Own)]

@@ -69,8 +69,24 @@ TRUST = "; if these are SI, --trust-units (trusted=True) reads them as they are"
 Where = Callable[[int], str]
 
 
+class Sampled:
+    """Something over equal time steps: `time` (n,) [s]."""
+
+    time: np.ndarray
+
+    @property
+    def step(self) -> float:
+        """Time step [s]."""
+        return float(self.time[-1] - self.time[0]) / (self.samples - 1)
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return len(self.time)
+
+
 @dataclass(frozen=True, eq=False)
-class Trial:
+class Trial(Sampled):
     """One run of a test bench: time (n,) [s], rate (n, 3) [rad/s], torque (n, 3) [N m] in the frame of the housing.
 
     measured: axes whose torque counts, the others are set to zero; facts: SI, such as preload, amplitude, speed,
@@ -106,16 +122,6 @@ class Trial:
         for name, values in {**arrays, "measured": measured}.items():
             object.__setattr__(self, name, values)
 
-    @property
-    def step(self) -> float:
-        """Time step [s]."""
-        return float(self.time[-1] - self.time[0]) / (self.samples - 1)
-
-    @property
-    def samples(self) -> int:
-        """Number of samples."""
-        return len(self.time)
-
     def with_torque(self, torque: np.ndarray) -> "Trial":
         """The same motion with another torque (n, 3) [N m]."""
         return replace(self, torque=torque)
@@ -128,7 +134,7 @@ class Trial:
 
 
 @dataclass(frozen=True, eq=False)
-class Series:
+class Series(Sampled):
     """Columns of any quantities over time, such as the path of a journal, for models of one's own.
 
     time: (n,) [s], even steps; columns: (n,) each, by name; units: of the columns, SI; facts as of a `Trial`.
@@ -159,16 +165,6 @@ class Series:
 
     def __getitem__(self, column: str) -> np.ndarray:
         return self.columns[column]
-
-    @property
-    def step(self) -> float:
-        """Time step [s]."""
-        return float(self.time[-1] - self.time[0]) / (self.samples - 1)
-
-    @property
-    def samples(self) -> int:
-        """Number of samples."""
-        return len(self.time)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,17 +1,15 @@
 """Running one point of a sweep, in any process that sees the sweep's directory."""
 
-import importlib.util
 import json
 import logging
-import sys
 import time
 import traceback
-import zlib
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 
 from clearance.catalogue import Case, find_case
+from clearance.loading import module_of
 from clearance.recording import FULL, FileSink, ImageSink, MemorySink
 from clearance.scene import Scene
 from clearance.simulation import Run, prepare
@@ -101,14 +99,7 @@ def load_function(reference: str, source: str) -> Callable:
         raise ValueError(f"metric {reference!r}: expected FILE.py:FUNCTION, and there is no file {path!r}")
     if definitions.digest(Path(path)) != source:
         raise Changed(f"metric {reference!r}: its file has been changed since the sweep began")
-    module_name = f"clearance_metric_{zlib.crc32(path.encode()):x}"
-    spec = importlib.util.spec_from_file_location(module_name, path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[module_name] = module
-    try:
-        spec.loader.exec_module(module)
-    except Exception as error:
-        raise ValueError(f"metric {reference!r}: {type(error).__name__}: {error}") from error
+    module = module_of(path, "metric", f"metric {reference!r}")
     function = getattr(module, name, None)
     if not callable(function):
         raise ValueError(f"metric {reference!r}: the file has no function {name!r}")
