@@ -24,6 +24,7 @@ from clearance.paper_figures.feeder_slider import (
     by_turns,
     finished,
     models,
+    over_ideal,
     rms,
     say,
     settled,
@@ -56,9 +57,7 @@ def moments(runs: dict):
         panels, ("crank moment", "what it has beyond\nthe ideal one", "dry: crank moment"), strict=True
     ):
         finish(axes, f"{label} [N m]", "", legend=False)
-    largest = {n: np.abs(r.drive("crank").torque[settled(r)]).max() for n, r in runs.items()}
-    ratios = {n: v / largest[IDEAL] for n, v in largest.items() if n != IDEAL}
-    factors = ", ".join(f"{n} ×\u00a0{r:.3g}" for n, r in ratios.items())
+    ratios, factors = over_ideal({n: r.drive("crank").torque[settled(r)] for n, r in runs.items()})
     met = "met" if min(ratios.values()) > 1.0 and max(ratios, key=ratios.get) == DRY else "not met"
     claim = "clearance makes the moment peak, oil less than dry contact"
     say(figure, f"Largest crank moment over the ideal one: {factors}. Source: {claim}; {met}.")

@@ -128,11 +128,16 @@ def motion(runs: dict):
 
 def disturbed(runs: dict, channel: str, label: str) -> str:
     """How much larger a rate of the slider gets than with ideal joints, and the source's statement."""
-    largest = {n: np.abs(getattr(r["slider"], channel)[settled(r)]).max() for n, r in runs.items()}
-    ratios = {n: v / largest[IDEAL] for n, v in largest.items() if n != IDEAL}
-    told = ", ".join(f"{n} ×\u00a0{r:.3g}" for n, r in ratios.items())
+    ratios, told = over_ideal({n: getattr(r["slider"], channel)[settled(r)] for n, r in runs.items()})
     met = "met" if ratios[DRY] > max(r for n, r in ratios.items() if n != DRY) else "not met"
     return f"Largest {label} over the ideal one: {told}. Source: oil softens what dry clearance does; {met}."
+
+
+def over_ideal(values: dict[str, np.ndarray]) -> tuple[dict[str, float], str]:
+    """Largest size of each model's values over the ideal one's, as numbers and in print."""
+    largest = {name: np.abs(v).max() for name, v in values.items()}
+    ratios = {name: v / largest[IDEAL] for name, v in largest.items() if name != IDEAL}
+    return ratios, ", ".join(f"{name} ×\u00a0{ratio:.3g}" for name, ratio in ratios.items())
 
 
 def deviations(runs: dict):
