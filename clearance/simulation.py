@@ -176,8 +176,6 @@ def prepare(
     if demanded is not None:
         steps = span.until / (max_step or longest_step(mechanism, span))
         demanded(mechanism, Demand(span.samples, min(steps, max_steps or steps)))
-    if not store.is_known("rhs", mechanism.structure.texts["rhs"]):
-        LOG.info("compiling: a structure this machine has not seen (the very first run also compiles the time loop)")
     run = Run(mechanism, span, rtol, choose_method(mechanism, method, rtol), max_step, max_steps)
     if start is not None:
         run.start_from(start)
@@ -419,7 +417,6 @@ class Run:
         self.roles = kernel_roles(mechanism, method)
         if not self.outputs:
             self.roles.remove("observe")
-        mechanism.compile(self.roles)
         # the loop takes a kernel for every role; one that is not needed is never called, so any will do
         order = ("rhs", "jacobian", "events", "commit", "observe")
         kernels = [mechanism.kernel(role if role in self.roles else "rhs") for role in order]

@@ -19,7 +19,8 @@ from clearance.joints import Prismatic
 from clearance.laws.law import BoundLaw
 from clearance.loads import Drive
 from clearance.mechanism.assembly import Start
-from clearance.mechanism.library import Library
+from clearance.mechanism.interpreter import traced
+from clearance.mechanism.kernels import evaluated
 from clearance.scene import Body, Point, Scene, as_point, ground
 
 TURN = 2.0 * math.pi
@@ -53,9 +54,7 @@ def prescribed(drive: Drive, time: np.ndarray, start: float = 0.0) -> tuple[np.n
 @lru_cache(maxsize=64)
 def _derivatives(function: Callable) -> Callable:
     """(x, x', x', x'') of a function of time, exact."""
-    library = Library()
-    first = library.jacobian(library.add(function), (0,))
-    return library.run(library.jacobian(first, (0,)))
+    return evaluated(traced(function).slopes((0,)).slopes((0,)))
 
 
 class Pairs:

@@ -22,7 +22,8 @@ from clearance.joints import FrictionJoint, Prismatic
 from clearance.laws.law import BoundLaw
 from clearance.loads import Drive, Force, SpringDamper, Torque, TorsionSpring
 from clearance.mechanism.assembly import assemble
-from clearance.mechanism.library import Library
+from clearance.mechanism.interpreter import traced
+from clearance.mechanism.kernels import evaluated
 from clearance.scene import Scene, ground
 
 #: samples solved at once: more only take memory
@@ -371,8 +372,7 @@ def _plain(law: BoundLaw) -> Callable[[float, float], float]:
 
 def _slope(law: BoundLaw) -> Callable[[float, float], float]:
     """Derivative of a law by its load, exact."""
-    library = Library()
-    function = library.run(library.jacobian(library.add(law.law.function), (1,)))
+    function = evaluated(traced(law.law.function).slopes((1,)))
     return lambda rate, load: function(rate, load, *law.numbers)[1]
 
 

@@ -13,7 +13,8 @@ import numpy as np
 
 from clearance.joints import ClearanceRevolute, Joint, Prismatic
 from clearance.loads import Drive
-from clearance.mechanism.library import Library
+from clearance.mechanism.interpreter import traced
+from clearance.mechanism.kernels import evaluated
 from clearance.mechanism.topology import closed_plan
 from clearance.scene import Body, Scene, ground
 
@@ -424,9 +425,8 @@ def _rate_at_start(drive: Drive) -> float:
     """Rate of a driven coordinate at t = 0: the speed given, or the motion's first derivative."""
     if drive.motion is None:
         return drive.speed if drive.prescribes else drive.speed_start
-    library = Library()
-    slope = library.run(library.jacobian(library.add(drive.motion.law.function), (0,)))
-    return float(slope(0.0, *drive.motion.numbers)[1])
+    slope = evaluated(traced(drive.motion.law.function).slopes((0,)))
+    return slope(0.0, *drive.motion.numbers)[1]
 
 
 def _size(scene: Scene) -> float:

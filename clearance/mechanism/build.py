@@ -10,7 +10,6 @@ import numpy as np
 from clearance.joints import SLOTS
 from clearance.laws.law import DataLaw
 from clearance.loads import Drive
-from clearance.mechanism import store
 from clearance.mechanism.assembly import Start, assemble
 from clearance.mechanism.kinematics import Kinematics, Pose
 from clearance.mechanism.loops import check_reach, mode
@@ -37,7 +36,6 @@ class Mechanism:
     y0: np.ndarray
     work0: np.ndarray
     sources: dict = field(default_factory=dict)  # joint -> what its film law reads (a table) or asks
-    loaded: dict[str, Callable] = field(default_factory=dict)
 
     @property
     def size(self) -> int:
@@ -51,13 +49,7 @@ class Mechanism:
 
     def kernel(self, role: str) -> Callable:
         """The compiled kernel of a role; compiled on first use only."""
-        if role not in self.loaded:
-            self.loaded[role] = store.load(role, self.structure.texts[role])
-        return self.loaded[role]
-
-    def compile(self, roles: list[str]) -> None:
-        """Have the kernels of several roles compiled side by side, where the store has not got them."""
-        store.compile_apart({role: self.structure.texts[role] for role in roles if role not in self.loaded})
+        return self.structure.kernel(role)
 
     @property
     def eccentric(self) -> list:
@@ -115,7 +107,8 @@ def build(scene: Scene, ledger: bool = True) -> Mechanism:
     data = _data(sources, structure, values)
     par = np.zeros(len(values) + structure.derived)
     par[: len(values)] = values
-    par[len(values) :] = structure.derive(list(par))[len(values) :]
+    with np.errstate(all="ignore"):
+        structure.derive(par)
     par = np.concatenate([par, *data])
     y0 = _state(scene, plan, start, structure.length)
     films = {joint: source for (joint, slot), source in sources.items() if slot == "film"}
@@ -194,14 +187,12 @@ def _coordinate(c, joint, start: Start) -> tuple[float, float]:
 
 
 def _work(scene: Scene, structure: Structure, start: Start) -> np.ndarray:
-    """Impact speeds (from the start velocities), then the angles and slides that kernels carry from step to step;
-    scratch for the equations of joint friction.
-    """
+    """Impact speeds (from the start velocities), then the angles and slides that kernels carry from step to step."""
     angles = {body.name: pose[2] for body, pose in start.pose.items()}
     joints = {j.name: j for j in scene.joints}
     carried = [
         angles[name] if what == "angle" else start.slide(joints[name])[0]
         for what, name in structure.carried
     ]
-    carried += [0.0] * (len(structure.remembering) + structure.scratch)
+    carried += [0.0] * (len(structure.remembering))
     return np.array([math.hypot(*j.eccentricity_rate) for j in scene.clearance_joints] + carried)

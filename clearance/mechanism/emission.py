@@ -1,52 +1,164 @@
-"""From a trace to the text of a kernel file: one compiled function, with the plain functions it calls above it."""
+"""A kernel as Python: what `explain` shows, what result files keep, and the plain reference of the compiled one."""
 
-from clearance.mechanism.trace import text
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cached_property
 
-HEADER = '''"""clearance kernel `{role}`. Generated: straight-line code of one structure only."""
+from clearance.mechanism.function import Function, Loop, Opaque
+from clearance.mechanism.schedule import Branch, scheduled
+from clearance.mechanism.trace import COMPARISONS, Scalar, derived, live, text
 
-import math
-
-from clearance.laws.law import FilmJoint
-from clearance.mechanism.store import kernel, plain
-'''
-
-
-def kernel_text(tracing, role: str, outputs: dict) -> str:
-    """Source of one kernel: `outputs` maps positions of the output vector to traced values."""
-    trace, slots = tracing.trace, tracing.slots
-    target = "work" if role == "commit" else "out"
-    merged = _merged(tracing, outputs)
-    body = trace.statements(outputs.values(), slots, merged)
-    body += [f"{target}[{i}] = {text(v)}" for i, v in sorted(outputs.items())]
-    called = [n.args[0] for n in slots.cut(outputs.values()) if n.op == "call" and n not in merged]
-    functions = tracing.library.sources(dict.fromkeys(called))
-    header = HEADER.format(role=role)
-    if not any("FilmJoint" in line for line in body):
-        header = header.replace("from clearance.laws.law import FilmJoint\n", "")
-    if not functions:
-        header = header.replace(", plain", "")
-    if any("ask(" in f for f in functions):
-        header = header.replace("import kernel", "import ask, kernel")
-    names = {f"par[{i}]": name for name, i in tracing.index.items()}
-    lines = [header, *(f"\n@plain\n{f}\n" for f in functions)]
-    lines += [f"\n@kernel\ndef {role}(t, y, par, work, out):\n"]
-    lines += ["    " + _commented(line, names) + "\n" for line in body or ["pass"]]
-    return "".join(lines)
+_INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/", "pow": "**", "and": "and", "or": "or", **COMPARISONS}
 
 
-def _merged(tracing, outputs: dict) -> dict:
-    """Calls of a function whose derivative is called with the same arguments: that one returns the values too."""
-    calls = [n for n in tracing.slots.cut(outputs.values()) if n.op == "call"]
-    plain = {(n.args[0], n.args[1], *map(id, n.args[3:])): n for n in calls}
-    found = {}
-    for n in calls:
-        base = tracing.library.derived.get(n.args[0])
-        first = plain.get((base, n.args[1], *map(id, n.args[3:])))
-        if first is not None and first not in found:
-            found[first] = n
-    return found
+@dataclass(frozen=True, eq=False)
+class Program:
+    """One kernel: outputs by their place in the vector that it fills, derived parameters by their place in `par`."""
+
+    role: str
+    outputs: dict[int, object]
+    slots: dict[Scalar, int]
+
+    @property
+    def target(self) -> str:
+        """The vector that is filled."""
+        return "work" if self.role == "commit" else "out"
+
+    @cached_property
+    def steps(self) -> list:
+        """Schedule of the operations."""
+        return scheduled(self.outputs.values(), derived)
+
+    @cached_property
+    def functions(self) -> list:
+        """The functions that are called."""
+        return called(self.outputs.values(), derived)
 
 
-def _commented(line: str, names: dict[str, str]) -> str:
-    source = line.partition(" = ")[2]
-    return f"{line}  # {names[source]}" if source in names else line
+def called(outputs: Iterable, cut: Callable = lambda node: False) -> list:
+    """The functions that outputs call, those first that others call."""
+    collected: dict = {}
+    for node in live(outputs, cut):
+        if node.op == "call":
+            _collect(node.args[0], collected)
+    return list(collected)
+
+
+def _collect(function, collected: dict) -> None:
+    inner = [function.step] if isinstance(function, Loop) else []
+    if isinstance(function, Function):
+        inner = called(function.outputs)
+    for one in inner:
+        _collect(one, collected)
+    collected.setdefault(function)
+
+
+class Writer:
+    """Python statements of schedules; functions get names of their own."""
+
+    def __init__(self, functions: list, slots: dict | None = None, names: dict[str, str] | None = None):
+        self.slots, self.names = slots or {}, names or {}
+        self.called: dict[object, str] = {}
+        for function in functions:
+            name = function.name
+            while name in self.called.values():
+                name += "_"
+            self.called[function] = name
+        self.section = ""
+
+    def lines(self, steps: list, indent: str = "    ") -> list[str]:
+        """Statements of a schedule."""
+        result = []
+        for step in steps:
+            if isinstance(step, Branch):
+                result += self._branch(step, indent)
+            else:
+                result += [indent + line for line in self._statement(step)]
+        return result
+
+    def _branch(self, branch: Branch, indent: str) -> list[str]:
+        condition, deeper = text(branch.condition), indent + "    "
+        if not branch.then:
+            return [f"{indent}if not {condition}:", *self.lines(branch.otherwise, deeper)]
+        lines = [f"{indent}if {condition}:", *self.lines(branch.then, deeper)]
+        if branch.otherwise:
+            lines += [f"{indent}else:", *self.lines(branch.otherwise, deeper)]
+        return lines
+
+    def _statement(self, node: Scalar) -> list[str]:
+        lines = []
+        if node.section and node.section != self.section:
+            self.section = node.section
+            lines.append(f"# {node.section}")
+        source = self.source(node)
+        name = self.names.get(source)
+        return [*lines, f"v{node.index} = {source}" + (f"  # {name}" if name else "")]
+
+    def source(self, node: Scalar) -> str:
+        """The expression of one operation."""
+        if node in self.slots:
+            return f"par[{self.slots[node]}]"
+        op, args = node.op, node.args
+        if op == "load":
+            return args[0]
+        if op == "call":
+            return self._call(args[0], [text(a) for a in args[1:]])
+        if op == "item":
+            return f"{text(args[0])}[{args[1]}]"
+        texts = [text(a) for a in args]
+        if op in _INFIX:
+            return f"{texts[0]} {_INFIX[op]} {texts[1]}"
+        if op == "select":
+            return f"{texts[1]} if {texts[0]} else {texts[2]}"
+        if op == "lookup":
+            return f"par[int({texts[0]})]"
+        single = {"neg": "-{}", "not": "not {}", "fabs": "abs({})"}
+        return single[op].format(*texts) if op in single else f"math.{op}({', '.join(texts)})"
+
+    def _call(self, function, args: list[str]) -> str:
+        name = self.called[function]
+        if not isinstance(function, Opaque):
+            return f"{name}({', '.join(['par', *args])})"
+        return f"{name}({', '.join(function.listed(args))})"
+
+    def function(self, function) -> list[str]:
+        """Definition of a function."""
+        if isinstance(function, Opaque):
+            return [f"# {self.called[function]} is compiled apart: {function.reason}"]
+        if isinstance(function, Loop):
+            names = [a.args[0] for a in function.step.arguments]
+            step = f"{self.called[function.step]}({', '.join(['par', *names])})"
+            state = ", ".join(names[: function.count])
+            lines = ["    again = True", "    while again:", f"        again, {state} = {step}", f"    return {state},"]
+        else:
+            names = [a.args[0] for a in function.arguments]
+            inner = Writer([])
+            inner.called = self.called
+            lines = inner.lines(scheduled(function.outputs))
+            lines.append(f"    return {', '.join(map(text, function.outputs))},")
+        return [f"def {self.called[function]}({', '.join(['par', *names])}):", *lines]
+
+
+def kernel_text(program: Program, names: dict[str, str]) -> str:
+    """Source of one kernel. names: of parameters, by `par[i]`."""
+    writer = Writer(program.functions, program.slots, names)
+    blocks = ["import math"] + ["\n".join(writer.function(f)) for f in program.functions]
+    body = writer.lines(program.steps)
+    body += [f"    {program.target}[{i}] = {text(v)}" for i, v in sorted(program.outputs.items())]
+    blocks.append("\n".join([f"def {program.role}(t, y, par, work, out):", *(body or ["    pass"])]))
+    return f'"""clearance kernel `{program.role}`: straight-line code of one structure only."""\n\n' + "\n\n\n".join(blocks)
+
+
+def function_text(function) -> str:
+    """Source of a function and all that it calls."""
+    functions = called(function.outputs) if isinstance(function, Function) else []
+    writer = Writer([*functions, function])
+    return "import math\n\n\n" + "\n\n\n".join("\n".join(writer.function(f)) for f in [*functions, function])
+
+
+def derive_text(slots: dict[Scalar, int]) -> str:
+    """Source of the function that fills the derived parameters in."""
+    writer = Writer([])
+    lines = writer.lines(scheduled(slots))
+    lines += [f"    par[{place}] = {text(node)}" for node, place in slots.items()]
+    return "\n".join(["def derive(par):", *lines, "    return par\n"])

@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 
 from clearance.joints import ClearanceRevolute
 from clearance.laws.film import film_torques, peak_film_pressure, thinning, wet_film_torques
-from clearance.laws.law import BoundLaw, DataLaw, bristle, memory_film
+from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, bristle, memory_film
+from clearance.mechanism.interpreter import traced
 from clearance.mechanism.kinematics import moved
-from clearance.mechanism.library import Library
 from clearance.mechanism.trace import Trace, Value
 
 #: smallest distance, relative to the clearance, that still has a direction of its own
@@ -41,17 +41,15 @@ class Memory:
 
 
 class Calls:
-    """Law calls inside a trace; the library keeps the functions they need."""
+    """Calls of laws and other plain functions inside a trace. functions: those that have been traced already."""
 
-    def __init__(self, trace: Trace, number, library: Library):
-        self.trace, self.number, self.library = trace, number, library
+    def __init__(self, trace: Trace, number, functions: dict | None = None):
+        self.trace, self.number = trace, number
+        self.functions = {} if functions is None else functions
 
-    def __call__(self, law: BoundLaw, name: str, state: list, active: int, tuple_of: str | None = None, fixed=()):
-        """Value(s) of a bound law whose first `active` arguments are differentiated.
-
-        `tuple_of` packs the `fixed` values into that named tuple, passed after the state.
-        """
-        values = self._of(law, law.law.function, name, state, tuple(range(active)), tuple_of, fixed)
+    def __call__(self, law: BoundLaw, name: str, state: list, joint: tuple = ()) -> list:
+        """Value(s) of a bound law; `joint` holds what laws read of their joint, see FilmJoint."""
+        values = self._of(law, law.law.function, name, state, joint)
         if len(values) != law.law.family.outputs:
             wanted = law.law.family.outputs
             raise ValueError(
@@ -59,44 +57,31 @@ class Calls:
             )
         return values
 
-    def shown(self, law: BoundLaw, name: str, state: list, active: int, tuple_of: str, fixed) -> dict:
+    def shown(self, law: BoundLaw, name: str, state: list, joint: tuple) -> dict:
         """Outputs that a law with data has of its own."""
         functions = law.law.shown if isinstance(law.law, DataLaw) else {}
-        order = tuple(range(active))
-        return {n: self._of(law, f, name, state, order, tuple_of, fixed)[0] for n, f in functions.items()}
+        return {n: self._of(law, f, name, state, joint)[0] for n, f in functions.items()}
 
-    def keep(self, law: BoundLaw, name: str, state: list, tuple_of: str, fixed) -> Value:
+    def keep(self, law: BoundLaw, name: str, state: list, joint: tuple) -> Value:
         """Asks a law with a memory to remember this state."""
-        return self._of(law, law.law.keep, name, state, (), tuple_of, fixed)[0]
+        return self._of(law, law.law.keep, name, state, joint)[0]
 
-    def _of(self, law: BoundLaw, function, name: str, state: list, active, tuple_of: str | None, fixed) -> list:
+    def _of(self, law: BoundLaw, function, name: str, state: list, joint: tuple) -> list:
         """A function of a law's arguments; what a law with data reads stands in the parameter vector."""
         numbers = [self.number(f"{name}.{p}") for p in law.law.parameters]
-        packed = [f"{tuple_of}({', '.join(['{}'] * len(fixed))})"] if tuple_of else []
-        data = ["par"] if isinstance(law.law, DataLaw) else []
-        wrap = ", ".join([*["{}"] * len(state), *packed, *data, *["{}"] * len(numbers)]) if packed or data else ""
-        return self.function(function, [*state, *fixed, *numbers], active, wrap)
+        shape = ["number"] * len(state) + ([FilmJoint] if joint else [])
+        shape += ["data"] if isinstance(law.law, DataLaw) else []
+        return self.function(function, [*state, *joint, *numbers], (*shape, *["number"] * len(numbers)))
 
-    def function(self, function, args: list, active: tuple[int, ...], wrap: str = "") -> list:
-        """Outputs of a plain function; its derivative by the active arguments is called where it is wanted."""
-        name = self.library.add(function)
-        outputs = self.library.entries[name].outputs
+    def function(self, function, args: list, shape: tuple = ()) -> list:
+        """Outputs of a plain function."""
+        return self.trace.call(self.traced(function, shape), args)
 
-        def rule(args, tangents):
-            count = outputs * (1 + len(active))
-            found = self.trace.call(self.library.jacobian(name, active), list(args), count, None, wrap)
-            results = []
-            for k in range(outputs):
-                slopes = found[outputs + k * len(active) : outputs + (k + 1) * len(active)]
-                columns = sorted({c for i in active for c in tangents[i]})
-                results.append({c: self._along(slopes, active, tangents, c) for c in columns})
-            return results
-
-        return self.trace.call(name, args, outputs, rule, wrap)
-
-    def _along(self, slopes, active, tangents, column):
-        pairs = zip(slopes, active, strict=True)
-        return self.trace.sum(s * tangents[i][column] for s, i in pairs if column in tangents[i])
+    def traced(self, function, shape: tuple = ()):
+        """The function on the trace."""
+        if (function, shape) not in self.functions:
+            self.functions[function, shape] = traced(function, shape)
+        return self.functions[function, shape]
 
 
 def clearance_force(
@@ -148,7 +133,7 @@ class _Shares:
 def _shares(calls: Calls, number, joint, polar: "_Polar", result: JointForce) -> _Shares:
     if joint.transition is None:
         return _Shares()
-    found = calls(joint.transition, f"{joint.key}.transition", [polar.gap], 1, "FilmJoint", _facts(number, joint))
+    found = calls(joint.transition, f"{joint.key}.transition", [polar.gap], _facts(number, joint))
     for name, weight in zip(("full_film", "mixed", "dry"), found[5:], strict=True):
         result.channels[f"membership_{name}"] = weight
     return _Shares(*found[:5])
@@ -210,18 +195,17 @@ def _film(
         radial, tangential, *shear = _with_memory(calls, kinematics, joint, polar, away, spins, memory.time, result)
     else:
         state = [eccentricity, closing, spins[0] + spins[1] - 2.0 * turning]
-        radial, tangential, *shear = calls(joint.film, f"{joint.key}.film", state, 3, "FilmJoint", facts)
-        result.channels |= calls.shown(joint.film, f"{joint.key}.film", state, 3, "FilmJoint", facts)
+        radial, tangential, *shear = calls(joint.film, f"{joint.key}.film", state, facts)
+        result.channels |= calls.shown(joint.film, f"{joint.key}.film", state, facts)
     if joint.heat is not None:
         laid = [kinematics.number(f"{joint.key}.heat.{n}") for n in ("surroundings", "vogel", "vogel_zero")]
-        (thin,) = calls.function(thinning, [memory.warming, *laid], (0,))
+        (thin,) = calls.function(thinning, [memory.warming, *laid])
         radial, tangential, viscosity = thin * radial, thin * tangential, thin * viscosity
     torque_a = torque_b = 0.0
     if joint.film_torques:
         drag = wet_film_torques if shear else film_torques
         state = [eccentricity, tangential, *shear, spins[1], spins[0], radius, clearance, length, viscosity]
-        active = (*range(len(state) - 4), *([len(state) - 1] if joint.heat is not None else []))
-        torque_b, torque_a = calls.function(drag, state, active)
+        torque_b, torque_a = calls.function(drag, state)
         if share.film_gap is not None:  # the pair of forces acts at the true centres
             rest = 0.5 * (polar.distance - eccentricity * clearance) * tangential
             torque_a, torque_b = share.film * (torque_a - rest), share.film * (torque_b - rest)
@@ -230,7 +214,7 @@ def _film(
     thickness = polar.gap if share.film_gap is None else share.film_gap
     load = calls.trace.sqrt(radial * radial + tangential * tangential + 1e-300)
     state = [load, thickness, radius, clearance, length]
-    (pressure,) = calls.function(peak_film_pressure, state, ())
+    (pressure,) = calls.function(peak_film_pressure, state)
     result.channels |= {"film_radial": radial, "film_tangential": tangential, "film_pressure": pressure}
 
 
@@ -241,9 +225,9 @@ def _with_memory(calls: Calls, kinematics, joint, polar: _Polar, away, spins, ti
         (pose.cosine * x + pose.sine * y, pose.cosine * y - pose.sine * x) for x, y in away
     )  # fmt: skip
     state = [ex, ey, vx + spins[0] * ey, vy - spins[0] * ex, spins[1] - spins[0], time]
-    fx, fy, shear = calls(joint.film, name, state, 5, "FilmJoint", facts)
-    result.channels |= calls.shown(joint.film, name, state, 0, "FilmJoint", facts)
-    result.kept = calls.keep(joint.film, name, state, "FilmJoint", facts)
+    fx, fy, shear = calls(joint.film, name, state, facts)
+    result.channels |= calls.shown(joint.film, name, state, facts)
+    result.kept = calls.keep(joint.film, name, state, facts)
     fx, fy = pose.turned(fx, fy)
     return fx * polar.nx + fy * polar.ny, fy * polar.nx - fx * polar.ny, shear
 
@@ -273,13 +257,13 @@ def _contact(
         touching = speed + 0.5
         felt = trace.select(touching, felt, trace.select(felt, 0.0, felt))
         speed = trace.select(touching, speed, 0.0)
-    (normal,) = calls(joint.contact, f"{joint.key}.contact", [felt, polar.outward, speed], 2)
+    (normal,) = calls(joint.contact, f"{joint.key}.contact", [felt, polar.outward, speed])
     normal = share.contact * normal
     result.contact_force = normal
     result.channels["contact_force"] = normal
     if joint.asperity is not None:
         ratio = result.channels["film_thickness_ratio"]
-        (load,) = calls(joint.asperity, f"{joint.key}.asperity", [ratio], 1, "FilmJoint", _facts(number, joint))
+        (load,) = calls(joint.asperity, f"{joint.key}.asperity", [ratio], _facts(number, joint))
         result.channels["asperity_force"] = load
         normal = normal + load
     if joint.film is not None:
@@ -293,10 +277,10 @@ def _contact(
         sliding = polar.sideways + spins[1] * radius - spins[0] * bearing_arm
         state, name = [sliding, normal], f"{joint.key}.friction"
         if joint.friction.law.family is bristle:
-            result.deflection_rate, tangential = calls(joint.friction, name, [memory.deflection, *state], 3)
+            result.deflection_rate, tangential = calls(joint.friction, name, [memory.deflection, *state])
             result.channels["bristle_deflection"] = memory.deflection
         else:
-            (tangential,) = calls(joint.friction, name, state, 2)
+            (tangential,) = calls(joint.friction, name, state)
         _add(result, (0.0, 0.0), -(bearing_arm * tangential), radius * tangential)
         result.channels["friction"] = tangential
     _add(result, polar.vector(-normal, tangential), 0.0, 0.0)
@@ -310,7 +294,7 @@ def _add(result: JointForce, force, torque_a, torque_b) -> None:
 def amount(calls: Calls, name: str, value, state: list):
     """A load's number, or its law of time (and coordinate)."""
     if isinstance(value, BoundLaw):
-        return calls(value, name, state, len(state) if len(state) > 1 else 0)[0]
+        return calls(value, name, state)[0]
     return calls.number(name)
 
 

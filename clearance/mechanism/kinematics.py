@@ -36,11 +36,11 @@ class Pose:
 class Kinematics:
     """Poses, and fields over them. `number(name)` reads a scene number, `coordinate[c]` the value of a coordinate."""
 
-    def __init__(self, trace: Trace, number, coordinate: dict, offset: dict, library=None, memory=None):
+    def __init__(self, trace: Trace, number, coordinate: dict, offset: dict, memory=None):
         self.trace, self.number, self.coordinate, self.offset = trace, number, coordinate, offset
         self.memory = memory  # work slot by number, for what is carried from step to step
         self.poses: dict[Body, Pose] = {ground: Pose(0.0, 0.0, 1.0, 0.0, 0.0)}
-        self.library = library  # takes the helper functions that loops need
+        self.solved: list = []  # groups that Newton's method solves
         self.remembered: list[tuple[str, str]] = []  # ("angle", body) or ("slide", joint) of each slot
         self.values: list = []  # what an accepted step puts there
 
@@ -288,12 +288,12 @@ class Propagation:
         ]
         if all(is_number(r) and r == 0.0 for r in residual):
             return [0.0] * len(residual)
-        return loops.solve(self.kinematics, self.matrix(number, group), [-r for r in residual])
+        return loops.solve(self.kinematics.trace, self.matrix(number, group), [-r for r in residual])
 
     def transposed(self, number: int, group: Group, load: list) -> list:
         """Forces of the closing equations that balance generalised loads of the group's unknown coordinates."""
         columns = zip(*self.matrix(number, group), strict=True)
-        return loops.solve(self.kinematics, [list(c) for c in columns], load)
+        return loops.solve(self.kinematics.trace, [list(c) for c in columns], load)
 
     def effects(self, number: int, group: Group) -> list:
         return self._loop(number, group)[0]

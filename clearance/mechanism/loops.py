@@ -1,70 +1,114 @@
 """Positions of closed loops: dyads in closed form, every other group by Newton inside the kernel."""
 
+import itertools
 import math
+from functools import lru_cache
 
 from clearance.joints import Prismatic
-from clearance.mechanism.trace import Inside, Trace, text
+from clearance.mechanism.function import Function, Inside, Loop
+from clearance.mechanism.trace import Trace
 
 #: Newton stops when the last correction (rad, m) is below this; the error left is its square
 NEWTON_TOLERANCE = 1e-9
 NEWTON_LIMIT = 40
 
 
-# --- linear equations of a loop
-def solve(kinematics, matrix: list[list], right: list) -> list:
-    """Solve a small linear system of traced scalars: two equations inline, more by a pivoted helper function."""
+# --- equations
+def solve(trace: Trace, matrix: list[list], right: list) -> list:
+    """Solve a small linear system of traced scalars."""
     size = len(right)
+    if size == 1:
+        return [right[0] / matrix[0][0]]
     if size == 2:
         (a, b), (c, d) = matrix
         inverse = 1.0 / (a * d - b * c)
         return [(d * right[0] - b * right[1]) * inverse, (a * right[1] - c * right[0]) * inverse]
-    name = f"solve_{size}"
-    _add_solver(kinematics.library, size)
-    return _solve_call(kinematics.trace, name, matrix, right)
-
-
-def _add_solver(library, size: int) -> None:
-    if f"solve_{size}" not in library.entries:
-        library.add_text(solver_source(size))
-
-
-def _solve_call(trace: Trace, name: str, matrix: list[list], right: list) -> list:
-    size = len(right)
-    solution: list = []
 
     def rule(args, tangents):
         """A dx = db - dA x."""
-        results = [{} for _ in range(size)]
+        results: list[dict] = [{} for _ in range(size)]
         for column in sorted({c for t in tangents for c in t}):
             change = [tangents[size * size + i].get(column, 0.0) for i in range(size)]
-            for i in range(size):
-                for j in range(size):
-                    change[i] = change[i] - tangents[i * size + j].get(column, 0.0) * solution[j]
-            for i, value in enumerate(_solve_call(trace, name, matrix, change)):
+            for i, j in itertools.product(range(size), range(size)):
+                change[i] = change[i] - tangents[i * size + j].get(column, 0.0) * solution[j]
+            rows = [args[i * size : (i + 1) * size] for i in range(size)]
+            for i, value in enumerate(solve(trace, rows, change)):
                 results[i][column] = value
         return results
 
-    solution += trace.call(name, [*(v for row in matrix for v in row), *right], size, rule)
+    solution = trace.call(solver(size), [*(v for row in matrix for v in row), *right], rule)
     return solution
 
 
-def solver_source(size: int) -> str:
-    """Text of a plain function: Gaussian elimination with partial pivoting, unrolled."""
-    cells = [[f"a{i}{j}" for j in range(size)] + [f"b{i}"] for i in range(size)]
-    arguments = [c for row in cells for c in row[:size]] + [row[size] for row in cells]
-    lines = [f"def solve_{size}({', '.join(arguments)}):"]
+@lru_cache(maxsize=64)
+def solver(size: int) -> Function:
+    """The solution of a system: matrix, row by row, and right side."""
+
+    def build(trace, arguments):
+        rows = [[*arguments[i * size : (i + 1) * size], arguments[size * size + i]] for i in range(size)]
+        return eliminated(trace, rows)
+
+    return Function.of(f"solve_{size}", size * (size + 1), build)
+
+
+def eliminated(trace: Trace, rows: list[list]) -> list:
+    """Gaussian elimination of rows (matrix, right side); the largest of a column comes up as rows are compared."""
+    size = len(rows)
     for k in range(size):
         for i in range(k + 1, size):
-            own, other = ", ".join(cells[k][k:]), ", ".join(cells[i][k:])
-            lines += [f"    if abs({cells[i][k]}) > abs({cells[k][k]}):", f"        {own}, {other} = {other}, {own}"]
+            swap = trace.compare("gt", trace.function("fabs", rows[i][k]), trace.function("fabs", rows[k][k]))
+            pairs = list(zip(rows[k], rows[i], strict=True))
+            rows[k] = [trace.select(swap, b, a) for a, b in pairs]
+            rows[i] = [trace.select(swap, a, b) for a, b in pairs]
         for i in range(k + 1, size):
-            lines.append(f"    factor = {cells[i][k]} / {cells[k][k]}")
-            lines += [f"    {cells[i][j]} -= factor * {cells[k][j]}" for j in range(k + 1, size + 1)]
+            factor = rows[i][k] / rows[k][k]
+            rows[i] = [b - factor * a for a, b in zip(rows[k], rows[i], strict=True)]
+    values: list = [0.0] * size
     for k in reversed(range(size)):
-        known = "".join(f" - {cells[k][j]} * x{j}" for j in range(k + 1, size))
-        lines.append(f"    x{k} = ({cells[k][size]}{known}) / {cells[k][k]}")
-    lines.append(f"    return {', '.join(f'x{k}' for k in range(size))}")
-    return "\n".join(lines)
+        rest = rows[k][size] - trace.sum(rows[k][j] * values[j] for j in range(k + 1, size))
+        values[k] = rest / rows[k][k]
+    return values
+
+
+def newton(residual: Function, size: int, tolerance: float, limit: int) -> Function:
+    """The first `size` arguments for which a function of as many values is zero, by Newton's method.
+
+    They are where it begins; not a number where the last correction, the sum of sizes, is not below the tolerance.
+    """
+
+    def step(trace, arguments):
+        z, (count, _), given = arguments[:size], arguments[size : size + 2], arguments[size + 2 :]
+        values = trace.call(residual.slopes(tuple(range(size))), [*z, *given])
+        rows = [values[size + i * size :][:size] for i in range(size)]
+        change = solve(trace, rows, values[:size])
+        miss = trace.sum(trace.function("fabs", d) for d in change)
+        again = trace.both(trace.compare("ge", miss, tolerance), trace.compare("lt", count + 1.0, float(limit)))
+        return [again, *(a - d for a, d in zip(z, change, strict=True)), count + 1.0, miss]
+
+    def build(trace, arguments):
+        begun = [*arguments[:size], 0.0, 0.0, *arguments[size:]]
+        loop = Loop(f"{residual.name}_loop", Function.of(f"{residual.name}_step", len(begun), step))
+        *z, _, miss = trace.call(loop, begun)
+        closed = trace.compare("lt", miss, tolerance)
+        return [trace.select(closed, value, math.nan) for value in z]
+
+    return Function.of(f"{residual.name}_solved", len(residual.arguments), build)
+
+
+def implicit(trace: Trace, residual: Function, solution: list, given: list, tangents: list[dict]) -> list[dict]:
+    """Tangents of the solution of residual(solution, given) = 0 from those of what is given: J_z dz = -J_x dx."""
+    size = len(solution)
+    active = [i for i, t in enumerate(tangents) if t]
+    wanted = (*range(size), *(size + i for i in active))
+    values = trace.call(residual.slopes(wanted), [*solution, *given])
+    slopes = [values[size + i * len(wanted) :][: len(wanted)] for i in range(size)]
+    results: list[dict] = [{} for _ in range(size)]
+    for column in sorted({c for i in active for c in tangents[i]}):
+        pairs = [(k, tangents[i][column]) for k, i in enumerate(active) if column in tangents[i]]
+        right = [-trace.sum(row[size + k] * t for k, t in pairs) for row in slopes]
+        for result, value in zip(results, solve(trace, [row[:size] for row in slopes], right), strict=True):
+            result[column] = value
+    return results
 
 
 # --- dyads
@@ -212,45 +256,28 @@ def _direction(local, square, x, y):
 
 # --- every other group
 def solve_by_newton(k, group) -> None:
-    """Solve a group's coordinates by a Newton helper function started from the last accepted state."""
-    inside = Inside()
-    residuals, unknowns = _residuals(k, group, inside)
+    """Solve a group's coordinates by Newton's method from the last accepted state."""
+    inside = Inside(f"close_{len(k.solved)}")
+    unknowns = [inside.argument() for _ in group.unknowns]
+    inside.outputs = _residuals(k, group, inside, unknowns)
     size = len(unknowns)
-    name = f"close_{sum(n.startswith('close_') for n in k.library.entries) // 2}"
-    gradient = f"{name}_d"
-    seeds = {z: {i: 1.0} for i, z in enumerate(unknowns)}
-    active = [i for i, a in enumerate(inside.outer) if not a.fixed]
-    seeds |= {inside.inner[inside.outer[i]]: {size + i: 1.0} for i in active}
-    slopes = inside.trace.tangent(residuals, seeds)
-    _add_solver(k.library, size)
-    k.library.add_text(_newton_source(name, inside, residuals, slopes, size))
-    k.library.add_text(_gradient_source(gradient, inside, slopes, size, active))
-
-    def rule(args, tangents):
-        found = k.trace.call(gradient, [*items, *inside.outer], size * len(active))
-        results = [{} for _ in range(size)]
-        for column in sorted({c for t in tangents for c in t}):
-            for i in range(size):
-                terms = [
-                    found[i * len(active) + j] * tangents[size + a][column]
-                    for j, a in enumerate(active)
-                    if column in tangents[size + a]
-                ]
-                results[i][column] = k.trace.sum(terms)
-        return results
-
+    solution = newton(inside, size, NEWTON_TOLERANCE, NEWTON_LIMIT)
     joints = {a.body: a.joint for a in group.attachments}
     slots = [("slide", joints[c.body].name) if c.what == "slide" else ("angle", c.body.name) for c in group.unknowns]
     guesses = [k.remember(*slot) for slot in slots]
-    items = k.trace.call(name, [*guesses, *inside.outer], size, rule)
+
+    def rule(args, tangents):
+        return implicit(k.trace, inside, items, args[size:], tangents[size:])
+
+    items = k.trace.call(solution, [*guesses, *inside.outer], rule)
+    k.solved.append(group)
     k.values += items
     k.coordinate |= dict(zip(group.unknowns, items, strict=True))
 
 
-def _residuals(k, group, inside: Inside):
-    """The loop equations of a group and their unknowns, on the inside."""
+def _residuals(k, group, inside: Inside, unknowns: list) -> list:
+    """The loop equations of a group, on the inside."""
     value = inside.value
-    unknowns = [inside.trace.load(f"z{i}") for i in range(len(group.unknowns))]
     coordinate = {c: value(v) for c, v in k.coordinate.items() if any(c in a.coordinates for a in group.attachments)}
     coordinate |= dict(zip(group.unknowns, unknowns, strict=True))
     joints = [*(a.joint for a in group.attachments), *group.closures]
@@ -263,7 +290,7 @@ def _residuals(k, group, inside: Inside):
         copy.poses[body] = type(pose)(*map(value, (pose.x, pose.y, pose.cosine, pose.sine)), angle)
     for attachment in group.attachments:
         copy.place_body(attachment)
-    return [r for j in group.closures for r in closing_errors(copy, j)], unknowns
+    return [r for j in group.closures for r in closing_errors(copy, j)]
 
 
 def closing_errors(k, joint) -> list:
@@ -276,33 +303,3 @@ def closing_errors(k, joint) -> list:
     dx, dy = k.axis(joint, joint.a.body)
     bx, by = k.axis(joint, joint.b.body)
     return [dx * y - dy * x, dx * by - dy * bx]
-
-
-def _newton_source(name: str, inside: Inside, residuals, slopes, size: int) -> str:
-    z = [f"z{i}" for i in range(size)]
-    matrix = [slopes[i].get(j, 0.0) for i in range(size) for j in range(size)]
-    arguments = ", ".join([*z, *inside.names])
-    body = inside.trace.statements([*residuals, *matrix])
-    system = ", ".join(text(v) for v in [*matrix, *residuals])
-    steps = [f"d{i}" for i in range(size)]
-    lines = [f"def {name}({arguments}):", f"    for _ in range({NEWTON_LIMIT}):"]
-    lines += ["        " + s for s in body]
-    lines += [f"        {', '.join(steps)} = solve_{size}({system})"]
-    lines += [f"        {a} = {a} - {d}" for a, d in zip(z, steps, strict=True)]
-    lines += [f"        if {' + '.join(f'abs({d})' for d in steps)} < {NEWTON_TOLERANCE!r}:"]
-    lines += [f"            return {', '.join(z)}", f"    return {', '.join(['math.nan'] * size)}"]
-    return "\n".join(lines)
-
-
-def _gradient_source(name: str, inside: Inside, slopes, size: int, active: list[int]) -> str:
-    matrix = [slopes[i].get(j, 0.0) for i in range(size) for j in range(size)]
-    rights = [[slopes[i].get(size + a, 0.0) for i in range(size)] for a in active]
-    flat = [*matrix, *(v for r in rights for v in r)]
-    arguments = ", ".join([*(f"z{i}" for i in range(size)), *inside.names])
-    lines = [f"def {name}({arguments}):", *("    " + s for s in inside.trace.statements(flat))]
-    system = ", ".join(text(v) for v in matrix)
-    for a, right in enumerate(rights):
-        solution = ", ".join(f"s{i}_{a}" for i in range(size))
-        lines.append(f"    {solution} = solve_{size}({system}, {', '.join(text(v) for v in right)})")
-    results = ", ".join(f"-s{i}_{a}" for i in range(size) for a in range(len(active)))
-    return "\n".join([*lines, f"    return {results}"])

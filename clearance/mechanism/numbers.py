@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from clearance.joints import SLOTS, ClearanceRevolute, Prismatic
 from clearance.laws.law import BoundLaw
 from clearance.loads import Drive, Force, SpringDamper, Torque, TorsionSpring
-from clearance.mechanism.library import fingerprint
+from clearance.mechanism.interpreter import fingerprint
 from clearance.scene import Point, Scene
 
 #: values of a number that are folded into the code

@@ -7,12 +7,15 @@ s = law(rate, Q(R_0 + G s)) by fixed point, and where that contracts slowly by N
 the friction: strong friction can have several solutions, and this is the one that grows out of none.
 """
 
+import math
 from dataclasses import dataclass, field
 
 from clearance.joints import Prismatic
 from clearance.laws.joint_friction import pin_load, slide_load
+from clearance.mechanism.function import Function, Inside, Loop
 from clearance.mechanism.joint_forces import Calls
-from clearance.mechanism.trace import Inside, is_number, text
+from clearance.mechanism.loops import implicit, solve
+from clearance.mechanism.trace import Trace, is_number
 
 #: change of the friction efforts over their sum at which they are found
 TOLERANCE = 1e-13
@@ -36,7 +39,6 @@ class Rubbing:
     ideal: dict = field(default_factory=dict)  # Drive -> effort without any joint friction
     iterations: object = None  # of the coupled solve, where there is one
     contraction: object = None
-    scratch: int = 0  # places at the end of `work` that the solve takes
 
 
 def rubbing(dynamics, applied, driven: dict, deflections: dict) -> Rubbing:
@@ -106,173 +108,134 @@ def _load(calls: Calls, joint, reached: list):
     """Friction load of a reaction."""
     function = slide_load if isinstance(joint, Prismatic) else pin_load
     numbers = [calls.number(f"{joint.key}.{name}") for name in joint.geometry]
-    return calls.function(function, [*reached, *numbers], tuple(range(len(reached))))[0]
+    return calls.function(function, [*reached, *numbers])[0]
 
 
 def _effort(calls: Calls, joint, found: Rubbing, load, value=lambda outer: outer):
     """Friction effort of a joint; the rate of its bristles is noted. value: what stands for a value in these calls."""
     own = [value(v) for v in (found.deflections.get(joint), found.rates[joint]) if v is not None]
-    *rate, effort = calls(joint.friction, f"{joint.key}.friction", [*own, load], len(own) + 1)
+    *rate, effort = calls(joint.friction, f"{joint.key}.friction", [*own, load])
     if rate:
         found.deflection_rates[joint] = rate[0]
     return effort
 
 
 def _coupled(d, joints: list, places: list[int], start: dict, slopes: dict, found: Rubbing) -> list:
-    """Efforts of joints whose friction acts back on their own loads, from a helper function of this structure."""
-    trace, library, size = d.trace, d.calls.library, len(joints)
-    inside = Inside()
-    calls = Calls(inside.trace, lambda name: inside.value(d.calls.number(name)), library)
-    unknowns = [inside.trace.load(f"z{i}") for i in range(size)]
-    results = []
+    """Efforts of joints whose friction acts back on their own loads."""
+    trace, size = d.trace, len(joints)
+    inside = Inside("rub")
+    calls = Calls(inside.trace, lambda name: inside.value(d.calls.number(name)), d.calls.functions)
+    unknowns = [inside.argument() for _ in joints]
     for joint in joints:
         reached = [
             inside.value(v)
             + inside.trace.sum(inside.value(s[k]) * z for k, z in zip(places, unknowns, strict=True) if k in s)
             for v, s in zip(start[joint], slopes[joint], strict=True)
         ]
-        results.append(_effort(calls, joint, found, _load(calls, joint, reached), inside.value))
-    arms = [1.0 if isinstance(j, Prismatic) else calls.number(f"{j.key}.pin_radius") for j in joints]
-    name = f"rub_{sum(n.startswith('rub_') for n in library.entries)}"
-    active = [i for i, a in enumerate(inside.outer) if not a.fixed]
-    wrap = f"work, {', '.join(['{}'] * len(inside.outer))}"
-    eliminate = library.add(eliminated)
-    library.add_text(_solver_text(name, inside, arms, unknowns, results, eliminate))
-    library.add_text(_slope_text(f"{name}_d", inside, unknowns, results, eliminate, active))
+        inside.outputs.append(_effort(calls, joint, found, _load(calls, joint, reached), inside.value))
+    residual = Function("rub_residual", inside.trace, inside.arguments)
+    residual.outputs = [z - effort for z, effort in zip(unknowns, inside.outputs, strict=True)]
+    arms = [1.0 if isinstance(j, Prismatic) else d.calls.number(f"{j.key}.pin_radius") for j in joints]
 
     def rule(args, tangents):
-        found_slopes: list = [{} for _ in range(size + 2)]
-        for column in sorted({c for t in tangents for c in t}):
-            changes = [tangents[a].get(column, 0.0) for a in active]
-            every = [*items[:size], *args, *changes]
-            step = trace.call(f"{name}_d", every, size, None, f"work, {', '.join(['{}'] * len(every))}")
-            for slope, v in zip(found_slopes, step, strict=False):
-                slope[column] = v
-        return found_slopes
+        return implicit(trace, residual, items[:size], args[size:], tangents[size:]) + [{}, {}]
 
-    items = trace.call(name, inside.outer, size + 2, rule, wrap)
+    items = trace.call(coupled(inside, size), [*arms, *inside.outer], rule)
     found.efforts |= dict(zip(joints, items[:size], strict=True))
     found.iterations, found.contraction = items[size:]
-    found.scratch = size * (size + 1)
     return items[:size]
 
 
-def _solver_text(name: str, inside: Inside, arms: list, unknowns: list, results: list, eliminate: str) -> str:
-    """Fixed point, then Newton's method: returns the efforts, iterations after the first evaluation, contraction."""
-    size = len(unknowns)
-    z, n = ([f"{letter}{i}" for i in range(size)] for letter in "zn")
-    evaluate = [*inside.trace.statements(results), *(f"{a} = {text(r)}" for a, r in zip(n, results, strict=True))]
-    changed = _forces([f"{a} - {b}" for a, b in zip(n, z, strict=True)], arms)
-    body = [
-        f"{' = '.join(z)} = 0.0",
-        "before = last = contraction = 0.0",
-        f"for i in range({LIMIT}):",
-        *("    " + s for s in evaluate),
-        f"    change, whole = {changed}, {_forces(n, arms)}",
-        *(f"    {a} = {b}" for a, b in zip(z, n, strict=True)),
-        f"    if change <= {TOLERANCE!r} * whole:",
-        f"        return {', '.join(z)}, i + 0.0, contraction",
-        f"    if i > 1 and change > {1e3 * TOLERANCE!r} * whole:",
-        "        contraction = math.sqrt(change / before)",
-        f"    if i >= {PATIENCE} and contraction > {SLOW!r}:",
-        "        break",
-        "    before, last = last, change",
-        *_continuation(inside, z, arms, unknowns, results, eliminate),
-        f"return {', '.join(['math.nan'] * (size + 2))}",
-    ]
-    return "\n".join([f"def {name}(work, {', '.join(inside.names)}):", *("    " + s for s in body)])
+# --- solution of s = friction(s): functions of (arms, what is given), where friction is a function of (s, what is given)
+def coupled(friction: Function, size: int) -> Function:
+    """Efforts s = friction(s), evaluations after the first, contraction: a fixed point, or Newton's method.
+
+    Arms make torques of hinges and forces of slides comparable. Not a number where the mechanism jams.
+    """
+
+    def build(trace, arguments):
+        arms, given = arguments[:size], arguments[size:]
+        *z, count, contraction, closed, _, _ = trace.call(
+            Loop("rub_fixed_point", _fixed_point(friction, size)), [*[0.0] * (size + 5), *arms, *given]
+        )
+        *other, _, _, more, finished = trace.call(
+            Loop("rub_continuation", _continuation(friction, size)),
+            [*[0.0] * size, 0.0, STRIDE, float(PATIENCE), 0.0, *arms, *given],
+        )
+        other = [trace.select(finished, v, math.nan) for v in other]
+        efforts = [trace.select(closed, a, b) for a, b in zip(z, other, strict=True)]
+        return [*efforts, trace.select(closed, count, more), contraction]
+
+    return Function.of("rub_coupled", len(friction.arguments), build)
 
 
-def _forces(efforts: list[str], arms: list) -> str:
+def _forces(trace: Trace, efforts: list, arms: list):
     """Sum of efforts as forces, so that torques of hinges and forces of slides can be compared."""
-    return " + ".join(f"abs({e}) / {text(a)}" for e, a in zip(efforts, arms, strict=True))
+    return trace.sum(trace.function("fabs", e) / a for e, a in zip(efforts, arms, strict=True))
 
 
-def _continuation(inside: Inside, z: list[str], arms: list, unknowns: list, results: list, eliminate: str) -> list[str]:
-    """Statements that follow the efforts from no friction to the whole of it by Newton's method.
+def _fixed_point(friction: Function, size: int) -> Function:
+    """One evaluation: state z, evaluations after the first, contraction, closed, the last two changes."""
+
+    def build(trace, arguments):
+        z, (count, contraction, _, before, last) = arguments[:size], arguments[size : size + 5]
+        arms, given = arguments[size + 5 : 2 * size + 5], arguments[2 * size + 5 :]
+        new = trace.call(friction, [*z, *given])
+        change = _forces(trace, [a - b for a, b in zip(new, z, strict=True)], arms)
+        sum_of_all = _forces(trace, new, arms)
+        closed = trace.compare("le", change, TOLERANCE * sum_of_all)
+        clear = trace.compare("gt", change, 1e3 * TOLERANCE * sum_of_all)
+        judged = trace.both(trace.both(trace.compare("gt", count, 1.0), clear), trace.negation(closed))
+        contraction = trace.select(judged, trace.sqrt(change / before), contraction)
+        slow = trace.both(trace.compare("ge", count, float(PATIENCE)), trace.compare("gt", contraction, SLOW))
+        again = trace.negation(trace.either(closed, slow))
+        again = trace.both(again, trace.compare("lt", count + 1.0, float(LIMIT)))
+        return [again, *new, trace.select(closed, count, count + 1.0), contraction, trace.numeric(closed), last, change]
+
+    return Function.of("rub_evaluated", len(friction.arguments) + size + 5, build)
+
+
+def _continuation(friction: Function, size: int) -> Function:
+    """One stride from no friction to all of it, by Newton's method: state z, share, stride, corrections, finished.
 
     Strong friction can have several solutions; this is the one that grows out of none. Where it ends, the mechanism
     jams.
     """
-    trace, size, step = inside.trace, len(z), [f"d{i}" for i in range(len(z))]
-    goal, kept = trace.load("goal"), [f"k{i}" for i in range(size)]
-    slopes = trace.tangent(results, {u: {i: 1.0} for i, u in enumerate(unknowns)})
-    matrix = [(1.0 if i == j else 0.0) - goal * slopes[i].get(j, 0.0) for i in range(size) for j in range(size)]
-    residual = [u - goal * r for u, r in zip(unknowns, results, strict=True)]
-    moved = _forces([f"{a} - {b}" for a, b in zip(z, kept, strict=True)], arms)
-    return [
-        f"{' = '.join(z)} = 0.0",
-        f"factor, stride, count = 0.0, {STRIDE!r}, {PATIENCE}.0",
-        f"while stride > {SHORTEST!r}:",
-        f"    {', '.join(kept)} = {', '.join(z)}",
-        "    goal, closed = min(factor + stride, 1.0), 0.0",
-        f"    for i in range({CORRECTIONS}):",
-        *("        " + s for s in trace.statements([*residual, *matrix])),
-        *("        " + s for s in _solving(eliminate, matrix, residual, step)),
-        *(f"        {a} = {a} - {b}" for a, b in zip(z, step, strict=True)),
-        "        count += 1.0",
-        f"        if {_forces(step, arms)} <= {CLOSED!r} * ({_forces(z, arms)}):",
-        "            closed = 1.0",
-        "            break",
-        f"    if factor > 0.0 and {moved} > {FURTHEST!r} * ({_forces(z, arms)}):",
-        "        closed = 0.0",
-        "    if closed > 0.0:",
-        "        if goal >= 1.0:",
-        f"            return {', '.join(z)}, count, contraction",
-        "        factor, stride = goal, 2.0 * stride",
-        "    else:",
-        *(f"        {a} = {b}" for a, b in zip(z, kept, strict=True)),
-        "        stride = 0.5 * stride",
-    ]
+
+    def build(trace, arguments):
+        z, (share, stride, count, _) = arguments[:size], arguments[size : size + 4]
+        arms, given = arguments[size + 4 : 2 * size + 4], arguments[2 * size + 4 :]
+        goal = trace.select(trace.compare("lt", share + stride, 1.0), share + stride, 1.0)
+        *new, made, closed = trace.call(
+            Loop("rub_corrections", _correction(friction, size)), [*z, 0.0, 0.0, goal, *arms, *given]
+        )
+        moved = _forces(trace, [a - b for a, b in zip(new, z, strict=True)], arms)
+        far = trace.compare("gt", moved, FURTHEST * _forces(trace, new, arms))
+        far = trace.both(far, trace.compare("gt", share, 0.0))
+        closed = trace.both(trace.truth(closed), trace.negation(far))
+        finished = trace.both(closed, trace.compare("ge", goal, 1.0))
+        stride = trace.select(closed, 2.0 * stride, 0.5 * stride)
+        again = trace.both(trace.negation(finished), trace.compare("gt", stride, SHORTEST))
+        z = [trace.select(closed, a, b) for a, b in zip(new, z, strict=True)]
+        return [again, *z, trace.select(closed, goal, share), stride, count + made, trace.numeric(finished)]
+
+    return Function.of("rub_stride", len(friction.arguments) + size + 4, build)
 
 
-def _slope_text(name: str, inside: Inside, unknowns: list, results: list, eliminate: str, active: list[int]) -> str:
-    """Change of the efforts for a change of the arguments: (1 - dF/dz) dz = dF/dx dx."""
-    trace, size = inside.trace, len(unknowns)
-    seeds = {u: {i: 1.0} for i, u in enumerate(unknowns)}
-    arguments = list(inside.inner.values())
-    seeds |= {arguments[a]: {size: trace.load(f"e{i}")} for i, a in enumerate(active)}
-    slopes = trace.tangent(results, seeds)
-    matrix = [(1.0 if i == j else 0.0) - slopes[i].get(j, 0.0) for i in range(size) for j in range(size)]
-    right = [slopes[i].get(size, 0.0) for i in range(size)]
-    names = [*(f"z{i}" for i in range(size)), *inside.names, *(f"e{i}" for i in range(len(active)))]
-    lines = [f"def {name}(work, {', '.join(names)}):", *("    " + s for s in trace.statements([*matrix, *right]))]
-    step = [f"d{i}" for i in range(size)]
-    lines += ["    " + s for s in _solving(eliminate, matrix, right, step)]
-    return "\n".join([*lines, f"    return {', '.join(step)}"])
+def _correction(friction: Function, size: int) -> Function:
+    """One of Newton's corrections for a share of the friction: state z, corrections, closed."""
 
+    def build(trace, arguments):
+        z, (count, _, goal) = arguments[:size], arguments[size : size + 3]
+        arms, given = arguments[size + 3 : 2 * size + 3], arguments[2 * size + 3 :]
+        values = trace.call(friction.slopes(tuple(range(size))), [*z, *given])
+        rows = [
+            [float(i == j) - goal * values[size + i * size + j] for j in range(size)] for i in range(size)
+        ]  # fmt: skip
+        step = solve(trace, rows, [a - goal * b for a, b in zip(z, values, strict=False)])
+        new = [a - b for a, b in zip(z, step, strict=True)]
+        closed = trace.compare("le", _forces(trace, step, arms), CLOSED * _forces(trace, new, arms))
+        again = trace.both(trace.negation(closed), trace.compare("lt", count + 1.0, float(CORRECTIONS)))
+        return [again, *new, count + 1.0, trace.numeric(closed)]
 
-def _solving(eliminate: str, matrix: list, right: list, names: list[str]) -> list[str]:
-    """Statements that solve matrix x = right in the scratch at the end of `work`."""
-    size = len(right)
-    lines = [f"first = len(work) - {size * (size + 1)}"]
-    for i in range(size):
-        row = [*matrix[i * size : (i + 1) * size], right[i]]
-        lines += [f"work[first + {i * (size + 1) + j}] = {text(v)}" for j, v in enumerate(row)]
-    lines += [f"done = {eliminate}(work, first, {size})"]
-    return lines + [f"{n} = work[first + {i * (size + 1) + size}]" for i, n in enumerate(names)]
-
-
-def eliminated(work, first, size):
-    """Gaussian elimination with partial pivoting of rows (matrix, right side) at work[first:]; the right side becomes
-    the solution.
-    """
-    width = size + 1
-    for k in range(size):
-        best = k
-        for i in range(k + 1, size):
-            if abs(work[first + i * width + k]) > abs(work[first + best * width + k]):
-                best = i
-        for j in range(k, width):
-            own, other = first + k * width + j, first + best * width + j
-            work[own], work[other] = work[other], work[own]
-        for i in range(k + 1, size):
-            factor = work[first + i * width + k] / work[first + k * width + k]
-            for j in range(k + 1, width):
-                work[first + i * width + j] -= factor * work[first + k * width + j]
-    for k in range(size - 1, -1, -1):
-        value = work[first + k * width + size]
-        for j in range(k + 1, size):
-            value -= work[first + k * width + j] * work[first + j * width + size]
-        work[first + k * width + size] = value / work[first + k * width + k]
-    return 1.0
+    return Function.of("rub_correction", len(friction.arguments) + size + 3, build)

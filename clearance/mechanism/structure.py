@@ -11,17 +11,21 @@ starts there) | times up to which films with a memory remember].
 """
 
 import hashlib
+import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+
+import numpy as np
 
 from clearance.laws.law import BoundLaw, bristle, joint_bristle, memory_film
 from clearance.loads import Drive
-from clearance.mechanism import emission, store
+from clearance.mechanism import kernels
 from clearance.mechanism.dynamics import Dynamics
+from clearance.mechanism.emission import Program, derive_text, kernel_text
+from clearance.mechanism.function import Expansion
 from clearance.mechanism.joint_forces import Calls, Memory
 from clearance.mechanism.kinematics import Kinematics, Propagation
-from clearance.mechanism.library import Library
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.rubbing import rubbing
 from clearance.mechanism.topology import Plan
@@ -46,16 +50,16 @@ class Channel:
 class Structure:
     """All that scenes of one structure share, by names: it holds no scene and none of its numbers.
 
-    texts: source of each kernel by role. index: place of each number in the parameter vector;
+    programs: kernels by role. index: place of each number in the parameter vector;
     derive fills the `derived` parameters behind these. size: second-order degrees of freedom;
     states: first-order states without the ledger; length: with it.
     bristles, warm, remembering: joints with such a state. dissipated: joints and loads in the ledger.
     found: joints with friction whose rate is found from forces.
-    carried: angles and slides that a step carries to the next. scratch: places at the end of `work`.
+    carried: angles and slides that a step carries to the next. compiled: kernels by role, as they were asked for.
     rubs, iterates: joint friction, and such as is solved for. spatial: loads out of the plane.
     """
 
-    texts: dict[str, str]
+    programs: dict[str, Program]
     channels: list[Channel]
     index: dict[str, int]
     modes: tuple[str, ...]
@@ -71,20 +75,32 @@ class Structure:
     dissipated: tuple[str, ...]
     found: frozenset[str]
     carried: tuple[tuple[str, str], ...]
-    scratch: int
     rubs: bool
     iterates: bool
     spatial: bool
+    compiled: dict[str, Callable] = field(default_factory=dict)
 
     @property
     def commits(self) -> int:
         """Number of things that an accepted step carries to the next."""
         return len(self.carried) + len(self.remembering)
 
+    def kernel(self, role: str) -> Callable:
+        """The compiled kernel of a role; compiled on first use only."""
+        if role not in self.compiled:
+            self.compiled[role] = kernels.kernel(self.programs[role])
+        return self.compiled[role]
+
+    @cached_property
+    def texts(self) -> dict[str, str]:
+        """Source of each kernel by role."""
+        names = {f"par[{i}]": name for name, i in self.index.items()}
+        return {role: kernel_text(program, names) for role, program in self.programs.items()}
+
     @cached_property
     def digest(self) -> str:
         """Equal for structures whose kernels compute the same: of their texts without comments."""
-        texts = "".join(map(store.bare, self.texts.values()))
+        texts = "".join(re.sub(r" *#[^\n]*", "", t) for t in self.texts.values())
         return hashlib.sha256(texts.encode()).hexdigest()[:16]
 
 
@@ -100,20 +116,19 @@ class Tracing:
             self.index[name] = len(self.index)
         self.constants = numbers.constants
         self.trace = Trace()
-        self.library = Library()
-        self.calls = Calls(self.trace, self.number, self.library)
+        self.calls = Calls(self.trace, self.number)
         self._trace()
         self._write()
 
     def structure(self) -> Structure:
         """What was found, without the scene."""
         return Structure(
-            texts=self.texts,
+            programs=self.programs,
             channels=self.channels,
             index=self.index,
             modes=tuple(self.modes),
             derive=self.derive,
-            derived=len(self.slots.order),
+            derived=len(self.slots.place),
             size=self.size,
             states=self.states,
             length=len(self.state_rate),
@@ -124,7 +139,6 @@ class Tracing:
             dissipated=tuple(part.name for part in self.dissipated),
             found=frozenset(self.found),
             carried=tuple(self.kinematics.remembered),
-            scratch=self.rubbing.scratch,
             rubs=bool(self.rubbing.efforts),
             iterates=self.rubbing.iterations is not None,
             spatial=bool(self.reactions.across),
@@ -179,7 +193,7 @@ class Tracing:
         values = dict(zip(self.plan.free, position, strict=False)) | _of_drives(self.plan, driven, 0)
         rates = dict(zip(self.plan.free, rate, strict=False)) | _of_drives(self.plan, driven, 1)
         self.kinematics = k = Kinematics(
-            trace, self.number, values, offsets, self.library, lambda i: trace.load(f"work[{len(everyone) + i}]")
+            trace, self.number, values, offsets, lambda i: trace.load(f"work[{len(everyone) + i}]")
         )
         k.place(self.plan)
         trace.section = "velocities"
@@ -233,9 +247,9 @@ class Tracing:
             return self.number(f"{drive.key}.start") + speed * time, speed, 0.0
         law: BoundLaw = drive.motion
         numbers = [self.number(f"{drive.key}.motion.{p}") for p in law.law.parameters]
-        first = self.library.jacobian(self.library.add(law.law.function), (0,))
-        found = self.trace.call(self.library.jacobian(first, (0,)), [time, *numbers], 4)
-        return found[0], found[1], found[3]
+        function = self.calls.traced(law.law.function)
+        value, rate, _, second = self.trace.call(function.slopes((0,)).slopes((0,)), [time, *numbers])
+        return value, rate, second
 
     def _input_power(self):
         power = self.applied.ledger.input_power
@@ -259,11 +273,16 @@ class Tracing:
             "commit": dict(enumerate([*self.kinematics.values, *kept], len(self.scene.clearance_joints))),
             "observe": dict(enumerate(observed)),
         }
+        expansion = Expansion()
+        places = {role: list(outputs) for role, outputs in roles.items()}
+        values = {role: expansion.of(list(outputs.values())) for role, outputs in roles.items()}
         self.slots = Slots(len(self.index))
-        self.texts = {r: emission.kernel_text(self, r, outputs) for r, outputs in roles.items()}
-        scope: dict = {}
-        exec(compile("import math\n" + self.slots.source(trace), "<derive>", "exec"), scope)  # noqa: S102
-        self.derive = scope["derive"]
+        for outputs in values.values():
+            self.slots.claim(outputs)
+        self.programs = {
+            r: Program(r, dict(zip(places[r], values[r], strict=True)), self.slots.place) for r in roles
+        }  # fmt: skip
+        self.derive = kernels.plain(derive_text(self.slots.place))["derive"]
 
     def _events(self) -> list:
         found = [self.applied.joints[j] for j in self.scene.clearance_joints]

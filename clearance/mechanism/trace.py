@@ -1,24 +1,65 @@
-"""Traced scalars: arithmetic on them writes down straight-line code.
+"""Traced scalars: arithmetic on them writes down a graph of operations.
 
-Mechanics written with `+ - * /`, `sqrt`, `sin`, `cos` runs on plain floats or on traced scalars alike. A trace folds
-constants, drops structural zeros, shares common terms, differentiates forward with sparse seeds, and prints the code
-that its outputs need, nothing else. What depends on parameters only is moved out of the code into derived parameters.
+Mechanics written with `+ - * /`, `sqrt`, `sin`, `cos` runs on plain floats or on traced scalars alike; so do laws,
+whose source the interpreter executes. A trace folds constants, drops structural zeros, shares common terms and
+differentiates forward with sparse seeds. What depends on parameters only becomes a derived parameter, see `Slots`.
+The graph is written as Python by `emission` and as LLVM IR by `ir`.
 """
 
 import math
+import operator
 from collections.abc import Callable, Iterable, Mapping
 
 Tangents = dict  # column -> Value
 
+#: functions of one number: name -> derivative by the argument x, where y is the value
+UNARY: dict[str, Callable] = {
+    "sqrt": lambda t, x, y: t.div(0.5, y),
+    "exp": lambda t, x, y: y,
+    "log": lambda t, x, y: t.div(1.0, x),
+    "sin": lambda t, x, y: t.function("cos", x),
+    "cos": lambda t, x, y: t.neg(t.function("sin", x)),
+    "tan": lambda t, x, y: 1.0 + y * y,
+    "tanh": lambda t, x, y: 1.0 - y * y,
+    "sinh": lambda t, x, y: t.function("cosh", x),
+    "cosh": lambda t, x, y: t.function("sinh", x),
+    "asin": lambda t, x, y: t.div(1.0, t.sqrt(1.0 - x * x)),
+    "acos": lambda t, x, y: t.div(-1.0, t.sqrt(1.0 - x * x)),
+    "atan": lambda t, x, y: t.div(1.0, 1.0 + x * x),
+    "asinh": lambda t, x, y: t.div(1.0, t.sqrt(1.0 + x * x)),
+    "atanh": lambda t, x, y: t.div(1.0, 1.0 - x * x),
+    "log1p": lambda t, x, y: t.div(1.0, 1.0 + x),
+    "expm1": lambda t, x, y: y + 1.0,
+    "erf": lambda t, x, y: t.function("exp", t.neg(x * x)) * (2.0 / math.sqrt(math.pi)),
+    "erfc": lambda t, x, y: t.function("exp", t.neg(x * x)) * (-2.0 / math.sqrt(math.pi)),
+    "fabs": lambda t, x, y: t.binary("copysign", 1.0, x),
+}
+FLAT = ("floor", "ceil", "trunc")  # functions of one number without a slope
+COMPARISONS = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="}
+BOOLEAN = {*COMPARISONS, "and", "or", "not"}
+
 
 class Scalar:
-    """One traced number. `fixed`: depends on parameters only, so it can be computed once per parameter set."""
+    """One traced number or truth value.
+
+    fixed: depends on parameters only, so it can be computed once per parameter set. rule: of a call, what
+    differentiates it in place of its function.
+    """
 
     __slots__ = ("trace", "index", "op", "args", "fixed", "section", "rule")
 
     def __init__(self, trace, index, op, args, fixed, section):
         self.trace, self.index, self.op, self.args = trace, index, op, args
         self.fixed, self.section, self.rule = fixed, section, None
+
+    @property
+    def operands(self) -> list["Scalar"]:
+        """The traced values that this one is made of."""
+        return [a for a in self.args if isinstance(a, Scalar)]
+
+    @property
+    def boolean(self) -> bool:
+        return self.op in BOOLEAN
 
     def __add__(self, other):
         return self.trace.add(self, other)
@@ -65,25 +106,30 @@ class Trace:
     def __init__(self):
         self.nodes: list[Scalar] = []
         self.section = ""
-        self._known: dict[tuple, Scalar] = {}
+        self._nodes: dict[tuple, Scalar] = {}
 
     def _node(self, op, *args) -> Scalar:
         key = (op, *(("v", a.index) if isinstance(a, Scalar) else a for a in args))
-        if key in self._known:
-            return self._known[key]
+        if key in self._nodes:
+            return self._nodes[key]
         operands = [a for a in args if isinstance(a, Scalar)]
-        fixed = op != "call" and all(a.fixed for a in operands) and (bool(operands) or op == "load")
         if op == "load":
             fixed = args[0].startswith("par[")
+        else:
+            fixed = op not in ("call", "item", "lookup") and bool(operands) and all(a.fixed for a in operands)
         node = Scalar(self, len(self.nodes), op, args, fixed, self.section)
         self.nodes.append(node)
-        self._known[key] = node
+        self._nodes[key] = node
         return node
 
     # --- sources
     def load(self, text: str) -> Scalar:
-        """A named input: "t", "y[3]", "par[7]", or an argument of a helper function."""
+        """A named input: "t", "y[3]", "par[7]", or an argument of a function."""
         return self._node("load", text)
+
+    def lookup(self, index) -> Scalar:
+        """The number of the parameter vector at a traced index, truncated."""
+        return self._node("lookup", index if isinstance(index, Scalar) else float(index))
 
     # --- arithmetic, with folding
     def add(self, a, b):
@@ -91,6 +137,7 @@ class Trace:
             return a + b
         if is_number(a):
             a, b = b, a
+        a, b = self.numeric(a), self.numeric(b)
         if is_number(b):
             return a if b == 0.0 else self._node("add", a, float(b))
         if b.op == "neg":
@@ -102,6 +149,7 @@ class Trace:
     def sub(self, a, b):
         if is_number(a) and is_number(b):
             return a - b
+        a, b = self.numeric(a), self.numeric(b)
         if is_number(b):
             return self.add(a, -b)
         if is_number(a) and a == 0.0:
@@ -115,6 +163,7 @@ class Trace:
     def neg(self, a):
         if is_number(a):
             return -a
+        a = self.numeric(a)
         if a.op == "neg":
             return a.args[0]
         if a.op == "sub":
@@ -126,6 +175,7 @@ class Trace:
             return a * b
         if is_number(a):
             a, b = b, a
+        a, b = self.numeric(a), self.numeric(b)
         if is_number(b):
             if b == 0.0:
                 return 0.0
@@ -141,6 +191,9 @@ class Trace:
         return self._node("mul", *sorted((a, b), key=lambda s: s.index))
 
     def div(self, a, b):
+        if is_number(a) and is_number(b):
+            return a / b
+        a, b = self.numeric(a), self.numeric(b)
         if is_number(b):
             return self.mul(a, 1.0 / b)
         if is_number(a):
@@ -151,9 +204,23 @@ class Trace:
             return self.mul(a, self.div(1.0, b))  # the reciprocal is a derived parameter
         return self._node("div", a, b)
 
+    def power(self, a, b):
+        """a to the power of b; small whole exponents as products, 1/2 as a root."""
+        if is_number(a) and is_number(b):
+            return a**b
+        if is_number(b) and b in (0, 1, 2, 3, 4):
+            return [lambda: 1.0, lambda: a, lambda: a * a, lambda: a * a * a, lambda: (a * a) * (a * a)][int(b)]()
+        return self.sqrt(a) if is_number(b) and b == 0.5 else self.binary("pow", a, b)
+
     def function(self, name: str, a):
-        """sqrt, sin or cos."""
-        return getattr(math, name)(a) if is_number(a) else self._node(name, a)
+        """A function of one number: one of UNARY or FLAT."""
+        return float(getattr(math, name)(a)) if is_number(a) else self._node(name, a)
+
+    def binary(self, name: str, a, b):
+        """pow, atan2, hypot or copysign."""
+        if is_number(a) and is_number(b):
+            return getattr(math, name)(a, b)
+        return self._node(name, *(x if isinstance(x, Scalar) else float(x) for x in (a, b)))
 
     def sqrt(self, a):
         return self.function("sqrt", a)
@@ -165,15 +232,50 @@ class Trace:
         return self.function("cos", a)
 
     def atan2(self, a, b):
-        return math.atan2(a, b) if is_number(a) and is_number(b) else self._node("atan2", a, b)
+        return self.binary("atan2", a, b)
+
+    # --- truth values
+    def compare(self, op: str, a, b):
+        """lt, le, gt, ge, eq or ne of two numbers."""
+        if is_number(a) and is_number(b):
+            return getattr(operator, op)(a, b)
+        return self._node(op, *(self.numeric(x) if isinstance(x, Scalar) else float(x) for x in (a, b)))
+
+    def truth(self, a):
+        """A value as a condition: a number is true unless it is zero."""
+        return bool(a) if is_number(a) else a if a.boolean else self.compare("ne", a, 0.0)
+
+    def negation(self, a):
+        if is_number(a):
+            return not a
+        return a.args[0] if a.op == "not" else self._node("not", a)
+
+    def both(self, a, b):
+        if is_number(a) or is_number(b):
+            a, b = (a, b) if is_number(a) else (b, a)
+            return b if a else False
+        return a if a is b else self._node("and", a, b)
+
+    def either(self, a, b):
+        if is_number(a) or is_number(b):
+            a, b = (a, b) if is_number(a) else (b, a)
+            return True if a else b
+        return a if a is b else self._node("or", a, b)
+
+    def numeric(self, a):
+        """A truth value as 1 or 0; a number as it is."""
+        return self._node("select", a, 1.0, 0.0) if isinstance(a, Scalar) and a.boolean else a
 
     def select(self, condition, a, b):
-        """a where condition > 0, else b."""
+        """a where the condition holds, else b; a number for a condition holds where it is positive."""
         if is_number(condition):
             return a if condition > 0.0 else b
+        condition = condition if condition.boolean else self.compare("gt", condition, 0.0)
         if a is b or is_number(a) and is_number(b) and a == b:
             return a
-        return self._node("select", condition, a, b)
+        if condition.op == "not":
+            condition, a, b = condition.args[0], b, a
+        return self._node("select", condition, *(self.numeric(x) if isinstance(x, Scalar) else float(x) for x in (a, b)))
 
     def sum(self, values: Iterable):
         total = 0.0
@@ -181,53 +283,78 @@ class Trace:
             total = total + value
         return total
 
-    def call(self, name: str, args: list, outputs: int, rule: Callable | None = None, wrap: str = "") -> list:
-        """Outputs of a named plain function. `rule(args, tangents of args) -> tangents of outputs` differentiates it.
+    # --- functions
+    def call(self, function, args: list, rule: Callable | None = None) -> list:
+        """Outputs of a function (see function.py).
 
-        wrap: text of the argument list with {} for each argument (default: all in order).
+        rule(args, tangents of args) -> tangents of outputs differentiates it, by default its own derivative.
         """
-        node = self._node("call", name, wrap, outputs, *args)
+        node = self._node("call", function, *(a if isinstance(a, Scalar) else float(a) for a in args))
         node.rule = rule
-        return [self._node("item", node, i) for i in range(outputs)]
+        return [self._node("item", node, i) for i in range(function.count)]
 
     # --- differentiation
     def tangent(self, outputs: Iterable, seeds: Mapping[Scalar, Tangents]) -> list[Tangents]:
         """Derivatives of the outputs along the seeded columns, as sparse dicts {column: value}."""
         outputs = list(outputs)
-        d: dict[Scalar, Tangents] = {}
+        slopes: dict[Scalar, Tangents] = {}
         pulled: dict[Scalar, list[Tangents]] = {}
 
         def of(a):
-            return d.get(a, {}) if isinstance(a, Scalar) else {}
+            return slopes.get(a, {}) if isinstance(a, Scalar) else {}
 
-        for node in self.live(outputs):
+        section = self.section
+        for node in live(outputs):
             if node in seeds:
-                d[node] = dict(seeds[node])
+                slopes[node] = dict(seeds[node])
             elif node.op == "call":
-                args = node.args[3:]
+                args = node.args[1:]
                 if any(of(a) for a in args):
-                    pulled[node] = node.rule(args, [of(a) for a in args])
+                    self.section = node.section
+                    rule = node.rule or (lambda a, t, f=node.args[0]: self._through(f, a, t))
+                    pulled[node] = rule(args, [of(a) for a in args])
             elif node.op == "item":
-                d[node] = pulled[node.args[0]][node.args[1]] if node.args[0] in pulled else {}
-            elif node.op != "load" and not node.fixed:
-                partials = self._partials(node, [bool(of(a)) for a in node.args])
-                columns = sorted({c for a in node.args for c in of(a)})
-                d[node] = {
-                    c: self.sum(p * of(a)[c] for a, p in zip(node.args, partials, strict=True) if c in of(a))
-                    for c in columns
-                }
-                d[node] = {c: v for c, v in d[node].items() if not (is_number(v) and v == 0.0)}
+                slopes[node] = pulled[node.args[0]][node.args[1]] if node.args[0] in pulled else {}
+            elif node.op == "select":
+                slopes[node] = self._selected(node.args[0], of(node.args[1]), of(node.args[2]))
+            elif node.op != "load" and not node.fixed and not node.boolean:
+                slopes[node] = self._chained(node, of)
+        self.section = section
         return [of(o) for o in outputs]
+
+    def _through(self, function, args, tangents) -> list[Tangents]:
+        """Tangents of a call: the function's derivative by its active arguments, times theirs."""
+        active = tuple(i for i, t in enumerate(tangents) if t)
+        values = self.call(function.slopes(active), list(args))
+        columns = sorted({c for t in tangents for c in t})
+        results = []
+        for k in range(function.count):
+            by = values[function.count + k * len(active) :][: len(active)]
+            pairs = list(zip(by, (tangents[i] for i in active), strict=True))
+            row = {c: self.sum(s * t[c] for s, t in pairs if c in t) for c in columns}
+            results.append(_without_zeros(row))
+        return results
+
+    def _selected(self, condition, first: Tangents, second: Tangents) -> Tangents:
+        columns = sorted(set(first) | set(second))
+        row = {c: self.select(condition, first.get(c, 0.0), second.get(c, 0.0)) for c in columns}
+        return _without_zeros(row)
+
+    def _chained(self, node: Scalar, of: Callable) -> Tangents:
+        """Tangents of one operation."""
+        partials = self._partials(node, [bool(of(a)) for a in node.args])
+        pairs = list(zip(node.args, partials, strict=True))
+        columns = sorted({c for a in node.args for c in of(a)})
+        row = {c: self.sum(p * of(a)[c] for a, p in pairs if c in of(a)) for c in columns}
+        return _without_zeros(row)
 
     def _partials(self, node, active) -> list:
         """Partial derivatives of one operation with respect to its arguments (only the active ones matter)."""
         op, args = node.op, node.args
-        if op == "select":
-            # a selected derivative: the condition itself does not contribute
-            c = args[0]
-            return [0.0, self.select(c, 1.0, 0.0), self.select(c, 0.0, 1.0)]
-        if not any(active):
+        if not any(active) or op in FLAT or op == "lookup":
             return [0.0] * len(args)
+        if op in UNARY:
+            return [UNARY[op](self, args[0], node)]
         if op == "add":
             return [1.0, 1.0]
         if op == "sub":
@@ -236,104 +363,62 @@ class Trace:
             return [-1.0]
         if op == "mul":
             return [args[1], args[0]]
+        a, b = args
         if op == "div":
-            inverse = self.div(1.0, args[1])
+            inverse = self.div(1.0, b)
             return [inverse, self.neg(self.mul(node, inverse)) if active[1] else 0.0]
-        if op == "sqrt":
-            return [self.div(0.5, node)]
-        if op == "sin":
-            return [self.cos(args[0])]
-        if op == "cos":
-            return [self.neg(self.sin(args[0]))]
+        if op == "pow":
+            return self._power_partials(node, active)
         if op == "atan2":
-            inverse = self.div(1.0, args[0] * args[0] + args[1] * args[1])
-            return [args[1] * inverse, self.neg(args[0] * inverse)]
+            inverse = self.div(1.0, a * a + b * b)
+            return [b * inverse, self.neg(a * inverse)]
+        if op == "hypot":
+            return [self.div(a, node), self.div(b, node)]
+        if op == "copysign":
+            return [self.binary("copysign", 1.0, a) * self.binary("copysign", 1.0, b), 0.0]
         raise ValueError(f"no derivative for {op}")
 
-    # --- text
-    def live(self, outputs: Iterable) -> list[Scalar]:
-        """The operations the outputs need, in order."""
-        needed, stack = set(), [o for o in outputs if isinstance(o, Scalar)]
-        while stack:
-            node = stack.pop()
-            if node not in needed:
-                needed.add(node)
-                stack += [a for a in node.args if isinstance(a, Scalar)]
-        return sorted(needed, key=lambda s: s.index)
+    def _power_partials(self, node, active) -> list:
+        """b a^(b - 1), 0 for b = 0, and a^b ln a, 0 for a <= 0."""
+        a, b = node.args
+        first = second = 0.0
+        if active[0]:
+            first = self.select(self.compare("ne", b, 0.0), b * self.power(a, b - 1.0), 0.0)
+        if active[1]:
+            second = self.select(self.compare("gt", a, 0.0), node * self.function("log", a), 0.0)
+        return [first, second]
 
-    def statements(self, outputs: Iterable, slots: "Slots | None" = None, merged: Mapping | None = None) -> list[str]:
-        """Code lines that compute the outputs. With `slots`, fixed values are read from derived parameters.
-
-        merged: calls that another call answers as well, with that one, which takes the place of the first.
-        """
-        nodes = self.live(outputs) if slots is None else slots.claim(outputs)
-        merged = merged or {}
-        lines, section = [], None
-        for node in nodes:
-            if node in merged.values():
-                continue
-            if node.section != section and node.section:
-                lines.append(f"# {node.section}")
-                section = node.section
-            lines.append(self.statement(merged.get(node, node), slots, merged))
-        return lines
-
-    def statement(self, node: Scalar, slots: "Slots | None" = None, merged: Mapping | None = None) -> str:
-        if slots is not None and node.fixed and node.op != "load":
-            return f"v{node.index} = {slots.text(node)}"
-        texts = [a if isinstance(a, str) else text(a) for a in node.args]
+    # --- copies
+    def copied(self, node: Scalar, args: list):
+        """The operation of a node of another trace on values of this one."""
         op = node.op
-        if op == "load":
-            return f"v{node.index} = {node.args[0]}"
-        if op in _INFIX:
-            return f"v{node.index} = {texts[0]} {_INFIX[op]} {texts[1]}"
-        if op == "neg":
-            return f"v{node.index} = -{texts[0]}"
-        if op == "select":
-            return f"v{node.index} = {texts[1]} if {texts[0]} > 0.0 else {texts[2]}"
-        if op == "call":
-            name, wrap, count, *args = node.args
-            listed = [text(a) for a in args]
-            inside = wrap.format(*listed) if wrap else ", ".join(listed)
-            return f"v{node.index} = {name}({inside})"
-        if op == "item":
-            call = (merged or {}).get(node.args[0], node.args[0])
-            return f"v{node.index} = v{call.index}" + (f"[{node.args[1]}]" if call.args[2] > 1 else "")
-        return f"v{node.index} = math.{op}({', '.join(texts)})"
+        if op in ("add", "sub", "mul", "div", "neg", "select"):
+            return getattr(self, op)(*args)
+        if op in COMPARISONS:
+            return self.compare(op, *args)
+        if op in ("and", "or", "not"):
+            return {"and": self.both, "or": self.either, "not": self.negation}[op](*args)
+        if op in UNARY or op in FLAT:
+            return self.function(op, *args)
+        if op in ("load", "lookup"):
+            return getattr(self, op)(*args)
+        return self.binary(op, *args)
 
 
-class Inside:
-    """A trace of its own whose leaves are values of the outer trace: the arguments x0, x1, ... of a helper function."""
-
-    def __init__(self):
-        self.trace = Trace()
-        self.inner: dict[Scalar, Scalar] = {}  # outer value -> its argument
-
-    def value(self, outer):
-        """What stands for an outer value here."""
-        if is_number(outer):
-            return outer
-        if outer not in self.inner:
-            self.inner[outer] = self.trace.load(f"x{len(self.inner)}")
-        return self.inner[outer]
-
-    @property
-    def outer(self) -> list[Scalar]:
-        return list(self.inner)
-
-    @property
-    def names(self) -> list[str]:
-        return [f"x{i}" for i in range(len(self.inner))]
+def _without_zeros(row: Tangents) -> Tangents:
+    return {c: v for c, v in row.items() if not (is_number(v) and v == 0.0)}
 
 
-_INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
-
-
-def text(value) -> str:
-    """A value as it stands in an expression."""
-    if isinstance(value, Scalar):
-        return f"v{value.index}"
-    return f"({float(value)!r})" if value < 0 else repr(float(value))
+def live(outputs: Iterable, cut: Callable[[Scalar], bool] = lambda node: False) -> list[Scalar]:
+    """The operations that outputs need, in order; the walk stops at nodes where `cut` holds."""
+    needed, stack = set(), [o for o in outputs if isinstance(o, Scalar)]
+    while stack:
+        node = stack.pop()
+        if node not in needed:
+            needed.add(node)
+            if not cut(node):
+                stack += node.operands
+    return sorted(needed, key=lambda s: s.index)
 
 
 class Slots:
@@ -341,34 +426,24 @@ class Slots:
 
     def __init__(self, offset: int):
         self.offset = offset
-        self.order: list[Scalar] = []
-        self._slot: dict[Scalar, int] = {}
+        self.place: dict[Scalar, int] = {}
 
-    def claim(self, outputs: Iterable) -> list[Scalar]:
-        """Operations the outputs need; a fixed value among them gets a slot, and what it is made of stays out."""
-        nodes = self.cut(outputs)
-        for node in nodes:
-            if node.fixed and node.op != "load" and node not in self._slot:
-                self._slot[node] = len(self.order)
-                self.order.append(node)
-        return nodes
+    def claim(self, outputs: Iterable) -> None:
+        """Give a place to every fixed value that the outputs read."""
+        for node in live(outputs, derived):
+            if derived(node):
+                self.place.setdefault(node, self.offset + len(self.place))
 
-    def cut(self, outputs: Iterable) -> list[Scalar]:
-        """Live operations when the walk stops at fixed values."""
-        needed, stack = set(), [o for o in outputs if isinstance(o, Scalar)]
-        while stack:
-            node = stack.pop()
-            if node not in needed:
-                needed.add(node)
-                if not node.fixed:
-                    stack += [a for a in node.args if isinstance(a, Scalar)]
-        return sorted(needed, key=lambda s: s.index)
 
-    def text(self, node: Scalar) -> str:
-        return f"par[{self.offset + self._slot[node]}]"
+def derived(node: Scalar) -> bool:
+    """True for values that are computed once for a set of parameters."""
+    return node.fixed and node.op != "load" and not node.boolean
 
-    def source(self, trace: Trace) -> str:
-        """A plain function that fills the derived parameters."""
-        lines = ["def derive(par):", *("    " + s for s in trace.statements(self.order))]
-        lines += [f"    {self.text(node)} = v{node.index}" for node in self.order]
-        return "\n".join(lines) + "\n    return par\n"
+
+def text(value) -> str:
+    """A value as it stands in an expression."""
+    if isinstance(value, Scalar):
+        return f"v{value.index}"
+    if not math.isfinite(value):
+        return "math.nan" if value != value else "math.inf" if value > 0 else "(-math.inf)"
+    return f"({float(value)!r})" if value < 0 else repr(float(value))

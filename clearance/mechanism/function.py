@@ -1,0 +1,260 @@
+"""Functions on the trace: arguments, outputs, and the exact derivative, which is a function again.
+
+A function has a trace of its own. Short ones become part of what calls them, long ones are compiled as functions.
+"""
+
+from collections.abc import Callable
+from functools import cached_property
+
+from clearance.mechanism.trace import Scalar, Trace, is_number, live
+
+#: operations up to which a function becomes part of its callers
+SHORT = 150
+
+
+class Function:
+    """A traced function: `arguments` are the leaves of its trace, `outputs` values on it.
+
+    name: as it stands in texts; two functions may share one. The leaves are x0, x1, ...
+    """
+
+    def __init__(self, name: str, trace: Trace | None = None, arguments: list[Scalar] | None = None):
+        self.name, self.trace, self.arguments = name, trace or Trace(), arguments or []
+        self.outputs: list = []
+        self.values_of: Function | None = None  # of a derivative: the function whose values it returns too
+        self._slopes: dict[tuple[int, ...], Function] = {}
+
+    @classmethod
+    def of(cls, name: str, count: int, build: Callable) -> "Function":
+        """From build(trace, arguments) -> outputs."""
+        function = cls(name)
+        arguments = [function.argument() for _ in range(count)]
+        function.outputs = list(build(function.trace, arguments))
+        return function
+
+    def argument(self) -> Scalar:
+        """One more argument."""
+        self.arguments.append(self.trace.load(f"x{len(self.arguments)}"))
+        return self.arguments[-1]
+
+    @property
+    def count(self) -> int:
+        """Number of outputs."""
+        return len(self.outputs)
+
+    def slopes(self, active: tuple[int, ...]) -> "Function":
+        """The function that returns the values and, output by output, their derivatives by the active arguments."""
+        if active not in self._slopes:
+            self._slopes[active] = self._differentiated(active)
+            self._slopes[active].values_of = self
+        return self._slopes[active]
+
+    def _differentiated(self, active: tuple[int, ...]) -> "Function":
+        made = Function(f"{self.name}_d{''.join(map(str, active))}", self.trace, self.arguments)
+        rows = self.trace.tangent(self.outputs, {self.arguments[a]: {i: 1.0} for i, a in enumerate(active)})
+        made.outputs = [*self.outputs, *(row.get(i, 0.0) for row in rows for i in range(len(active)))]
+        return made
+
+    @property
+    def operations(self) -> int:
+        """Operations of the values, those of called functions with them."""
+        nodes = live(self.outputs)
+        return sum(n.args[0].operations if n.op == "call" else n.op not in ("load", "item") for n in nodes)
+
+    @cached_property
+    def short(self) -> bool:
+        """True where it becomes part of what calls it."""
+        return self.operations <= SHORT
+
+
+class Inside(Function):
+    """A function whose arguments stand for values of the trace around it, in the order in which they are met."""
+
+    def __init__(self, name: str):
+        super().__init__(name)
+        self._inner: dict[Scalar, Scalar] = {}
+
+    def value(self, outer):
+        """The argument that stands for an outer value."""
+        if is_number(outer):
+            return outer
+        if outer not in self._inner:
+            self._inner[outer] = self.argument()
+        return self._inner[outer]
+
+    @property
+    def outer(self) -> list[Scalar]:
+        """The outer values of the arguments that were met, behind those that were made first."""
+        return list(self._inner)
+
+
+class Loop:
+    """A function that repeats a step while its first output holds: (again, state...) = step(state..., given...).
+
+    It takes a state and what the step is given, and returns the state of the end.
+    """
+
+    def __init__(self, name: str, step: Function):
+        self.name, self.step, self.values_of = name, step, None
+        self._slopes: dict[tuple[int, ...], Function] = {}
+
+    @property
+    def count(self) -> int:
+        """Number of values in the state."""
+        return self.step.count - 1
+
+    @property
+    def operations(self) -> int:
+        """Those of one step, which stands for more."""
+        return SHORT + self.step.operations
+
+    def slopes(self, active: tuple[int, ...]) -> Function:
+        """The function that returns state and derivatives by the active arguments: a loop that carries both."""
+        if active not in self._slopes:
+            self._slopes[active] = self._differentiated(active)
+        return self._slopes[active]
+
+    def _differentiated(self, active: tuple[int, ...]) -> Function:
+        step, count, width = self.step, self.count, len(active)
+        size = len(step.arguments)
+        carried = [[step.trace.load(f"x{size + i * width + a}") for a in range(width)] for i in range(count)]
+        seeds = {x: dict(enumerate(row)) for x, row in zip(step.arguments, carried, strict=False)}
+        seeds |= {step.arguments[i]: {a: 1.0} for a, i in enumerate(active) if i >= count}
+        rows = step.trace.tangent(step.outputs[1:], seeds)
+        leaves = [*step.arguments[:count], *(x for row in carried for x in row), *step.arguments[count:]]
+        wide = Function(f"{step.name}_d", step.trace, leaves)
+        wide.outputs = [*step.outputs, *(row.get(a, 0.0) for row in rows for a in range(width))]
+
+        def build(trace, arguments):
+            start = [float(i == a) for i in range(count) for a in active]
+            return trace.call(Loop(f"{self.name}_d", wide), [*arguments[:count], *start, *arguments[count:]])
+
+        return Function.of(f"{self.name}_d{''.join(map(str, active))}", size, build)
+
+
+class Opaque:
+    """A plain function that cannot be traced: numba compiles it, and kernels call it by its address.
+
+    reason: why. It may bring its derivative, an attribute `slopes`: a function of the same arguments that returns
+    values and, output by output, derivatives by the leading arguments.
+    """
+
+    def __init__(self, function: Callable, shape: tuple[str, ...], count: int, reason: str):
+        self.name, self.function, self.shape = function.__name__, function, shape
+        self.count, self.reason, self.operations = count, reason, SHORT + 1
+        self.values_of = None
+
+    def listed(self, args: list) -> list:
+        """Arguments of the plain function, from those of the call; `par` stands for the parameter vector."""
+        rest, listed = list(args), []
+        for kind in self.shape:
+            if kind == "data":
+                listed.append("par")
+            elif kind == "number":
+                listed.append(rest.pop(0))
+            else:
+                listed.append(f"{kind.__name__}({', '.join(rest.pop(0) for _ in kind._fields)})")
+        return listed
+
+    def slopes(self, active: tuple[int, ...]) -> Function:
+        """Values and derivatives by the active arguments. Raises ValueError where the function brings none."""
+        if not hasattr(self.function, "slopes"):
+            raise ValueError(f"law {self.name}: {self.reason}, so it needs an attribute `slopes` with its derivatives")
+        function = self.function.slopes
+        leading = next(n for n in range(1, 99) if outputs_of(function) == self.count * (1 + n))
+        whole = Opaque(function, self.shape, self.count * (1 + leading), self.reason)
+
+        def build(trace, arguments):
+            values = trace.call(whole, arguments)
+            picked = [values[self.count + k * leading + a] for k in range(self.count) for a in active]
+            return [*values[: self.count], *picked]
+
+        return Function.of(f"{self.name}_d{''.join(map(str, active))}", sum(map(SIZES.get, self.shape)), build)
+
+
+SIZES = {"number": 1, "data": 0}
+
+
+# --- one trace of everything
+def merged(trace: Trace, outputs: list) -> list:
+    """The same outputs with one call where a function and its derivative are called with the same arguments."""
+    calls = {n.args: n for n in live(outputs) if n.op == "call"}
+    pairs = ((calls.get((n.args[0].values_of, *n.args[1:])), n) for n in calls.values())
+    better = {first: n for first, n in pairs if first is not None}
+    if not better:
+        return outputs
+    made: dict[Scalar, object] = {}
+
+    def sources(node: Scalar) -> list[Scalar]:
+        return [better[node]] if node in better else node.operands
+
+    waiting = [o for o in outputs if isinstance(o, Scalar)]
+    while waiting:
+        node = waiting[-1]
+        missing = [a for a in sources(node) if a not in made]
+        if missing:
+            waiting += missing
+            continue
+        waiting.pop()
+        if node not in made:
+            made[node] = made[better[node]] if node in better else _remade(trace, node, made)
+    return [made[o] if isinstance(o, Scalar) else o for o in outputs]
+
+
+def _remade(trace: Trace, node: Scalar, made: dict):
+    args = [made[a] if isinstance(a, Scalar) else a for a in node.args]
+    if all(a is b for a, b in zip(args, node.args, strict=True)):
+        return node
+    trace.section = node.section
+    if node.op in ("call", "item"):
+        return trace._node(node.op, *args)
+    return trace.copied(node, args)
+
+
+class Expansion:
+    """Copies values to a trace of its own; functions that are short become part of it."""
+
+    def __init__(self):
+        self.trace = Trace()
+        self._functions: dict[object, object] = {}
+
+    def of(self, outputs: list) -> list:
+        """Outputs of another trace on this one."""
+        return merged(self.trace, self._copied(outputs, self.trace, {}))
+
+    def _copied(self, outputs: list, trace: Trace, made: dict) -> list:
+        outer = trace.section
+        for node in live(outputs, made.__contains__):
+            if node in made:
+                continue
+            trace.section = node.section or outer
+            args = [made[a] if isinstance(a, Scalar) else a for a in node.args]
+            if node.op == "item":
+                made[node] = args[0][args[1]]
+            elif node.op == "call":
+                made[node] = self._called(self.function(args[0]), args[1:], trace)
+            else:
+                made[node] = trace.copied(node, args)
+        trace.section = outer
+        return [made[o] if isinstance(o, Scalar) else o for o in outputs]
+
+    def _called(self, function, args: list, trace: Trace) -> list:
+        if isinstance(function, Function) and function.short:
+            return self._copied(function.outputs, trace, dict(zip(function.arguments, args, strict=True)))
+        return trace.call(function, args)
+
+    def function(self, function):
+        """A function with everything short that it calls inside it."""
+        if isinstance(function, Opaque):
+            return function
+        if function not in self._functions:
+            if isinstance(function, Loop):
+                made = Loop(function.name, self.function(function.step))
+            else:
+                made = Function(function.name)
+                arguments = [made.argument() for _ in function.arguments]
+                leaves = dict(zip(function.arguments, arguments, strict=True))
+                made.outputs = merged(made.trace, self._copied(function.outputs, made.trace, leaves))
+            made.values_of = function.values_of and self.function(function.values_of)
+            self._functions[function] = made
+        return self._functions[function]

@@ -1,0 +1,256 @@
+"""A kernel as LLVM IR, of one number or of W numbers side by side: as many mechanisms in step, one in each lane.
+
+In lanes a value is a vector; arrays hold the W numbers of a place side by side. Functions without a vector form (sines,
+powers, called functions of numba) are taken lane by lane. A branch is entered where any lane needs it.
+"""
+
+from collections.abc import Callable
+
+import llvmlite.ir as ir
+
+from clearance.mechanism.emission import Program
+from clearance.mechanism.function import Loop, Opaque
+from clearance.mechanism.schedule import Branch, scheduled
+from clearance.mechanism.trace import Scalar
+
+DOUBLE, INT64, BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
+POINTER = DOUBLE.as_pointer()
+ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
+ORDERED = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "=="}
+INTRINSICS = {"sqrt", "fabs", "floor", "ceil", "trunc", "copysign"}  # with a vector form in every processor
+LIBRARY = {"sin", "cos", "exp", "log", "pow"}  # LLVM's own names for what the C library computes
+LOGIC = {"and": "and_", "or": "or_"}
+
+
+class Lowering:
+    """Writes programs into a function that is being built.
+
+    arrays: pointers to y, par, work and out; time: the value of t; address: of an opaque function, given by its caller.
+    """
+
+    def __init__(self, builder: ir.IRBuilder, arrays: dict, time, address: Callable, width: int = 1):
+        self.builder, self.module = builder, builder.module
+        self.arrays, self.time, self.address, self.width = arrays, time, address, width
+        self.kind = DOUBLE if width == 1 else ir.VectorType(DOUBLE, width)
+        self.truth = BIT if width == 1 else ir.VectorType(BIT, width)
+        self.values: dict[Scalar, ir.Value] = {}
+        self.slots: dict[Scalar, int] = {}
+        self.functions: dict[object, ir.Function] = {}
+
+    def write(self, program: Program) -> None:
+        """The whole of a kernel."""
+        self.slots = program.slots
+        steps = {f.step for f in program.functions if isinstance(f, Loop)}  # written where they are repeated
+        for function in program.functions:
+            if function not in steps:
+                self.define(function)
+        self.run(program.steps)
+        for place, value in sorted(program.outputs.items()):
+            self.builder.store(self.value(value), self.place(program.target, place))
+
+    # --- values
+    def constant(self, number: float) -> ir.Value:
+        return self.splat(ir.Constant(DOUBLE, float(number)))
+
+    def splat(self, constant: ir.Constant) -> ir.Value:
+        if self.width == 1:
+            return constant
+        return ir.Constant(ir.VectorType(constant.type, self.width), [constant] * self.width)
+
+    def value(self, value) -> ir.Value:
+        return self.values[value] if isinstance(value, Scalar) else self.constant(value)
+
+    def place(self, array: str, index: int) -> ir.Value:
+        pointer = self.builder.gep(self.arrays[array], [ir.Constant(INT64, index * self.width)])
+        return pointer if self.width == 1 else self.builder.bitcast(pointer, self.kind.as_pointer())
+
+    def load(self, array: str, index: int) -> ir.Value:
+        return self.builder.load(self.place(array, index), align=8)
+
+    # --- steps
+    def run(self, steps: list) -> None:
+        """Compute the nodes of a schedule."""
+        for step in steps:
+            if isinstance(step, Branch):
+                self.branch(step)
+            elif step not in self.values:  # arguments have their values
+                self.values[step] = self.operation(step)
+
+    def branch(self, branch: Branch) -> None:
+        """Both sides, each where any lane needs it; what leaves a side is undefined where it was not entered."""
+        condition = self.values[branch.condition]
+        for holds, steps in ((True, branch.then), (False, branch.otherwise)):
+            if not steps:
+                continue
+            needed = condition if holds else self.builder.not_(condition)
+            begun, before = self.builder.block, dict(self.values)
+            inside, behind = (self.builder.append_basic_block(n) for n in ("needed", "behind"))
+            self.builder.cbranch(self.any(needed), inside, behind)
+            self.builder.position_at_end(inside)
+            self.run(steps)
+            ended = self.builder.block
+            self.builder.branch(behind)
+            self.builder.position_at_end(behind)
+            for node in [n for n in self.values if n not in before]:
+                inner = self.values[node]
+                phi = self.builder.phi(inner.type)
+                phi.add_incoming(inner, ended)
+                phi.add_incoming(ir.Constant(inner.type, ir.Undefined), begun)
+                self.values[node] = phi
+
+    def any(self, mask: ir.Value) -> ir.Value:
+        if self.width == 1:
+            return mask
+        bits = self.builder.bitcast(mask, ir.IntType(self.width))
+        return self.builder.icmp_unsigned("!=", bits, ir.Constant(bits.type, 0))
+
+    # --- operations
+    def operation(self, node: Scalar) -> ir.Value:
+        build, op = self.builder, node.op
+        if node in self.slots:
+            return self.load("par", self.slots[node])
+        if op == "load":
+            return self.source(node.args[0])
+        if op == "call":
+            return self.call(node.args[0], [self.value(a) for a in node.args[1:]])
+        if op == "item":
+            return build.extract_value(self.values[node.args[0]], node.args[1])
+        args = [self.value(a) for a in node.args]
+        if op in ARITHMETIC:
+            return getattr(build, ARITHMETIC[op])(*args)
+        if op in ORDERED:
+            return build.fcmp_ordered(ORDERED[op], *args)
+        if op == "ne":
+            return build.fcmp_unordered("!=", *args)
+        if op in LOGIC:
+            return getattr(build, LOGIC[op])(*args)
+        if op == "select":
+            return build.select(*args)
+        if op in ("neg", "not"):
+            return build.fneg(*args) if op == "neg" else build.not_(*args)
+        if op == "lookup":
+            return self.lanes(self.looked_up, args)
+        if op in INTRINSICS:
+            return build.call(self.external(f"llvm.{op}.{self.suffix}", self.kind, len(args)), args)
+        name = f"llvm.{op}.f64" if op in LIBRARY else op
+        return self.lanes(lambda *one: build.call(self.external(name, DOUBLE, len(one)), one), args)
+
+    @property
+    def suffix(self) -> str:
+        return "f64" if self.width == 1 else f"v{self.width}f64"
+
+    def source(self, text: str) -> ir.Value:
+        if text == "t":
+            return self.time
+        array, index = text[:-1].split("[")
+        return self.load(array, int(index))
+
+    def looked_up(self, index: ir.Value) -> ir.Value:
+        """The number of the parameters at an index: tables stand there once for all lanes."""
+        return self.builder.load(self.builder.gep(self.arrays["data"], [self.builder.fptosi(index, INT64)]))
+
+    def lanes(self, function: Callable, args: list[ir.Value]) -> ir.Value:
+        """A function of single numbers, lane by lane."""
+        if self.width == 1:
+            return function(*args)
+        result = ir.Constant(self.kind, ir.Undefined)
+        for i in range(self.width):
+            lane = ir.Constant(ir.IntType(32), i)
+            one = function(*(self.builder.extract_element(a, lane) for a in args))
+            result = self.builder.insert_element(result, one, lane)
+        return result
+
+    def external(self, name: str, kind: ir.Type, count: int) -> ir.Function:
+        if name not in self.module.globals:
+            ir.Function(self.module, ir.FunctionType(kind, count * [kind]), name)
+        return self.module.globals[name]
+
+    # --- functions
+    def structure(self, count: int) -> ir.LiteralStructType:
+        return ir.LiteralStructType([self.kind] * count)
+
+    def call(self, function, args: list[ir.Value]) -> ir.Value:
+        if isinstance(function, Opaque):
+            return self.opaque(function, args)
+        return self.builder.call(self.functions[function], [self.arrays["par"], self.arrays["data"], *args])
+
+    def define(self, function) -> None:
+        """A function of the module: what several places call, or what is long."""
+        if isinstance(function, Opaque):
+            return
+        count = len(function.step.arguments if isinstance(function, Loop) else function.arguments)
+        kind = ir.FunctionType(self.structure(function.count), [POINTER, POINTER, *[self.kind] * count])
+        name = f"{self.module.get_unique_name(function.name)}"
+        made = ir.Function(self.module, kind, f"clearance_{name}")
+        made.linkage = "internal"
+        inner = Lowering(
+            ir.IRBuilder(made.append_basic_block()), {"par": made.args[0], "data": made.args[1]}, None, self.address,
+            self.width,
+        )  # fmt: skip
+        inner.functions = self.functions
+        (inner.repeat if isinstance(function, Loop) else inner.body)(function, made.args[2:])
+        self.functions[function] = made
+
+    def body(self, function, args: list) -> None:
+        self.returned(self.inside(function, args))
+
+    def inside(self, function, args: list) -> list[ir.Value]:
+        """Outputs of a function whose statements are written here."""
+        self.values |= dict(zip(function.arguments, args, strict=True))
+        self.run(scheduled(function.outputs, self.values.__contains__))
+        return [self.value(o) for o in function.outputs]
+
+    def returned(self, values: list[ir.Value]) -> None:
+        result = ir.Constant(self.structure(len(values)), ir.Undefined)
+        for i, value in enumerate(values):
+            if value.type == self.truth:
+                value = self.builder.uitofp(value, self.kind)
+            result = self.builder.insert_value(result, value, i)
+        self.builder.ret(result)
+
+    def repeat(self, loop: Loop, args: list) -> None:
+        """A loop until no lane goes on; a lane that is done keeps its state."""
+        build, begun = self.builder, self.builder.block
+        again, done = (build.append_basic_block(n) for n in ("again", "done"))
+        build.branch(again)
+        build.position_at_end(again)
+        active, *state = (build.phi(k) for k in (self.truth, *[self.kind] * loop.count))
+        active.add_incoming(self.splat(ir.Constant(BIT, 1)), begun)
+        for phi, start in zip(state, args, strict=False):
+            phi.add_incoming(start, begun)
+        goes_on, *new = self.inside(loop.step, [*state, *args[loop.count :]])
+        if goes_on.type != self.truth:
+            goes_on = build.fcmp_ordered("!=", goes_on, self.constant(0.0))
+        new = [build.select(active, n, s) for n, s in zip(new, state, strict=True)]
+        active.add_incoming(build.and_(active, goes_on), build.block)
+        for phi, value in zip(state, new, strict=True):
+            phi.add_incoming(value, build.block)
+        build.cbranch(self.any(build.and_(active, goes_on)), again, done)
+        build.position_at_end(done)
+        self.returned(new)
+
+    def opaque(self, function: Opaque, args: list[ir.Value]) -> ir.Value:
+        """A function of numba at its address: (inputs, data, outputs), pointers all."""
+        count, build = function.count, self.builder
+        with build.goto_entry_block():
+            inputs, outputs = build.alloca(DOUBLE, len(args) or 1), build.alloca(DOUBLE, count)
+        signature = ir.FunctionType(ir.VoidType(), [POINTER] * 3).as_pointer()
+        pointer = build.inttoptr(ir.Constant(INT64, self.address(function)), signature)
+        lanes: list[list[ir.Value]] = []
+        for i in range(self.width):
+            lane = ir.Constant(ir.IntType(32), i)
+            for k, a in enumerate(args):
+                one = a if self.width == 1 else build.extract_element(a, lane)
+                build.store(one, build.gep(inputs, [ir.Constant(INT64, k)]))
+            build.call(pointer, [inputs, self.arrays["data"], outputs])
+            lanes.append([build.load(build.gep(outputs, [ir.Constant(INT64, k)])) for k in range(count)])
+        result = ir.Constant(self.structure(count), ir.Undefined)
+        for k in range(count):
+            value = lanes[0][k]
+            if self.width > 1:
+                value = ir.Constant(self.kind, ir.Undefined)
+                for i, row in enumerate(lanes):
+                    value = build.insert_element(value, row[k], ir.Constant(ir.IntType(32), i))
+            result = build.insert_value(result, value, k)
+        return result
+

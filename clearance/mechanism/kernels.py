@@ -1,0 +1,72 @@
+"""Programs made to run: compiled in memory from their IR, or as plain Python from their text."""
+
+import math
+from collections.abc import Callable
+from types import SimpleNamespace
+
+import numpy as np
+
+from clearance.mechanism import store
+from clearance.mechanism.emission import Program, function_text, kernel_text
+from clearance.mechanism.function import Function, Opaque
+
+#: the names of `math`, on numbers of numpy: what is not defined is not a number, and no error
+MATH = SimpleNamespace(
+    nan=math.nan, inf=math.inf, sqrt=np.sqrt, exp=np.exp, log=np.log, sin=np.sin, cos=np.cos, tan=np.tan,
+    asin=np.arcsin, acos=np.arccos, atan=np.arctan, atan2=np.arctan2, sinh=np.sinh, cosh=np.cosh, tanh=np.tanh,
+    asinh=np.arcsinh, atanh=np.arctanh, log1p=np.log1p, expm1=np.expm1, hypot=np.hypot, copysign=np.copysign,
+    floor=np.floor, ceil=np.ceil, trunc=np.trunc,
+    erf=lambda x: np.float64(math.erf(x)), erfc=lambda x: np.float64(math.erfc(x)),
+)  # fmt: skip
+
+
+def kernel(program: Program) -> Callable:
+    """The compiled kernel of a program; in plain Python where numba is switched off."""
+    if not store.COMPILED:
+        return plain_kernel(program)
+
+    from clearance.mechanism.ir import Lowering
+
+    def write(builder, arrays, time):
+        Lowering(builder, arrays | {"data": arrays["par"]}, time, address).write(program)
+
+    return store.written(write)
+
+
+def address(function: Opaque) -> int:
+    """Where numba has compiled a function that cannot be traced."""
+    numbers = [f"inputs[{i}]" for i in range(sum(1 if k == "number" else len(k._fields) for k in function.shape if k != "data"))]
+    listed = [a if a != "par" else "data" for a in function.listed(numbers)]
+    return store.opaque_address(function.function, listed, function.count)
+
+
+def plain_kernel(program: Program) -> Callable:
+    """The kernel as plain Python, from its text."""
+    defined = plain(kernel_text(program, {}), program.functions)[program.role]
+
+    def kernel(t, y, par, work, out):
+        with np.errstate(all="ignore"):
+            defined(np.float64(t), y, par, work, out)
+
+    return kernel
+
+
+def evaluated(function: Function) -> Callable:
+    """A function of the trace on plain numbers: f(*arguments, par=()) -> outputs."""
+    defined = plain(function_text(function))[function.name]
+
+    def evaluate(*arguments, par=()):
+        with np.errstate(all="ignore"):
+            return tuple(map(float, defined(par, *map(np.float64, arguments))))
+
+    return evaluate
+
+
+def plain(text: str, functions: list = ()) -> dict:
+    """The names that a text defines; functions: those that it calls and that have no text."""
+    scope: dict = {"math": MATH}
+    for function in (f for f in functions if isinstance(f, Opaque)):
+        scope[function.name] = function.function
+        scope |= {k.__name__: k for k in function.shape if isinstance(k, type)}
+    exec(compile(text.replace("import math\n", ""), "<kernel>", "exec"), scope)  # noqa: S102
+    return scope
