@@ -21,10 +21,10 @@ from clearance import checks, fields
 from clearance.checkpoint import PartsSink, restore, state_of
 from clearance.demand import Demand, affordable
 from clearance.extremes import Extremes, along, followed, guides, stretch_length, stretches
-from clearance.film.asking import Answerer
 from clearance.interrupts import Held, ended
 from clearance.joints import Prismatic
 from clearance.mechanism import store
+from clearance.mechanism.asking import Answerer
 from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.closing import last_position, lost_at, no_number
 from clearance.mechanism.dead_centre import Motion, dead_centre

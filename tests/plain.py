@@ -1,13 +1,26 @@
 """Kernels run as plain Python, straight from their text: no compilation, the same numbers."""
 
-import re
+from clearance.mechanism.interpreter import traced
+from clearance.mechanism.kernels import evaluated, plain_kernel
 
 
 def kernel(mechanism, role):
     """The kernel of a role as an ordinary function."""
-    text = re.sub(
-        r"from clearance.mechanism.store import .*", "kernel = plain = lambda f: f", mechanism.structure.texts[role]
-    )
-    scope = {}
-    exec(compile(text, f"<{role}>", "exec"), scope)
-    return scope[role]
+    return plain_kernel(mechanism.structure.programs[role])
+
+
+def differentiated(function, active, kinds=()):
+    """Values and, output by output, exact derivatives by the active arguments: a function of the same arguments."""
+    kinds = kinds or ("number",) * function.__code__.co_argcount
+    slopes = evaluated(traced(function, kinds).slopes(tuple(active)))
+
+    def values(*arguments):
+        numbers, data = [], ()
+        for kind, value in zip(kinds, arguments, strict=True):
+            if kind == "data":
+                data = value
+            else:
+                numbers += [value] if kind == "number" else list(value)
+        return slopes(*numbers, par=data)
+
+    return values

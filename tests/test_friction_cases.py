@@ -15,7 +15,8 @@ from scipy.integrate import solve_ivp
 import clearance as cl
 from clearance.catalogue import find_case, load_case
 from clearance.mechanism.build import build
-from clearance.mechanism.library import Library
+from clearance.mechanism.interpreter import traced
+from clearance.mechanism.kernels import evaluated
 from tests.plain import kernel
 from tests.test_mechanics import observed
 
@@ -259,9 +260,7 @@ class TestThreeLoopChain:
 
 def derivatives(bound, order=2):
     """Function t -> (value, rate, second derivative) of a signal, as the kernels make it from the law's source."""
-    library = Library()
-    first = library.jacobian(library.add(bound.law.function), (0,))
-    both = library.run(library.jacobian(first, (0,)))
+    both = evaluated(traced(bound.law.function).slopes((0,)).slopes((0,)))
     return lambda t: tuple(both(t, *bound.numbers)[i] for i in (0, 1, 3))
 
 

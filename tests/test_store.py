@@ -1,7 +1,8 @@
-"""The kernel store: structure in the text, numbers in the vector, nothing compiled twice, nothing half-written."""
+"""Kernels: structure in the text, numbers in the vector, nothing compiled twice or without need."""
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,16 +11,12 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.mechanism import store
+from clearance.mechanism import build as building
 from clearance.mechanism.build import build
 from tests import mechanisms as m
 from tests.plain import kernel as plain_kernel
 
 FEEDER = "six_bar_feeder"
-
-
-def files(folder):
-    return sorted(p.name for p in Path(folder).rglob("*") if p.is_file())
 
 
 def python(code, **environment):
@@ -59,39 +56,34 @@ def test_same_numbers_from_a_shared_structure():
     assert alone == [list(shared.par), list(shared.y0), shared.structure.texts["rhs"]]
 
 
-def test_a_second_point_compiles_nothing(tmp_path):
-    """Files in a fresh store after one point, after a second point, and after a second process."""
-    code = (
-        "import json, os, pathlib, clearance as cl\n"
-        "count = lambda: len([p for p in pathlib.Path(os.environ['CLEARANCE_STORE']).rglob('*') if p.is_file()])\n"
-        "run = lambda **k: cl.simulate(cl.load_case('four_bar', model='lubricated', **k), turns=0.1).close()\n"
-        "run(); first = count(); run(speed=20.0, clearance=5e-5, viscosity=0.1)\n"
-        "print(json.dumps([first, count()]))"
-    )
-    first, second = python(code, CLEARANCE_STORE=str(tmp_path))
-    assert first == second > 0
-    again = python(code, CLEARANCE_STORE=str(tmp_path))
-    assert again == [first, second]
-    assert not [n for n in files(tmp_path) if n.endswith(".tmp")]
+def test_a_second_point_compiles_nothing():
+    """Other numbers run through the kernels of the first point."""
+    first = build(cl.load_case("four_bar", model="lubricated"))
+    kernel = first.kernel("rhs")
+    assert build(cl.load_case("four_bar", model="lubricated", speed=20.0, viscosity=0.1)).kernel("rhs") is kernel
 
 
-def test_kernels_that_are_not_used_are_not_compiled(tmp_path):
+@pytest.mark.parametrize(
+    ("model", "roles"),
+    [("ideal", {"rhs", "observe"}), ("dry", {"rhs", "observe", "events"}),
+     ("lubricated", {"rhs", "observe", "events", "jacobian"})],
+)  # fmt: skip
+def test_kernels_that_are_not_used_are_not_compiled(model, roles, monkeypatch):
     """An ideal scene compiles rhs and observe; a dry one events too; only a film needs the Jacobian."""
+    monkeypatch.setattr(building, "_structures", {})
+    scene = cl.load_case("four_bar", model=model, joints="C")
+    cl.simulate(scene, turns=0.05).close()
+    assert set(build(scene).structure.compiled) == roles
+
+
+def test_a_run_of_a_scene_leaves_no_kernel_in_the_store(tmp_path):
+    """A second process reads film tables at most; no file of the store is a program of a scene."""
     code = (
         "import json, os, pathlib, clearance as cl\n"
-        "cl.simulate(cl.load_case('four_bar', model='{}', joints='C'), turns=0.05).close()\n"
-        "names = {{p.name.split('_')[2] for p in pathlib.Path(os.environ['CLEARANCE_STORE']).glob('*.py')}}\n"
-        "print(json.dumps(sorted(names)))"
+        "cl.simulate(cl.load_case('four_bar', model='dry', joints='C'), turns=0.05).close()\n"
+        "print(json.dumps([p.name for p in pathlib.Path(os.environ['CLEARANCE_STORE']).rglob('*')]))"
     )
-    roles = {
-        model: python(code.format(model), CLEARANCE_STORE=str(tmp_path / model))
-        for model in ("ideal", "dry", "lubricated")
-    }
-    assert roles == {
-        "ideal": ["observe", "rhs"],
-        "dry": ["events", "observe", "rhs"],
-        "lubricated": ["events", "jacobian", "observe", "rhs"],
-    }
+    assert python(code, CLEARANCE_STORE=str(tmp_path)) == []
 
 
 @pytest.mark.parametrize("kind", ["film", "dry", "newton"])
@@ -152,25 +144,8 @@ def test_leaving_out_imports():
 
 def test_reference_counting_stays_out_of_the_kernels():
     """No incref or decref is left in the machine code: arrays come in as arguments only."""
-    import math
-    import re
-
-    from numba import njit
-
-    mechanism = build(cl.load_case(FEEDER, joints="B,C,E"))
-    text = re.sub(r"from clearance.mechanism.store import .*", "", mechanism.structure.texts["rhs"])
-    scope = {
-        "math": math,
-        "plain": njit(**store.OPTIONS),
-        "kernel": njit(store.KERNEL_SIGNATURE, **store.OPTIONS),
-    }
-    exec(text, scope)
-    code = "".join(scope["rhs"].inspect_llvm().values())
-    assert not re.findall(r"call void @NRT_(incref|decref)", code)
-
-
-def test_edited_laws_make_new_files():
-    assert store.key("def rhs(): pass") != store.key("def rhs(): pass ")
+    kernel = build(cl.load_case(FEEDER, joints="B,C,E")).kernel("rhs")
+    assert not re.findall(r"call void @NRT_(incref|decref)", "".join(kernel.inspect_llvm().values()))
 
 
 def test_edited_stepper_sources_make_new_caches():

@@ -2,17 +2,21 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from clearance.mechanism.emission import Program, Writer, derive_text, kernel_text
+from clearance.mechanism.kernels import plain, plain_kernel
+from clearance.mechanism.schedule import scheduled
 from clearance.mechanism.trace import Slots, Trace
 
 
 def run(trace, outputs, **names):
     """Execute the statements of some outputs."""
     scope = {"math": math, **names}
-    exec("\n".join(trace.statements(outputs)), scope)
+    exec("\n".join(Writer([]).lines(scheduled(outputs), "")), scope)
     return [scope[f"v{o.index}"] if hasattr(o, "index") else o for o in outputs]
 
 
@@ -62,14 +66,13 @@ def test_what_depends_on_parameters_only_is_computed_once():
     p, q, y = trace.load("par[0]"), trace.load("par[1]"), trace.load("y[0]")
     output = trace.sqrt(p * q + 1.0) * y + p * p
     slots = Slots(2)
-    lines = trace.statements([output], slots)
-    assert not any("sqrt" in line for line in lines)
-    scope = {"math": math}
-    exec(slots.source(trace), scope)
-    par = scope["derive"]([2.0, 4.0, 0.0, 0.0])
-    scope |= {"par": par, "y": [5.0]}
-    exec("\n".join(lines), scope)
-    assert scope[f"v{output.index}"] == pytest.approx(3.0 * 5.0 + 4.0)
+    slots.claim([output])
+    program = Program("rhs", {0: output}, slots.place)
+    assert "sqrt" not in kernel_text(program, {})
+    par, out = np.array([2.0, 4.0, 0.0, 0.0]), np.zeros(1)
+    plain(derive_text(slots.place))["derive"](par)
+    plain_kernel(program)(0.0, np.array([5.0]), par, out, out)
+    assert out[0] == pytest.approx(3.0 * 5.0 + 4.0)
 
 
 def test_a_traced_scalar_has_no_truth_value():

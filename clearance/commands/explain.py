@@ -37,7 +37,7 @@ def run(options) -> int:
     for role, k in found["kernels"].items():
         calls = f", calls {', '.join(k['calls'])}" if k["calls"] else ""
         print(
-            f"  kernel     {role}: {k['operations']} operations{calls}{'' if k['in_store'] else ' (not compiled yet)'}"
+            f"  kernel     {role}: {k['operations']} operations{calls}"
         )
     print(f"  numbers    {found['parameters']} parameters, {found['derived_parameters']} derived from them")
     print(f"  outputs    {len(found['channels'])} channels")

@@ -4,7 +4,6 @@ import statistics
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 
-from clearance.evidence.explain import operations
 from clearance.evidence.variants import reduced
 from clearance.mechanism.build import build
 from clearance.scene import Scene
@@ -65,7 +64,7 @@ def costs(
         progress(name)
         mechanism = build(scene)
         states = build(scene, ledger=False).y0.size
-        count = operations("rhs", mechanism.structure.texts["rhs"])
+        count = mechanism.structure.programs["rhs"].operations
         method, _ = choose_method(mechanism, rtol=RTOL)
         rows.append(
             Part(name, len(scene.clearance_joints), states, len(mechanism.structure.channels), count, method)

@@ -2,19 +2,19 @@
 
 import re
 import sys
-from collections import Counter
 from importlib import import_module
 
 from clearance.joints import SLOTS, ClearanceRevolute, Joint
 from clearance.mechanism.build import Mechanism, build
-from clearance.mechanism.store import folder, is_known, key
+from clearance.mechanism.function import Opaque
+from clearance.mechanism.store import folder
+from clearance.mechanism.structure import Structure
 from clearance.scene import Scene
 from clearance.simulation import choose_method, foreseen, kernel_roles
 
 PARTS = (*SLOTS, "lubricant", "roughness", "heat")
 #: heavy packages a reader may want to see absent
 WATCHED = ("numba", "numpy", "h5py", "scipy", "skfem", "matplotlib", "tqdm", "dask", "xarray")
-_OPERATION = re.compile(r" = .*?([-+*/])|(math\.\w+)|= (\w+)\(")
 
 
 def explain(scene: Scene) -> dict:
@@ -30,7 +30,7 @@ def explain(scene: Scene) -> dict:
         "joints": {j.name: _joint(j) for j in scene.joints},
         "loads": {load.name: type(load).__name__ for load in scene.loads},
         "plan": [{"bodies": g.label(), "solved": _solved(g)} for g in mechanism.plan.groups],
-        "kernels": {r: _kernel(r, t) for r, t in structure.texts.items() if r in roles},
+        "kernels": {r: _kernel(structure, r) for r in structure.programs if r in roles},
         "left_out": _left_out(mechanism, roles),
         "warnings": scene_warnings(mechanism),
         "parameters": len(structure.index),
@@ -76,20 +76,14 @@ def _solved(group) -> str:
     }.get(group.form, f"in closed form (dyad {group.form})")
 
 
-def operations(role: str, text: str) -> int:
-    """Arithmetic operations and calls of a kernel, the insides of laws not counted."""
-    body = text.rpartition(f"def {role}(")[2]
-    return sum(Counter(m for found in _OPERATION.findall(body) for m in found if m).values())
-
-
-def _kernel(role: str, text: str) -> dict:
-    body = text.rpartition(f"def {role}(")[2]
+def _kernel(structure: Structure, role: str) -> dict:
+    program, text = structure.programs[role], structure.texts[role]
+    apart = {f.name: f.reason for f in program.functions if isinstance(f, Opaque)}
     return {
-        "key": key(text),
         "lines": len(text.splitlines()),
-        "operations": operations(role, text),
-        "calls": sorted(set(re.findall(r"= (\w+)\(", body))),
-        "in_store": is_known(role, text),
+        "operations": program.operations,
+        "calls": sorted({f.name for f in program.functions} | set(re.findall(r"# .*: (\w+)$", text, re.MULTILINE))),
+        "compiled_apart": apart,
     }
 
 

@@ -15,9 +15,10 @@ from clearance.film import bands, fem
 from clearance.film.bearing import Bearing
 from clearance.film.tabulated import table_film
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint
-from clearance.mechanism import store
 from clearance.mechanism.build import build
-from clearance.mechanism.library import Library
+from clearance.mechanism.interpreter import traced
+from clearance.mechanism.kernels import compiled
+from clearance.mechanism.store import njit
 from clearance.results import save_tables
 from clearance.simulation import Run, Span, choose_method
 
@@ -79,39 +80,37 @@ def errors_of(forces: np.ndarray, wanted: np.ndarray, states: np.ndarray) -> tup
 
 
 def compiled_law(law: BoundLaw, slopes: bool) -> tuple[Callable, np.ndarray]:
-    """A kernel that evaluates a film law (of a formula or a table) at t states of y [eps, rate, w], and its numbers."""
-    library = Library()
-    name = library.add(law.law.function)
-    called = library.jacobian(name, (0, 1, 2)) if slopes else name
-    numbers, arguments = np.zeros(1), ""
-    if isinstance(law.law, DataLaw):
-        numbers, arguments = np.asarray(law.source(JOINT).numbers, float), ", par, 0.0"
-    functions = "".join(f"\n@plain\n{f}\n" for f in library.sources([called]))
-    facts = ", ".join(repr(float(v)) for v in JOINT)
+    """evaluate(states (t, 3), numbers, forces (t, 2)) of a film law (of a formula or a table), and its numbers."""
+    function = traced(law.law.function, law.law.kinds)
+    called = compiled(function.slopes((0, 1, 2)) if slopes else function)
+    data = isinstance(law.law, DataLaw)
+    numbers = np.asarray(law.source(JOINT).numbers, float) if data else np.zeros(1)
+    facts = ", ".join(repr(float(v)) for v in (*JOINT, *law.numbers))
     text = (
-        "import math\n\nfrom clearance.laws.law import FilmJoint\nfrom clearance.mechanism.store import kernel, plain\n"
-        f"\n{functions}\n\n@kernel\ndef rhs(t, y, par, work, out):\n    for i in range(int(t)):\n"
-        f"        found = {called}(y[3 * i], y[3 * i + 1], y[3 * i + 2], FilmJoint({facts}){arguments})\n"
-        "        out[2 * i], out[2 * i + 1] = found[0], found[1]\n"
+        "def evaluate(states, par, forces):\n    for i in range(len(states)):\n"
+        f"        values = called(par, states[i, 0], states[i, 1], states[i, 2], {facts})\n"
+        "        forces[i, 0], forces[i, 1] = values[0], values[1]\n"
     )
-    return store.load("rhs", text), numbers
+    scope = {"called": called}
+    exec(text, scope)  # noqa: S102
+    return njit(error_model="numpy")(scope["evaluate"]), numbers
 
 
 def law_rung(name: str, kind: str, law: BoundLaw, states: np.ndarray, wanted: np.ndarray) -> Rung:
     """A law that kernels call, timed inside compiled code."""
-    seconds, out = [], np.zeros(2 * len(states))
+    seconds, out = [], np.zeros((len(states), 2))
     many = np.tile(states, (50, 1))
-    spent = np.zeros(2 * len(many))
+    spent = np.zeros((len(many), 2))
     for slopes in (False, True):
         evaluate, numbers = compiled_law(law, slopes)
-        evaluate(float(len(states)), states.ravel(), numbers, out, out)
+        evaluate(states, numbers, out)
         best = math.inf
         for _ in range(REPEATS):
             began = time.thread_time()
-            evaluate(float(len(many)), many.ravel(), numbers, spent, spent)
+            evaluate(many, numbers, spent)
             best = min(best, (time.thread_time() - began) / len(many))
         seconds.append(best)
-    errors = errors_of(out.reshape(-1, 2), wanted, states)
+    errors = errors_of(out, wanted, states)
     return Rung(name, kind, seconds[0], *errors, slopes_seconds=seconds[1])
 
 

@@ -4,14 +4,13 @@ All routes are exact, so there is no error to trade time for. They get the same 
 motion of the same record. What each computes differs and stands beside its time.
 """
 
-import ast
 import importlib.util
 import math
 import statistics
 import time as clock
 from collections import Counter
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -25,6 +24,7 @@ from clearance.inverse.motion import Geometry, Pairs
 from clearance.joints import Prismatic
 from clearance.loads import Drive
 from clearance.mechanism.assembly import assemble
+from clearance.mechanism.emission import Program, kernel_text
 from clearance.results import Record, save_tables
 from clearance.scene import Scene
 
@@ -305,8 +305,9 @@ def counted_operations(solver: Explicit, times: np.ndarray, channels: Iterable[i
     Iterations count as often as they are made; changes of sign, comparisons and copies do not count.
     """
     structure, m, count = solver.structure, solver.mechanism, Counting()
-    look = count.function("observe", pruned(structure.texts["observe"], set(channels)))
-    keep = count.function("commit", structure.texts["commit"])
+    observe = structure.programs["observe"]
+    look = count.function(replace(observe, outputs={i: observe.outputs[i] for i in channels}))
+    keep = count.function(structure.programs["commit"])
     state, par, work = ([count.number(v) for v in x] for x in (m.y0, m.par, np.append(m.work0, 0.0)))
     out = [0.0] * len(solver.channels)
     for i, time in enumerate(times):
@@ -318,19 +319,6 @@ def counted_operations(solver: Explicit, times: np.ndarray, channels: Iterable[i
         if structure.commits:
             keep(count.number(time), state, par, work, work)
     return Operations(*(count.tally[kind] / len(times) for kind in KINDS))
-
-
-def pruned(text: str, channels: set[int]) -> str:
-    """A kernel's text with only what some of its outputs need; its body is one assignment after another."""
-    tree = ast.parse(text)
-    kernel, needed, kept = tree.body[-1], set(), []
-    for statement in reversed(kernel.body):
-        target = statement.targets[0]
-        if target.id in needed if isinstance(target, ast.Name) else target.slice.value in channels:
-            needed |= {n.id for n in ast.walk(statement.value) if isinstance(n, ast.Name)}
-            kept.append(statement)
-    kernel.body = kept[::-1]
-    return ast.unparse(tree)
 
 
 class Counting:
@@ -358,12 +346,11 @@ class Counting:
 
         return method
 
-    def function(self, role: str, text: str) -> Callable:
-        """The kernel of a text."""
-        lines = [x for x in text.splitlines() if x != "import math" and not x.startswith("from clearance.mechanism")]
-        scope = {"math": self.math, "kernel": lambda f: f, "plain": lambda f: f}
-        exec("\n".join(lines), scope)  # noqa: S102
-        return scope[role]
+    def function(self, program: Program) -> Callable:
+        """The kernel of a program."""
+        scope = {"math": self.math}
+        exec(kernel_text(program, {}).replace("import math\n", ""), scope)  # noqa: S102
+        return scope[program.role]
 
 
 # --- showing

@@ -21,7 +21,6 @@ from clearance.evidence.peers import PEERS
 from clearance.evidence.problem import DISPLACEMENT, NotSolved, Problem, parting
 from clearance.evidence.statistics import Mean, over_turns
 from clearance.loads import Drive
-from clearance.mechanism import store
 from clearance.results import save_tables
 from clearance.scene import Scene
 from clearance.simulation import LARGEST_SHARE, METHODS, SimulationError, choose_method, simulate
@@ -99,11 +98,9 @@ def work_precision(
     problem, remarks = Problem(scene, until), []
     if problem.mechanism.structure.remembering:
         raise ValueError("a film with a memory makes no initial value problem that solvers could share")
-    known = store.is_known("rhs", problem.mechanism.structure.texts["rhs"])
     problem.own(problem.reference_methods[0], 1e-3, max_steps=STEP_LIMIT)
     shared = time.perf_counter() - began
-    how = "loaded, they were compiled before" if known else "compiled for the first time"
-    remarks.append(f"kernels and time loop: {shared:.2g} s ({how}); all solvers share the right-hand side")
+    remarks.append(f"kernels and time loop: {shared:.2g} s; all solvers share the right-hand side")
     statistics: dict[float, dict[str, Mean]] = {}
     if problem.contacts:
         progress("horizon")

@@ -2,7 +2,7 @@
 
 `solved` is memoryless and stands where any film law stands. `conserving` has a memory: the oil content of the gap, over
 the bearing, is kept from step to step (implicit Euler between accepted states), and its liner may be elastic. Both are
-answered in Python (film/asking.py), some 1e3 to 1e4 times dearer than the table. The finite elements of a run are
+answered in Python (mechanism/asking.py), some 1e3 to 1e4 times dearer than the table. The finite elements of a run are
 those of film/moving.py, smooth in the motion; film/fem.py is their reference.
 """
 
@@ -10,24 +10,14 @@ import time as clock_of_the_wall
 from collections.abc import Callable
 
 from clearance import checks
-from clearance.film.asking import KEEP, SLOPES, VALUE, Answerer, ask
 from clearance.film.bearing import CAVITATIONS, Bearing, Groove, check_mesh, coarseness
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, memory_film, wet_film
+from clearance.mechanism.asking import KEEP, SLOPES, VALUE, Answerer, answered
 
 USUAL = {"fem": 5000, "fast": 16_000, "conserving": 100_000}  # solutions a turn at rtol 1e-6, of the feeder
 VALUES = 15  # solutions without slopes for one with them, in usual runs
 APART = 0.01  # eccentricity ratios of the stages of a step
 NEAREST = 1.0 - 1e-4  # eccentricity ratio that a finite element mesh is asked for at most
-
-
-def asked(data, first, wanted, eccentricity_ratio, radial_rate, entrainment):
-    """Write a state into the block of a memoryless film and have it answered; where its block begins."""
-    data[first + 1] = wanted
-    data[first + 2] = eccentricity_ratio
-    data[first + 3] = radial_rate
-    data[first + 4] = entrainment
-    ask(data, first)
-    return first
 
 
 def solved(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
@@ -36,41 +26,12 @@ def solved(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
     The equation and its frame are those of film/bearing.py. Derivatives of finite elements are exact, the fast solver
     takes differences. Eccentricity ratios above 0.9999 count as 0.9999.
     """
-    at = asked(data, int(start), VALUE, eccentricity_ratio, radial_rate, entrainment)
-    return data[at + 5], data[at + 9], data[at + 13]
-
-
-def solved_slopes(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
-    """Values of `solved`, then the derivatives of each by eccentricity ratio, radial rate and entrainment."""
-    at = asked(data, int(start), SLOPES, eccentricity_ratio, radial_rate, entrainment)
-    return (
-        data[at + 5], data[at + 9], data[at + 13],
-        data[at + 6], data[at + 7], data[at + 8],
-        data[at + 10], data[at + 11], data[at + 12],
-        data[at + 14], data[at + 15], data[at + 16],
-    )  # fmt: skip
+    return answered(data, start, VALUE, (eccentricity_ratio, radial_rate, entrainment), 3)
 
 
 def solved_side_flow(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
     """Oil that leaves the bearing at both ends [m3/s]."""
-    at = asked(data, int(start), VALUE, eccentricity_ratio, radial_rate, entrainment)
-    return data[at + 17]
-
-
-solved.slopes = solved_slopes
-
-
-def asked_on_bearing(data, first, wanted, eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time):
-    """Write a state into the block of a film with memory and have it answered; where its block begins."""
-    data[first + 1] = wanted
-    data[first + 2] = eccentricity_x
-    data[first + 3] = eccentricity_y
-    data[first + 4] = rate_x
-    data[first + 5] = rate_y
-    data[first + 6] = spin
-    data[first + 7] = time
-    ask(data, first)
-    return first
+    return answered(data, start, VALUE, (eccentricity_ratio, radial_rate, entrainment), 4)[3]
 
 
 def conserving(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time, joint, data, start):
@@ -79,34 +40,18 @@ def conserving(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time, joint
     Jakobsson, Floberg and Olsson's film (film/conserving.py) a time `time` minus that of the last accepted step after
     it; eccentricity over clearance and its rate [1/s] in the bearing's frame, spin = omega_J - omega_B [rad/s].
     """
-    at = asked_on_bearing(data, int(start), VALUE, eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time)
-    return data[at + 8], data[at + 15], data[at + 22]
-
-
-def conserving_slopes(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time, joint, data, start):
-    """Values of `conserving`, then the derivatives of each by the first five arguments."""
-    at = asked_on_bearing(data, int(start), SLOPES, eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time)
-    return (
-        data[at + 8], data[at + 15], data[at + 22],
-        data[at + 9], data[at + 10], data[at + 11], data[at + 12], data[at + 13],
-        data[at + 16], data[at + 17], data[at + 18], data[at + 19], data[at + 20],
-        data[at + 23], data[at + 24], data[at + 25], data[at + 26], data[at + 27],
-    )  # fmt: skip
+    return answered(data, start, VALUE, (eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time), 3)
 
 
 def conserving_side_flow(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time, joint, data, start):
     """Oil that leaves the bearing at both ends [m3/s]."""
-    at = asked_on_bearing(data, int(start), VALUE, eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time)
-    return data[at + 29]
+    return answered(data, start, VALUE, (eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time), 4)[3]
 
 
 def conserving_keep(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time, joint, data, start):
     """Remember this state as the last accepted one; returns its time [s]."""
-    asked_on_bearing(data, int(start), KEEP, eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time)
-    return time
-
-
-conserving.slopes = conserving_slopes
+    state = eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time
+    return time + answered(data, start, KEEP, state, 1)[0]
 
 
 def _usual(solve: Callable[[float, float], object]) -> float:

@@ -29,8 +29,9 @@ from clearance.identify.models import FINER, LAG, Model, Parameter, Values, dela
 from clearance.identify.records import Trial
 from clearance.laws.law import Law, joint_bristle, joint_friction
 from clearance.loading import module_of
-from clearance.mechanism import store
-from clearance.mechanism.library import Library
+from clearance.mechanism.interpreter import traced
+from clearance.mechanism.kernels import compiled
+from clearance.mechanism.store import njit
 
 DIFFERENCE = 1e-4  # of a parameter (of its range where it may be negative), by which it is moved for slopes
 GROUPS = "tilt", "tilt", "spin"  # whose parameters a law has about x, y, z
@@ -243,38 +244,52 @@ class _Driven:
         return torque
 
 
-FRICTION = '''
-@njit(cache=True, error_model="numpy")
+@lru_cache(maxsize=32)
+def driver(law: Law) -> Callable:
+    """Compiled drive(parameters, rate (n,), load, dt, torque (n,)) of a law."""
+    function = traced(law.function)
+    drive = _bristle_drive if law.family is joint_bristle else _friction_drive
+    numbers = ", ".join(f"par[{i}]" for i in range(len(law.parameters)))
+    return drive(compiled(function), compiled(function.slopes((0,))), numbers)
+
+
+def _friction_drive(value: Callable, slopes: Callable, numbers: str) -> Callable:
+    """Torque of a law without a state."""
+    return _with_numbers(
+        f"""
 def drive(par, rate, load, dt, torque):
     for n in range(rate.size):
-        torque[n] = -{law}(rate[n], load, {numbers})
-'''
-BRISTLE = '''
-@njit(cache=True, error_model="numpy")
+        torque[n] = -value(par, rate[n], load, {numbers})[0]
+""",
+        value,
+        slopes,
+    )
+
+
+def _bristle_drive(value: Callable, slopes: Callable, numbers: str) -> Callable:
+    """Torque of a law with bristles, whose deflection takes exponential steps."""
+    return _with_numbers(
+        f"""
 def drive(par, rate, load, dt, torque):
     z = 0.0
     for n in range(rate.size):
         if n > 0:
-            change, force, slope, more = {slopes}(z, 0.5 * (rate[n - 1] + rate[n]), load, {numbers})
+            change, force, slope, more = slopes(par, z, 0.5 * (rate[n - 1] + rate[n]), load, {numbers})
             x = slope * dt
             z += dt * change * (math.expm1(x) / x if abs(x) > 1e-8 else 1.0 + 0.5 * x)
-        change, force = {law}(z, rate[n], load, {numbers})
+        change, force = value(par, z, rate[n], load, {numbers})
         torque[n] = -force
-'''
+""",
+        value,
+        slopes,
+    )
 
 
-@lru_cache(maxsize=32)
-def driver(law: Law) -> Callable:
-    """Compiled drive(parameters, rate (n,), load, dt, torque (n,)) of a law; kept in the kernel store."""
-    library = Library()
-    name = library.add(law.function)
-    bristle = law.family is joint_bristle
-    slopes = library.jacobian(name, (0,)) if bristle else name
-    texts = [f"@plain\n{text}" for text in library.sources([slopes, name])]
-    numbers = ", ".join(f"par[{i}]" for i in range(len(law.parameters)))
-    drive = (BRISTLE if bristle else FRICTION).format(law=name, slopes=slopes, numbers=numbers)
-    header = "import math\n\nfrom clearance.mechanism.store import njit, plain"
-    return store.load("drive", "\n\n\n".join([header, *texts, drive.lstrip()]))
+def _with_numbers(text: str, value: Callable, slopes: Callable) -> Callable:
+    """The compiled function of a text that calls a law with its numbers."""
+    scope = {"value": value, "slopes": slopes, "math": math}
+    exec(text, scope)  # noqa: S102
+    return njit(error_model="numpy")(scope["drive"])
 
 
 def _of_law(own: Own, values: Values) -> list[str]:

@@ -86,6 +86,13 @@ class Law:
         self.__module__ = function.__module__
 
     @property
+    def kinds(self) -> tuple:
+        """Kind of each argument: "number", a named tuple type, or "data" (a flat array)."""
+        state = [FilmJoint if name == "joint" else "number" for name in self.family.state]
+        data = ["data"] if isinstance(self, DataLaw) else []
+        return (*state, *data, *["number"] * len(self.parameters))
+
+    @property
     def needed(self) -> list[str]:
         """Parameters without a default that no joint determines."""
         empty = [n for n in self.given if self.parameters[n] is inspect.Parameter.empty]

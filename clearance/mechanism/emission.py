@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
-from clearance.mechanism.function import Function, Loop, Opaque
+from clearance.mechanism.function import Answer, Function, Loop, Opaque
 from clearance.mechanism.schedule import Branch, scheduled
 from clearance.mechanism.trace import COMPARISONS, Scalar, derived, live, text
 
@@ -23,6 +23,12 @@ class Program:
     def target(self) -> str:
         """The vector that is filled."""
         return "work" if self.role == "commit" else "out"
+
+    @property
+    def operations(self) -> int:
+        """Operations, with those of the functions that are called."""
+        nodes = [n for n in live(self.outputs.values(), derived) if n not in self.slots]
+        return sum(n.args[0].operations if n.op == "call" else n.op not in ("load", "item") for n in nodes)
 
     @cached_property
     def steps(self) -> list:
@@ -117,12 +123,16 @@ class Writer:
 
     def _call(self, function, args: list[str]) -> str:
         name = self.called[function]
+        if isinstance(function, Answer):
+            return f"answered(par, {args[0]}, {function.wanted}, ({', '.join(args[1:])},), {function.places})"
         if not isinstance(function, Opaque):
             return f"{name}({', '.join(['par', *args])})"
         return f"{name}({', '.join(function.listed(args))})"
 
     def function(self, function) -> list[str]:
         """Definition of a function."""
+        if isinstance(function, Answer):
+            return []
         if isinstance(function, Opaque):
             return [f"# {self.called[function]} is compiled apart: {function.reason}"]
         if isinstance(function, Loop):
@@ -142,17 +152,18 @@ class Writer:
 def kernel_text(program: Program, names: dict[str, str]) -> str:
     """Source of one kernel. names: of parameters, by `par[i]`."""
     writer = Writer(program.functions, program.slots, names)
-    blocks = ["import math"] + ["\n".join(writer.function(f)) for f in program.functions]
+    blocks = ["import math"] + ["\n".join(t) for t in map(writer.function, program.functions) if t]
     body = writer.lines(program.steps)
     body += [f"    {program.target}[{i}] = {text(v)}" for i, v in sorted(program.outputs.items())]
     blocks.append("\n".join([f"def {program.role}(t, y, par, work, out):", *(body or ["    pass"])]))
-    return f'"""clearance kernel `{program.role}`: straight-line code of one structure only."""\n\n' + "\n\n\n".join(blocks)
+    title = f'"""clearance kernel `{program.role}`: straight-line code of one structure only."""'
+    return "\n\n".join([title, "\n\n\n".join(blocks)])
 
 
 def function_text(function) -> str:
     """Source of a function and all that it calls."""
     functions = called(function.outputs) if isinstance(function, Function) else []
-    writer = Writer([*functions, function])
+    writer = Writer([function, *functions])
     return "import math\n\n\n" + "\n\n\n".join("\n".join(writer.function(f)) for f in [*functions, function])
 
 

@@ -6,6 +6,7 @@ A function has a trace of its own. Short ones become part of what calls them, lo
 from collections.abc import Callable
 from functools import cached_property
 
+from clearance.mechanism.asking import KEEP, SLOPES, VALUE
 from clearance.mechanism.trace import Scalar, Trace, is_number, live
 
 #: operations up to which a function becomes part of its callers
@@ -135,14 +136,36 @@ class Loop:
 class Opaque:
     """A plain function that cannot be traced: numba compiles it, and kernels call it by its address.
 
-    reason: why. It may bring its derivative, an attribute `slopes`: a function of the same arguments that returns
-    values and, output by output, derivatives by the leading arguments.
+    shape: kinds of its arguments (see `Law.kinds`); reason: why it is not traced. derivative: a function of the same
+    arguments that returns values and, output by output, derivatives by the leading arguments, if it brings one.
     """
 
-    def __init__(self, function: Callable, shape: tuple[str, ...], count: int, reason: str):
+    values_of, operations = None, SHORT + 1
+
+    def __init__(self, function: Callable, shape: tuple, count: int, reason: str, derivative: "Opaque | None" = None):
         self.name, self.function, self.shape = function.__name__, function, shape
-        self.count, self.reason, self.operations = count, reason, SHORT + 1
-        self.values_of = None
+        self.count, self.reason, self.derivative = count, reason, derivative
+
+    def slopes(self, active: tuple[int, ...]) -> Function:
+        """Values and derivatives by the active arguments. Raises ValueError where the function brings none."""
+        if self.derivative is None:
+            raise ValueError(
+                f"law {self.name} cannot be differentiated: {self.reason}; give it an attribute `slopes`, a function "
+                "of the same arguments that returns values and derivatives by the leading arguments"
+            )
+        leading = self.derivative.count // self.count - 1
+
+        def build(trace, arguments):
+            values = trace.call(self.derivative, arguments)
+            picked = [values[self.count + k * leading + a] for k in range(self.count) for a in active]
+            return [*values[: self.count], *picked]
+
+        return Function.of(f"{self.name}_d{''.join(map(str, active))}", self.size, build)
+
+    @property
+    def size(self) -> int:
+        """Number of arguments, those of named tuples one by one."""
+        return sum(1 if kind == "number" else len(kind._fields) for kind in self.shape if kind != "data")
 
     def listed(self, args: list) -> list:
         """Arguments of the plain function, from those of the call; `par` stands for the parameter vector."""
@@ -156,23 +179,41 @@ class Opaque:
                 listed.append(f"{kind.__name__}({', '.join(rest.pop(0) for _ in kind._fields)})")
         return listed
 
-    def slopes(self, active: tuple[int, ...]) -> Function:
-        """Values and derivatives by the active arguments. Raises ValueError where the function brings none."""
-        if not hasattr(self.function, "slopes"):
-            raise ValueError(f"law {self.name}: {self.reason}, so it needs an attribute `slopes` with its derivatives")
-        function = self.function.slopes
-        leading = next(n for n in range(1, 99) if outputs_of(function) == self.count * (1 + n))
-        whole = Opaque(function, self.shape, self.count * (1 + leading), self.reason)
 
-        def build(trace, arguments):
-            values = trace.call(whole, arguments)
-            picked = [values[self.count + k * leading + a] for k in range(self.count) for a in active]
-            return [*values[: self.count], *picked]
+class Answer:
+    """What Python answers to a kernel, through a block of the parameter vector (mechanism/asking.py).
 
-        return Function.of(f"{self.name}_d{''.join(map(str, active))}", sum(map(SIZES.get, self.shape)), build)
+    Arguments: where the block begins, then its inputs. outputs: how many of its values are wanted; by: the inputs that
+    their derivatives are wanted by. With `keep` the block is to remember its inputs and gives zeros.
+    """
 
+    operations, values_of, name = SHORT + 1, None, "answered"
 
-SIZES = {"number": 1, "data": 0}
+    def __init__(self, inputs: int, outputs: int, keep: bool = False, by: tuple[int, ...] = ()):
+        self.inputs, self.outputs, self.keep, self.by = inputs, outputs, keep, by
+
+    @property
+    def count(self) -> int:
+        """Number of values."""
+        return self.outputs * (1 + len(self.by))
+
+    @property
+    def wanted(self) -> float:
+        """What the block is asked for."""
+        return KEEP if self.keep else SLOPES if self.by else VALUE
+
+    @property
+    def places(self) -> list[int]:
+        """Where in the block the values stand."""
+        begin, width = 2 + self.inputs, 1 + self.inputs
+        values = [begin + k * width for k in range(self.outputs)]
+        return values + [value + 1 + i for value in values for i in self.by]
+
+    def slopes(self, active: tuple[int, ...]) -> "Answer":
+        """Values and derivatives by the active arguments."""
+        answer = Answer(self.inputs, self.outputs, self.keep, tuple(a - 1 for a in active))
+        answer.values_of = self
+        return answer
 
 
 # --- one trace of everything
@@ -239,13 +280,18 @@ class Expansion:
         return [made[o] if isinstance(o, Scalar) else o for o in outputs]
 
     def _called(self, function, args: list, trace: Trace) -> list:
-        if isinstance(function, Function) and function.short:
-            return self._copied(function.outputs, trace, dict(zip(function.arguments, args, strict=True)))
-        return trace.call(function, args)
+        if not (isinstance(function, Function) and function.short):
+            return trace.call(function, args)
+        section = trace.section
+        if trace is self.trace:  # texts say which law begins here
+            trace.section = f"{section}: {function.name}"
+        values = self._copied(function.outputs, trace, dict(zip(function.arguments, args, strict=True)))
+        trace.section = section
+        return values
 
     def function(self, function):
         """A function with everything short that it calls inside it."""
-        if isinstance(function, Opaque):
+        if isinstance(function, Opaque | Answer):
             return function
         if function not in self._functions:
             if isinstance(function, Loop):

@@ -14,7 +14,8 @@ from collections import namedtuple
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from clearance.mechanism.function import Function, Inside, Loop, Opaque
+from clearance.mechanism.asking import KEEP
+from clearance.mechanism.function import Answer, Function, Inside, Loop, Opaque
 from clearance.mechanism.trace import COMPARISONS, FLAT, UNARY, Scalar, Trace, is_number
 
 BINARY = ("atan2", "hypot", "copysign", "pow")
@@ -50,8 +51,14 @@ def traced(function: Callable, shape: tuple = ()) -> Function | Opaque:
     try:
         made.outputs = list(Execution(made.trace, function).call(arguments))
     except Untraceable as reason:
-        return Opaque(function, shape, outputs_of(function), str(reason))
+        return _opaque(function, shape, str(reason))
     return made
+
+
+def _opaque(function: Callable, shape: tuple, reason: str) -> Opaque:
+    """What numba compiles, with the derivative that it brings."""
+    slopes = getattr(function, "slopes", None)
+    return Opaque(function, shape, outputs_of(function), reason, slopes and _opaque(slopes, shape, reason))
 
 
 def definition(function: Callable) -> ast.FunctionDef:
@@ -143,9 +150,7 @@ class Execution:
         if is_number(condition):
             return a if condition else b
         if isinstance(a, tuple):
-            return type(a)(*(self.select(condition, x, y) for x, y in zip(a, b, strict=True))) if hasattr(
-                a, "_fields"
-            ) else tuple(self.select(condition, x, y) for x, y in zip(a, b, strict=True))
+            return _like(a, [self.select(condition, x, y) for x, y in zip(a, b, strict=True)])
         return self.trace.select(condition, a, b)
 
     def unreadable(self, node) -> ValueError:
@@ -185,8 +190,10 @@ class Execution:
         return variables
 
     def _augassign(self, node, variables, exits):
-        value = ast.BinOp(ast.Name(getattr(node.target, "id", ""), ast.Load()), node.op, node.value)
-        self._bind(node.target, None if not isinstance(node.target, ast.Name) else self.value(value, variables), variables)
+        if not isinstance(node.target, ast.Name):
+            raise Untraceable(f"it changes {ast.unparse(node.target)}")
+        value = ast.BinOp(ast.Name(node.target.id, ast.Load()), node.op, node.value)
+        self._bind(node.target, self.value(value, variables), variables)
         return variables
 
     def _bind(self, target, value, variables) -> None:
@@ -415,8 +422,10 @@ class Execution:
         arguments = [self.value(a, variables) for a in node.args]
         if isinstance(function, type) and function not in BUILTINS or not callable(function):
             raise self.unreadable(node)
-        if getattr(function, "ready_made", False) or hasattr(function, "py_func"):
+        if hasattr(function, "py_func"):
             raise Untraceable(f"it calls compiled code, {function.__name__}")
+        if getattr(function, "answers", False):
+            return self._answered(*arguments)
         if inspect.isfunction(function):
             return self._helped(function, arguments)
         try:
@@ -445,6 +454,10 @@ class Execution:
             return trace.function(name, trace.numeric(x))
         raise KeyError(name)
 
+    def _answered(self, data, start, wanted: float, inputs: tuple, outputs: int) -> tuple:
+        answer = Answer(len(inputs), outputs, wanted == KEEP)
+        return tuple(self.trace.call(answer, [start, *inputs]))
+
     def _helped(self, function: Callable, arguments: list):
         """A helper's values: it is a function of its traced arguments, the others are what they are."""
         if function in self.callers:
@@ -469,11 +482,15 @@ class Execution:
 BUILTINS = (abs, max, min, float, int, pow, range)
 
 
+def _like(value: tuple, parts: list) -> tuple:
+    """A tuple of the same kind with other parts."""
+    return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+
+
 def _mapped(value, change: Callable):
     """A value with every traced part replaced."""
     if isinstance(value, tuple) and value is not DATA:
-        parts = [_mapped(v, change) for v in value]
-        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+        return _like(value, [_mapped(v, change) for v in value])
     return change(value) if isinstance(value, Scalar) else value
 
 

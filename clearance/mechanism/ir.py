@@ -8,8 +8,8 @@ from collections.abc import Callable
 
 import llvmlite.ir as ir
 
-from clearance.mechanism.emission import Program
-from clearance.mechanism.function import Loop, Opaque
+from clearance.mechanism.emission import Program, called
+from clearance.mechanism.function import Answer, Function, Loop, Opaque
 from clearance.mechanism.schedule import Branch, scheduled
 from clearance.mechanism.trace import Scalar
 
@@ -40,13 +40,22 @@ class Lowering:
     def write(self, program: Program) -> None:
         """The whole of a kernel."""
         self.slots = program.slots
-        steps = {f.step for f in program.functions if isinstance(f, Loop)}  # written where they are repeated
-        for function in program.functions:
-            if function not in steps:
-                self.define(function)
+        self.define_all(program.functions)
         self.run(program.steps)
         for place, value in sorted(program.outputs.items()):
             self.builder.store(self.value(value), self.place(program.target, place))
+
+    def calls(self, function: Function, args: list[ir.Value]) -> list[ir.Value]:
+        """Outputs of a function, written here."""
+        self.define_all(called(function.outputs))
+        return self.inside(function, args)
+
+    def define_all(self, functions: list) -> None:
+        """The functions that are called, those first that others call."""
+        steps = {f.step for f in functions if isinstance(f, Loop)}  # written where they are repeated
+        for function in functions:
+            if function not in steps:
+                self.define(function)
 
     # --- values
     def constant(self, number: float) -> ir.Value:
@@ -172,11 +181,13 @@ class Lowering:
     def call(self, function, args: list[ir.Value]) -> ir.Value:
         if isinstance(function, Opaque):
             return self.opaque(function, args)
+        if isinstance(function, Answer):
+            return self.answer(function, args)
         return self.builder.call(self.functions[function], [self.arrays["par"], self.arrays["data"], *args])
 
     def define(self, function) -> None:
         """A function of the module: what several places call, or what is long."""
-        if isinstance(function, Opaque):
+        if isinstance(function, Opaque | Answer):
             return
         count = len(function.step.arguments if isinstance(function, Loop) else function.arguments)
         kind = ir.FunctionType(self.structure(function.count), [POINTER, POINTER, *[self.kind] * count])
@@ -229,28 +240,52 @@ class Lowering:
         build.position_at_end(done)
         self.returned(new)
 
+    # --- code of others
     def opaque(self, function: Opaque, args: list[ir.Value]) -> ir.Value:
         """A function of numba at its address: (inputs, data, outputs), pointers all."""
-        count, build = function.count, self.builder
+        build = self.builder
         with build.goto_entry_block():
-            inputs, outputs = build.alloca(DOUBLE, len(args) or 1), build.alloca(DOUBLE, count)
-        signature = ir.FunctionType(ir.VoidType(), [POINTER] * 3).as_pointer()
-        pointer = build.inttoptr(ir.Constant(INT64, self.address(function)), signature)
-        lanes: list[list[ir.Value]] = []
+            inputs, outputs = (build.alloca(DOUBLE, ir.Constant(INT64, n or 1)) for n in (len(args), function.count))
+        pointer = self.pointer(ir.Constant(INT64, self.address(function)), ir.VoidType(), [POINTER] * 3)
+
+        def one(*numbers):
+            self.stored(inputs, range(len(numbers)), numbers)
+            build.call(pointer, [inputs, self.arrays["data"], outputs])
+            return [build.load(build.gep(outputs, [ir.Constant(INT64, k)])) for k in range(function.count)]
+
+        return self.together(one, args, function.count)
+
+    def answer(self, answer: Answer, args: list[ir.Value]) -> ir.Value:
+        """What the answerer of a block puts there."""
+        build = self.builder
+
+        def one(start, *numbers):
+            block = build.gep(self.arrays["data"], [build.fptosi(start, INT64)])
+            self.stored(block, range(1, 2 + len(numbers)), [ir.Constant(DOUBLE, answer.wanted), *numbers])
+            place = build.fptosi(build.load(block), INT64)
+            pointer = self.pointer(place, DOUBLE, [INT64])
+            zero = build.call(pointer, [build.ptrtoint(block, INT64)])
+            if answer.keep:
+                return [zero] * answer.count
+            return [build.load(build.gep(block, [ir.Constant(INT64, k)])) for k in answer.places]
+
+        return self.together(one, args, answer.count)
+
+    def pointer(self, place: ir.Value, returned: ir.Type, arguments: list[ir.Type]) -> ir.Value:
+        return self.builder.inttoptr(place, ir.FunctionType(returned, arguments).as_pointer())
+
+    def stored(self, pointer: ir.Value, places, numbers) -> None:
+        for place, number in zip(places, numbers, strict=True):
+            self.builder.store(number, self.builder.gep(pointer, [ir.Constant(INT64, place)]))
+
+    def together(self, one: Callable, args: list[ir.Value], count: int) -> ir.Value:
+        """The values of a function of single numbers, lane by lane, as one structure."""
+        build, result = self.builder, ir.Constant(self.structure(count), ir.Undefined)
         for i in range(self.width):
             lane = ir.Constant(ir.IntType(32), i)
-            for k, a in enumerate(args):
-                one = a if self.width == 1 else build.extract_element(a, lane)
-                build.store(one, build.gep(inputs, [ir.Constant(INT64, k)]))
-            build.call(pointer, [inputs, self.arrays["data"], outputs])
-            lanes.append([build.load(build.gep(outputs, [ir.Constant(INT64, k)])) for k in range(count)])
-        result = ir.Constant(self.structure(count), ir.Undefined)
-        for k in range(count):
-            value = lanes[0][k]
-            if self.width > 1:
-                value = ir.Constant(self.kind, ir.Undefined)
-                for i, row in enumerate(lanes):
-                    value = build.insert_element(value, row[k], ir.Constant(ir.IntType(32), i))
-            result = build.insert_value(result, value, k)
+            numbers = args if self.width == 1 else [build.extract_element(a, lane) for a in args]
+            for k, value in enumerate(one(*numbers)):
+                if self.width > 1:
+                    value = build.insert_element(build.extract_value(result, k), value, lane)
+                result = build.insert_value(result, value, k)
         return result
-

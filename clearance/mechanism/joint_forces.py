@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 from clearance.joints import ClearanceRevolute
 from clearance.laws.film import film_torques, peak_film_pressure, thinning, wet_film_torques
-from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, bristle, memory_film
+from clearance.laws.law import BoundLaw, DataLaw, bristle, memory_film
 from clearance.mechanism.interpreter import traced
 from clearance.mechanism.kinematics import moved
 from clearance.mechanism.trace import Trace, Value
@@ -69,9 +69,7 @@ class Calls:
     def _of(self, law: BoundLaw, function, name: str, state: list, joint: tuple) -> list:
         """A function of a law's arguments; what a law with data reads stands in the parameter vector."""
         numbers = [self.number(f"{name}.{p}") for p in law.law.parameters]
-        shape = ["number"] * len(state) + ([FilmJoint] if joint else [])
-        shape += ["data"] if isinstance(law.law, DataLaw) else []
-        return self.function(function, [*state, *joint, *numbers], (*shape, *["number"] * len(numbers)))
+        return self.function(function, [*state, *joint, *numbers], law.law.kinds)
 
     def function(self, function, args: list, shape: tuple = ()) -> list:
         """Outputs of a plain function."""

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from clearance.mechanism import store
+from clearance.mechanism.asking import answered
 from clearance.mechanism.emission import Program, function_text, kernel_text
 from clearance.mechanism.function import Function, Opaque
 
@@ -27,15 +28,33 @@ def kernel(program: Program) -> Callable:
 
     from clearance.mechanism.ir import Lowering
 
-    def write(builder, arrays, time):
+    def write(builder, arguments):
+        time, *arrays = arguments
+        arrays = dict(zip(("y", "par", "work", "out"), arrays, strict=True))
         Lowering(builder, arrays | {"data": arrays["par"]}, time, address).write(program)
 
-    return store.written(write)
+    return store.written(store.KERNEL_SIGNATURE, write)
+
+
+def compiled(function: Function) -> Callable:
+    """A function of the trace for compiled code: f(par, *arguments) -> tuple of its outputs."""
+    if not store.COMPILED:
+        return lambda par, *arguments: evaluated(function)(*arguments, par=par)
+
+    from clearance.mechanism.ir import Lowering
+
+    def write(builder, arguments):
+        par, *numbers = arguments
+        return Lowering(builder, {"par": par, "data": par}, None, address).calls(function, numbers)
+
+    count = len(function.arguments)
+    signature = store.numbers(function.count)(store.VECTOR, *[store.float64] * count)
+    return store.written(signature, write)
 
 
 def address(function: Opaque) -> int:
     """Where numba has compiled a function that cannot be traced."""
-    numbers = [f"inputs[{i}]" for i in range(sum(1 if k == "number" else len(k._fields) for k in function.shape if k != "data"))]
+    numbers = [f"inputs[{i}]" for i in range(function.size)]
     listed = [a if a != "par" else "data" for a in function.listed(numbers)]
     return store.opaque_address(function.function, listed, function.count)
 
@@ -64,7 +83,7 @@ def evaluated(function: Function) -> Callable:
 
 def plain(text: str, functions: list = ()) -> dict:
     """The names that a text defines; functions: those that it calls and that have no text."""
-    scope: dict = {"math": MATH}
+    scope: dict = {"math": MATH, "answered": answered}
     for function in (f for f in functions if isinstance(f, Opaque)):
         scope[function.name] = function.function
         scope |= {k.__name__: k for k in function.shape if isinstance(k, type)}

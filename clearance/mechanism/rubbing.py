@@ -146,7 +146,7 @@ def _coupled(d, joints: list, places: list[int], start: dict, slopes: dict, foun
     return items[:size]
 
 
-# --- solution of s = friction(s): functions of (arms, what is given), where friction is a function of (s, what is given)
+# --- solution of s = friction(s, given): functions of (arms, given), before these what they carry on
 def coupled(friction: Function, size: int) -> Function:
     """Efforts s = friction(s), evaluations after the first, contraction: a fixed point, or Newton's method.
 
@@ -162,9 +162,8 @@ def coupled(friction: Function, size: int) -> Function:
             Loop("rub_continuation", _continuation(friction, size)),
             [*[0.0] * size, 0.0, STRIDE, float(PATIENCE), 0.0, *arms, *given],
         )
-        other = [trace.select(finished, v, math.nan) for v in other]
-        efforts = [trace.select(closed, a, b) for a, b in zip(z, other, strict=True)]
-        return [*efforts, trace.select(closed, count, more), contraction]
+        other = [trace.select(finished, v, math.nan) for v in (*other, more, contraction)]
+        return [trace.select(closed, a, b) for a, b in zip((*z, count, contraction), other, strict=True)]
 
     return Function.of("rub_coupled", len(friction.arguments), build)
 

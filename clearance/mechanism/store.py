@@ -25,25 +25,34 @@ COMPILED = not numba.config.DISABLE_JIT
 _addresses: dict[Callable, int] = {}
 
 
-def written(write: Callable) -> Callable:
-    """A compiled kernel whose code is LLVM IR: write(builder, arrays, time) puts it into the function being built.
+def written(signature, write: Callable) -> Callable:
+    """A compiled function whose code is LLVM IR: write(builder, arguments) puts it into the function being built.
 
-    arrays: pointers to y, par, work and out. Numba's front end sees one call only.
+    Arguments are numbers, and pointers to the numbers of arrays; it returns the numbers that the function returns, in
+    a tuple, or None. Numba's front end sees one call only.
     """
+    names = ", ".join(f"a{i}" for i in range(len(signature.args)))
 
-    @numba.extending.intrinsic
-    def statements(context, t, y, par, work, out):
-        def generate(target, builder, signature, arguments):
-            pointers = [target.make_array(VECTOR)(target, builder, a).data for a in arguments[1:]]
-            write(builder, dict(zip(("y", "par", "work", "out"), pointers, strict=True)), arguments[0])
+    def generate(target, builder, kind, arguments):
+        arguments = [
+            target.make_array(k)(target, builder, a).data if isinstance(k, types.Array) else a
+            for k, a in zip(kind.args, arguments, strict=True)
+        ]
+        values = write(builder, arguments)
+        if values is None:
             return target.get_dummy_value()
+        return target.make_tuple(builder, kind.return_type, values)
 
-        return KERNEL_SIGNATURE, generate
+    scope = {"answer": (signature, generate)}
+    exec(f"def statements(context, {names}):\n    return answer", scope)  # noqa: S102
+    scope["statements"] = numba.extending.intrinsic(scope["statements"])
+    exec(f"def function({names}):\n    return statements({names})", scope)  # noqa: S102
+    return njit(signature, no_cfunc_wrapper=True, **OPTIONS)(scope["function"])
 
-    def kernel(t, y, par, work, out):
-        statements(t, y, par, work, out)
 
-    return njit(KERNEL_SIGNATURE, **OPTIONS)(kernel)
+def numbers(count: int):
+    """Type of a tuple of numbers."""
+    return types.UniTuple(float64, count)
 
 
 def address(function: Callable, kind: types.FunctionType):

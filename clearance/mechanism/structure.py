@@ -16,8 +16,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
-import numpy as np
-
 from clearance.laws.law import BoundLaw, bristle, joint_bristle, memory_film
 from clearance.loads import Drive
 from clearance.mechanism import kernels

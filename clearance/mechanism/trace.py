@@ -220,7 +220,7 @@ class Trace:
         """pow, atan2, hypot or copysign."""
         if is_number(a) and is_number(b):
             return getattr(math, name)(a, b)
-        return self._node(name, *(x if isinstance(x, Scalar) else float(x) for x in (a, b)))
+        return self._node(name, self.number(a), self.number(b))
 
     def sqrt(self, a):
         return self.function("sqrt", a)
@@ -239,7 +239,7 @@ class Trace:
         """lt, le, gt, ge, eq or ne of two numbers."""
         if is_number(a) and is_number(b):
             return getattr(operator, op)(a, b)
-        return self._node(op, *(self.numeric(x) if isinstance(x, Scalar) else float(x) for x in (a, b)))
+        return self._node(op, self.number(a), self.number(b))
 
     def truth(self, a):
         """A value as a condition: a number is true unless it is zero."""
@@ -266,6 +266,10 @@ class Trace:
         """A truth value as 1 or 0; a number as it is."""
         return self._node("select", a, 1.0, 0.0) if isinstance(a, Scalar) and a.boolean else a
 
+    def number(self, a):
+        """An operand: traced, or a float."""
+        return self.numeric(a) if isinstance(a, Scalar) else float(a)
+
     def select(self, condition, a, b):
         """a where the condition holds, else b; a number for a condition holds where it is positive."""
         if is_number(condition):
@@ -275,7 +279,7 @@ class Trace:
             return a
         if condition.op == "not":
             condition, a, b = condition.args[0], b, a
-        return self._node("select", condition, *(self.numeric(x) if isinstance(x, Scalar) else float(x) for x in (a, b)))
+        return self._node("select", condition, self.number(a), self.number(b))
 
     def sum(self, values: Iterable):
         total = 0.0

@@ -5,7 +5,7 @@ import logging
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -13,11 +13,10 @@ from pathlib import Path
 from clearance import checks
 from clearance.catalogue import find_case, library
 from clearance.demand import Demand, affordable
-from clearance.mechanism import store
 from clearance.mechanism.build import Mechanism, build
 from clearance.recording import chosen, filters
 from clearance.results import locked, open_result
-from clearance.simulation import Run, Span, choose_method, prepare
+from clearance.simulation import prepare
 from clearance.sweeping import definition as definitions
 from clearance.sweeping.definition import Definition
 from clearance.sweeping.ideal import ideal_motion
@@ -31,7 +30,6 @@ from clearance.sweeping.worker import NO_SPACE, files_of, load_function
 
 LOG = logging.getLogger("clearance.sweep")
 SHOWN = logging.getLogger("clearance")  # beside the progress
-MOST_STRUCTURES = 32  # that are looked for among the points and compiled before any is run
 TRIED = 16  # points that are built before any is run
 ATTEMPTS = 3  # times that a point may lose its worker
 LOOK = 0.2  # seconds between two reports of the progress
@@ -225,31 +223,6 @@ def _try_first(definition: Definition, demanded: Callable | None) -> None:
     raise failure
 
 
-def _compile(definition: Definition, pending: list[int]) -> None:
-    """Compile all structures that the store has not got before workers wait for them, and tell of each.
-
-    Points that differ in texts, switches or zeros may differ in structure. Of very many such groups workers compile the
-    rest. A point that cannot be built will be recorded as failed.
-    """
-    case, structures, options = find_case(definition.path), {}, definition.options
-    groups = {_group(definition.points[i]): i for i in reversed(pending)}
-    for index in sorted(groups.values())[:MOST_STRUCTURES]:
-        with suppress(ValueError, TypeError):
-            mechanism = build(case.scene(**definition.values(index)), options.get("energy", True))
-            structures.setdefault(mechanism.structure.digest, (index, mechanism))
-    for k, (index, mechanism) in enumerate(structures.values(), 1):
-        if not store.is_known("rhs", mechanism.structure.texts["rhs"]):
-            SHOWN.info("compiling structure %d of %d (%s)", k, len(structures), definition.says(index))
-            rtol = options.get("rtol", RTOL)
-            with suppress(ValueError, TypeError):
-                Run(mechanism, Span(1.0, 2), rtol, choose_method(mechanism, options.get("method", "auto"), rtol))
-
-
-def _group(values: dict) -> tuple:
-    """What of a point's values may belong to the structure: all but the size of numbers."""
-    return tuple((n, v != 0.0 if isinstance(v, float) else v) for n, v in values.items())
-
-
 def _check_settle(definition: Definition, run) -> None:
     turn = run.mechanism.scene.turn
     if definition.settle is not None and definition.settle * (turn or 1.0) >= run.span.until:
@@ -370,8 +343,6 @@ class _Driver:
         return list(done.values()), pending
 
     def _work(self, pending: list[int], workers: int | None, scheduler: str | None) -> None:
-        if scheduler is None:
-            _compile(self.definition, pending)
         queue = Queue(self.definition.points, pending)
         stamp = definitions.digest(self.folder / "sweep.json")
         if scheduler is not None:

@@ -5,7 +5,6 @@ two things measured in turn in one run. CPU seconds are of whole fresh processes
 """
 
 import json
-import math
 import os
 import resource
 import statistics
@@ -33,7 +32,8 @@ from clearance.film.fem import FemFilm  # noqa: E402
 from clearance.film.table import Key  # noqa: E402
 from clearance.film.table import build as build_table  # noqa: E402
 from clearance.mechanism.build import build  # noqa: E402
-from clearance.mechanism.library import Library  # noqa: E402
+from clearance.mechanism.interpreter import traced  # noqa: E402
+from clearance.mechanism.kernels import compiled  # noqa: E402
 from clearance.simulation import Run, Span, choose_method  # noqa: E402
 from clearance.stepping import status  # noqa: E402
 from tests.augmented import Augmented, augmented  # noqa: E402
@@ -171,23 +171,18 @@ def runs():
 
 def compiled_law(law, active, state):
     """(value, value and Jacobian) of a bound law as compiled functions of the index of a call."""
-    library = Library()
-    name = library.add(law.law.function)
-    found = []
-    for function in (name, library.jacobian(name, tuple(range(active)))):
-        scope = {"math": math}
-        for text in library.sources([function]):
-            exec(text, scope)  # noqa: S102
-            called = text.partition("def ")[2].partition("(")[0]
-            scope[called] = njit(error_model="numpy")(scope[called])
-        source = "def calls(count, first, others):\n    total = 0.0\n    for i in range(count):\n"
-        arguments = ", ".join(["first * (1.0 + 1e-9 * i)", *(f"others[{k}]" for k in range(len(state) - 1))])
+    found, function = [], traced(law.law.function, law.law.kinds)
+    numbers = [x for v in state[1:] for x in (v if isinstance(v, tuple) else (v,))]
+    for one in (function, function.slopes(tuple(range(active)))):
+        called = compiled(one)
+        source = "def calls(count, first, others):\n    total, par = 0.0, others\n    for i in range(count):\n"
+        arguments = ", ".join(["par", "first * (1.0 + 1e-9 * i)", *(f"others[{k}]" for k in range(len(numbers)))])
         arguments += "".join(f", {v!r}" for v in law.numbers)
-        count = library.entries[function].outputs
-        parts = [f"found[{k}]" for k in range(count)] if count > 1 else ["found"]  # all are used: none is left out
-        source += f"        found = {function}({arguments})\n        total += {' + '.join(parts)}"
+        parts = [f"found[{k}]" for k in range(one.count)]  # all are used: none is left out
+        source += f"        found = called({arguments})\n        total += {' + '.join(parts)}"
+        scope = {"called": called}
         exec(source + "\n    return total\n", scope)  # noqa: S102
-        found.append((njit(error_model="numpy")(scope["calls"]), state[0], tuple(state[1:])))
+        found.append((njit(error_model="numpy")(scope["calls"]), state[0], np.array(numbers)))
     return found
 
 

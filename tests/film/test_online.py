@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.film import asking
-from clearance.film.asking import KEEP, SLOPES, VALUE, Answerer, ask
 from clearance.film.bearing import Bearing, Groove
 from clearance.film.conserving import MemoryFilm
 from clearance.film.moving import MovingFilm
 from clearance.film.online import conserving_film, fast_film, fem_film
 from clearance.film.tabulated import table_film
 from clearance.laws.law import FilmJoint
+from clearance.mechanism import asking
+from clearance.mechanism.asking import KEEP, SLOPES, VALUE, Answerer, answered
 from clearance.mechanism.build import build
 from clearance.simulation import Run, Span, choose_method, dear
 
@@ -66,8 +66,8 @@ class TestAsking:
         """As kernels have it: other numbers before and after stay as they are."""
         teller = Answerer(3, 2, answer)
         data = np.full(30, 7.0)
-        data[4 : 4 + len(teller.numbers)] = self.letter(teller, SLOPES)
-        ask(data, 4)
+        data[4 : 4 + len(teller.numbers)] = teller.numbers
+        assert answered(data, 4, SLOPES, (1.0, 1.0, 1.0), 2) == (6.0, 60.0)
         assert data[9] == 6.0
         assert (data[:4] == 7.0).all()
         assert (data[4 + len(teller.numbers) :] == 7.0).all()
@@ -89,7 +89,7 @@ class TestAsking:
         del teller
         gc.collect()
         with pytest.raises(KeyError):
-            ask(block, 0)
+            answered(block, 0, VALUE, (1.0, 1.0, 1.0), 2)
         assert int(block[0]) not in asking._answerers
 
     def test_address_is_exact_in_a_float(self):
@@ -146,7 +146,7 @@ def loaded(film, spin=100.0, mass=3.0):
     return cl.Scene(joint)
 
 
-def answered(mechanism, role, y, size=None, t=1e-4):
+def out_of(mechanism, role, y, size=None, t=1e-4):
     """What a compiled kernel returns."""
     out = np.zeros(size or len(mechanism.y0))
     mechanism.kernel(role)(t, y, mechanism.par, np.append(mechanism.work0, 0.0), out)
@@ -171,7 +171,7 @@ class TestKernels:
         table, fem = build(loaded(table_film())), build(loaded(fem_film()))
         half = table.coordinates
         for y in shaken(table):
-            wanted, found = (answered(mech, "rhs", y)[half : 2 * half] for mech in (table, fem))
+            wanted, found = (out_of(mech, "rhs", y)[half : 2 * half] for mech in (table, fem))
             assert np.linalg.norm((found - wanted)[1:]) < 3e-3 * np.linalg.norm(wanted[1:])
             assert abs(found[0] - wanted[0]) < 0.06 * abs(wanted[0])
 
@@ -181,12 +181,12 @@ class TestKernels:
         mechanism = build(loaded(film))
         n, scale = mechanism.size, mechanism.scale
         for y in shaken(mechanism):
-            found = answered(mechanism, "jacobian", y, n * n).reshape(n, n) * scale
+            found = out_of(mechanism, "jacobian", y, n * n).reshape(n, n) * scale
             wanted = np.zeros((n, n))
             for i in range(n):
                 step = np.zeros(len(y))
                 step[i] = 1e-5 * scale[i]
-                ahead, behind = (answered(mechanism, "rhs", y + k * step)[:n] for k in (1.0, -1.0))
+                ahead, behind = (out_of(mechanism, "rhs", y + k * step)[:n] for k in (1.0, -1.0))
                 wanted[:, i] = (ahead - behind) / 2e-5
             assert np.abs(found - wanted).max() < 1e-4 * np.abs(wanted).max()
 
@@ -196,7 +196,7 @@ class TestKernels:
         table, fem = build(loaded(table_film())), build(loaded(fem_film()))
         n = table.size
         for y in shaken(table):
-            both = (answered(mech, "jacobian", y, n * n) for mech in (table, fem))
+            both = (out_of(mech, "jacobian", y, n * n) for mech in (table, fem))
             wanted, found = (j.reshape(n, n) * table.scale for j in both)
             assert np.abs(found - wanted)[4:].max() < 0.02 * np.abs(wanted[4:]).max()
 
@@ -204,7 +204,7 @@ class TestKernels:
         """A block of a few numbers where a film is solved, none where it is a formula; nobody asks without one."""
         formula, table, fem = (build(loaded(f)) for f in (cl.harmonic(), table_film(), fem_film()))
         assert all("ask" not in text for mech in (formula, table) for text in mech.structure.texts.values())
-        assert "ask(" in fem.structure.texts["rhs"]
+        assert "answered(" in fem.structure.texts["rhs"]
         index = len(formula.structure.index) + formula.structure.derived
         assert len(formula.par) == index
         (source,) = fem.sources.values()
@@ -451,6 +451,6 @@ class TestMemory:
         """Committed once a step by the commit kernel, whose texts ask too; the others' structure has no such commit."""
         mechanism = build(loaded(conserving_film()))
         assert mechanism.structure.commits == 1
-        assert "ask(" in mechanism.structure.texts["commit"]
+        assert "answered(" in mechanism.structure.texts["commit"]
         assert "ask" not in mechanism.structure.texts["events"]
         assert build(loaded(fem_film())).structure.commits == 0

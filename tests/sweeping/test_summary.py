@@ -1,7 +1,6 @@
 """What a sweep says: of its metrics, of what it is doing, and of which points count."""
 
 import json
-import logging
 
 import numpy as np
 import pytest
@@ -73,23 +72,6 @@ def test_running_is_no_more_than_workers(tmp_path):
     points = cl.grid(speed=np.linspace(10.0, 20.0, 8))
     cl.sweep("slider_crank", points, tmp_path / "out", progress=lambda p: seen.append(p.running), **IDEAL)
     assert max(seen) <= 1
-
-
-def test_structures_to_compile_are_counted(tmp_path, monkeypatch, caplog):
-    """Two of three are not in the store; nothing is compiled here."""
-    points = cl.grid(speed=[10.0, 20.0]) * cl.grid(model=["ideal", "dry", "lubricated"])
-    definition = driver.define("slider_crank", points, {}, None, 0, None, (), {"turns": 1.0})
-    first = driver.build(cl.load_case("slider_crank", model="ideal")).structure.texts["rhs"]
-    built = []
-    monkeypatch.setattr(driver.store, "is_known", lambda role, text: text == first)
-    monkeypatch.setattr(driver, "Run", lambda mechanism, *_: built.append(mechanism.structure))
-    with caplog.at_level(logging.INFO, "clearance"):
-        driver._compile(definition, list(range(6)))
-    told = [r.message for r in caplog.records if r.name == "clearance"]
-    said = [s for s in told if s.startswith("compiling")]  # a new store builds a film table too
-    assert [s.partition(" (")[0] for s in said] == ["compiling structure 2 of 3", "compiling structure 3 of 3"]
-    assert "model=dry" in said[0]
-    assert len(built) == 2
 
 
 class Settled:

@@ -1,4 +1,4 @@
-"""How a compiled kernel asks Python for a film that no formula and no table holds.
+"""How a kernel asks Python for a film that no formula and no table holds.
 
 A block of the parameter vector is the letter: [address of the answerer, what is wanted, inputs..., answer...]. The
 kernel fills in the inputs and calls; the answer stands in the same block. Only scenes with such a film carry a block.
@@ -61,9 +61,22 @@ class Answerer:
         return 0.0
 
 
-def ask(data, first):
-    """Have the block at data[first] answered. Kernels have a compiled form of this (mechanism/store.py)."""
-    return _answerers[int(data[first])].fill(data[first:])
+def answered(data, start, wanted, inputs, outputs):
+    """Values of the block at data[start] for some inputs, a tuple; zeros where it is to remember them.
+
+    outputs: how many of the values, or the places in the block of what is wanted. Kernels have a compiled form of
+    this, with its derivatives (`mechanism.function.Answer`).
+    """
+    block = data[int(start) :]
+    block[1] = wanted
+    block[2 : 2 + len(inputs)] = inputs
+    _answerers[int(block[0])].fill(block)
+    begin, width = 2 + len(inputs), 1 + len(inputs)
+    places = outputs if isinstance(outputs, list) else [begin + k * width for k in range(outputs)]
+    return tuple(float(block[place]) if wanted != KEEP else 0.0 for place in places)
 
 
-ask.ready_made = True  # not taken into kernels as source text
+answered.answers = True  # not read as source text
+
+
+__all__ = ["KEEP", "SLOPES", "VALUE", "Answerer", "answered"]
