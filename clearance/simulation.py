@@ -748,8 +748,8 @@ class Run:
                 doubt = source.doubt(1.0 - gap / joint.clearance)
                 found += [f"{joint.label()}: mesh of the film: {doubt}"] if doubt else []
             if joint.transition is not None and gap < FULL_FILM * (joint.roughness or 0.0):
-                force = self._extreme(f"{group}/force_max")
-                found += filter(None, [hole_warning(joint, self.mechanism.frequency, force)])
+                force, reached = self._extreme(f"{group}/force_max"), gap / joint.roughness
+                found += filter(None, [hole_warning(joint, self.mechanism.frequency, force, reached)])
         for joint, depth in self._depths().items():
             found += filter(None, [depth_warning(joint, depth) or _beyond(joint, depth)])
         return found
