@@ -14,6 +14,7 @@ from functools import cached_property
 from pathlib import Path
 
 from clearance.checks import meant
+from clearance.choices import resolved
 from clearance.scene import Scene
 from clearance.units import quantity
 
@@ -91,6 +92,8 @@ class Case:
         defaults = {n: p.default for n, p in known.items() if n not in values}
         scene.origin["case_file"] = self.name if self.path.parent == library() else str(self.path)
         scene.origin["defaults"] = json.dumps(defaults, default=str, sort_keys=True)
+        automatic = resolved(defaults | values, scene.joints)
+        scene.origin["resolved"] = json.dumps(automatic, sort_keys=True)
         return scene
 
 

@@ -118,25 +118,25 @@ def hole_check(joint: ClearanceRevolute, entrainment: float, approach: float = 0
         if load[high] - force > load[rim] - load[least]:
             rim, least = high, k
     lost = load[rim] - load[least]
-    cause = _cause(joint, ratio[rim], ratio[least], ratio) if lost > 0.0 else ""
+    half = next(k for k in range(rim, least + 1) if load[k] <= load[rim] - 0.5 * lost)
+    cause = _cause(joint, ratio, rim, half) if lost > 0.0 else ""
     where = ratio[least], ratio[rim]
     return HoleCheck(tuple(ratio), tuple(load), lost, load[least], *where, cause)
 
 
-def _cause(joint: ClearanceRevolute, rim: float, least: float, ratio: list[float]) -> str:
-    """Why the load falls between two film thickness ratios: what the film loses, what contact lacks."""
-    known = facts(joint)
-    shares = {r: joint.transition(r * joint.roughness, known) for r in ratio}
-    (film, _, slope, *_), (held, _, squeeze, *_) = shares[rim], shares[least]
+def _cause(joint: ClearanceRevolute, ratio: list[float], rim: int, half: int) -> str:
+    """Why a load falls: what the film loses and contact lacks where half of the loss has come about."""
+    shares = [joint.transition(r * joint.roughness, facts(joint)) for r in ratio]
+    (film, _, rate, *_), (film_left, _, rate_left, *_) = shares[rim], shares[half]
     fades = "the film fades"
-    if held * slope > film * squeeze:  # the squeeze rate loses more than the film
+    if rate_left * film < film_left * rate:
         fades = "the held film loses its squeeze rate"
-    touches = [shares[r][3] > 0.0 and shares[r][4] > 0.0 for r in ratio]
-    begins = ratio[max(touches.index(True) - 1, 0)] if any(touches) else ratio[-1]
-    if begins > least:
+    touching = [k for k, (*_, share, depth, _, _, _) in enumerate(shares) if share * depth > 0.0]
+    begins = max(touching[0] - 1, 0) if touching else len(ratio) - 1
+    if begins < half:
         return f"{fades}, and the contact law is too soft to replace it"
-    if begins > NEAR_WALL:
-        return f"{fades} before contact begins, at film thickness ratio {begins:.2g}"
+    if ratio[begins] > NEAR_WALL:
+        return f"{fades} before contact begins, at film thickness ratio {ratio[begins]:.2g}"
     return f"{fades} before contact begins, at the wall"
 
 

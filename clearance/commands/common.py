@@ -74,13 +74,20 @@ def add_force(command: argparse.ArgumentParser) -> None:
     )
 
 
-def parameter_lines(case, values: dict) -> list[str]:
-    """The parameters of a case in print: those given, then the defaults of the others."""
+def parameter_lines(case, values: dict, resolved: dict) -> list[str]:
+    """The parameters of a case in print: those given, then the defaults of the others.
+
+    resolved: what became of those that are auto, as far as it is told.
+    """
     from clearance.units import shown
 
+    def text(name: str, value: object, units: str) -> str:
+        more = f": {shown(resolved[name], units)}" if name in resolved else ""
+        return shown(value, units) + more
+
     rows = case.parameters.items()
-    given = [f"{n} = {shown(values[n], p.units)}" for n, p in rows if n in values]
-    default = [f"{n} {shown(p.default, p.units)}" for n, p in rows if n not in values]
+    given = [f"{n} = {text(n, values[n], p.units)}" for n, p in rows if n in values]
+    default = [f"{n} {text(n, p.default, p.units)}" for n, p in rows if n not in values]
     texts = [f"  {t:<12} {', '.join(v)}" for t, v in (("given", given), ("default", default)) if v]
     style = {"width": 110, "subsequent_indent": " " * 15, "break_on_hyphens": False}
     return [line for text in texts for line in textwrap.wrap(text, **style)]

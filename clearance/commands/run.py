@@ -1,6 +1,7 @@
 """`clearance run`: a case, integrated, into a result file."""
 
 import argparse
+import json
 import logging
 import math
 import sys
@@ -83,6 +84,7 @@ def run(options) -> int:
             return complain(options, failure, FAILED)
         with _noted(f"the run is kept in {output}"):
             summary = _summary(case, values, result, began, options.settle) | {"replaced": replaced}
+            summary["resolved"] = resolved = json.loads(scene.origin["resolved"])
             if failure is None:
                 summary |= _comparable(scene, result, options.rtol)
             if options.plot:
@@ -90,7 +92,7 @@ def run(options) -> int:
     if failure is not None:
         summary.pop("status")
         return complain(options, failure, FAILED, **summary)
-    lines = parameter_lines(case, values)
+    lines = parameter_lines(case, values, resolved)
     print(json_text(summary) if options.json else _readable(summary, lines))
     return DONE
 

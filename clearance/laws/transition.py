@@ -119,7 +119,7 @@ def fuzzy(gap, joint, dry=0.4, mixed=1.0, full=3.0, datum=1.0, squeeze=1.0):
     for lambda <= dry. A soft contact leaves a hole between them: see `clearance.hole_check`.
 
     Three choices are not in what we read of the source. The study `feeder_transition` compares
-    each with `load_sharing`, which has no threshold.
+    the first two with `load_sharing`, which has no threshold.
     - datum: film thickness ratio, over l_m, from where contact begins and penetration counts
       (at most l_f / l_m). 1: where the film's weight begins to fall. 0: at the nominal wall, as in
       `flores_hybrid`; nothing carries between there and l_d. l_f / l_m: where full film ends; the
@@ -206,7 +206,7 @@ def tabled(ratio, data, start):
     return w_full, 1.0 - w_full - w_dry, w_dry
 
 
-def table_of_memberships(gap, joint, data, start, dry, mixed, full, datum=1.0, squeeze=1.0):
+def _weighted_by_table(gap, joint, data, start, dry, mixed, full, datum=1.0, squeeze=1.0):
     """As `fuzzy`, with memberships from a table of points [N]: see `fuzzy_table`."""
     w_full, w_mixed, w_dry = tabled(gap / joint.roughness, data, int(start))
     return weighted(gap, joint.roughness, mixed, full, datum, squeeze, w_full, w_mixed, w_dry)
@@ -250,9 +250,10 @@ def _slopes(points: Sequence[tuple[float, ...]]) -> list[tuple[float, ...]]:
 
 _fuzzy_table = DataLaw(
     transition,
-    table_of_memberships,
+    _weighted_by_table,
     {"dry": finite, "mixed": positive, "full": positive, "datum": non_negative, "squeeze": fraction},
     Table.of,
+    name="fuzzy_table",
 )
 _fuzzy_table.demands(_weights_fit)
 _fuzzy_table.doubts(_wide_or_twice)
