@@ -72,6 +72,11 @@ class Definition:
         """Case parameters of a point."""
         return self.fixed | self.points[index]
 
+    @property
+    def used(self) -> set:
+        """All values of case parameters."""
+        return {*self.fixed.values(), *(v for values in self.points.columns.values() for v in values)}
+
     def says(self, index: int) -> str:
         """A point in words: "speed=31.4159, clearance=0.0001"."""
         shown = (f"{n}={v:.6g}" if isinstance(v, float) else f"{n}={v}" for n, v in self.points[index].items())

@@ -18,7 +18,7 @@ from clearance.sweeping.definition import Definition
 from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.index import checked
 from clearance.sweeping.journal import DONE, FAILED, LOST, Outcome
-from clearance.sweeping.made import made, modules_of
+from clearance.sweeping.made import files_named, made, modules_of
 from clearance.sweeping.metrics import Metric, metrics, own
 
 NO_SPACE = "no space left for its file"
@@ -177,10 +177,12 @@ def _is_full(error: BaseException) -> bool:
 
 
 def _attempt(definition: Definition, index: int, key: str, path: Path | None, began: float) -> Outcome:
-    scene: Scene = _case(definition.path, definition.source).scene(**definition.values(index))
+    values = definition.values(index)
+    files = files_named(values.values())  # before the scene reads them
+    scene: Scene = _case(definition.path, definition.source).scene(**values)
     run = prepare(scene, **definition.options)
     modules = _modules(definition.path, definition.source, definition.own)
-    keeper = Keeper(run, definition, key, path, made(run.mechanism, modules))
+    keeper = Keeper(run, definition, key, path, made(run.mechanism, modules, files))
     failure = run.record(keeper)
     return Outcome(
         index, key, DONE if failure is None else FAILED, failure or "; ".join(keeper.missing),
