@@ -125,9 +125,8 @@ class Workshop:
         path.parent.mkdir(parents=True, exist_ok=True)
         with Lock(path.with_suffix(".lock"), wait=True):  # another figure may need the same
             if self.fresh or not _whole(path):
-                words = f"{case}: {', '.join(f'{k}={v}' for k, v in (parameters | options).items())}"
-                self.say(words)
-                with _named(f"{self.name}: {words}"):
+                self.say(f"{case}: {_listed(parameters | options)}")
+                with _named(f"{self.name}: {case} with {_listed(parameters) or 'its defaults'}"):
                     call(scene, path=path, **options).close()
         found = cl.open_result(path)
         self.results.append({"file": self._relative(path)} | note)
@@ -189,6 +188,10 @@ class Workshop:
 
     def _relative(self, path: Path) -> str:
         return Path(os.path.relpath(path, self.folder)).as_posix()
+
+
+def _listed(values: Mapping) -> str:
+    return ", ".join(f"{k}={v}" for k, v in values.items())
 
 
 @contextmanager

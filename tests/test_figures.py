@@ -1,6 +1,7 @@
 """`clearance figures`: every script says what it shows; what is drawn is noted; results are used again."""
 
 import json
+import logging
 import re
 
 import pytest
@@ -198,3 +199,16 @@ def test_a_log_has_a_line_at_the_start_of_each_figure(tmp_path, capsys):
     printed = capsys.readouterr()
     assert "feeder_sketch, 1 of 1" in printed.err
     assert "feeder_sketch" in printed.out
+
+
+def test_warnings_name_figure_and_run(tmp_path, caplog):
+    """Of a run with a force hole; afterwards warnings are as they were."""
+    work, log = workshop.Workshop(tmp_path, "feeder_transition"), logging.getLogger("clearance")
+    options = {"model": "mixed", "contact": "hertz", "film": "harmonic"}
+    with caplog.at_level(logging.WARNING):
+        work.run("six_bar_feeder", options, turns=0.01)
+        log.warning("later")
+    first, *_, last = [r.getMessage() for r in caplog.records]
+    run = "six_bar_feeder with model=mixed, contact=hertz, film=harmonic"
+    assert first.startswith(f"feeder_transition: {run}: joint B: force hole")
+    assert last == "later"

@@ -457,7 +457,13 @@ ROWS = "\n".join(",".join(map(str, row)) for row in POINTS)
 
 
 @pytest.mark.parametrize(
-    "text", [ROWS, f"# of a paper\nratio,full,mixed,dry\n{ROWS}\n", ROWS.replace(",", "; ")]
+    "text",
+    [
+        ROWS,
+        f"# of a paper\nratio,full,mixed,dry\n{ROWS}\n",
+        ROWS.replace(",", "; "),
+        ROWS.replace(",", "\t"),
+    ],
 )
 def test_memberships_of_a_file(text, tmp_path):
     """The case takes the file's points: the same law as `fuzzy_table` makes of them."""
@@ -476,6 +482,7 @@ def test_memberships_of_a_file(text, tmp_path):
         ("O.2,0,0,1\n" + ROWS, "line 1 needs four numbers: .*got 'O.2,0,0,1'"),
         (ROWS + "\n4,1,0,zero", "line 5 needs four numbers: .*got '4,1,0,zero'"),
         ("ratio,full,mixed,dry\n", "give at least two points, got 0"),
+        ("", "memberships: .*memberships.csv: give at least two points, got 0"),
         ("0.4,0,0,1\n1,0,0.9,0\n", "point 1: the memberships must have the sum 1"),
     ],
 )
@@ -521,12 +528,64 @@ def test_laws_with_parameters_as_words():
         ({"contact": "impact(dampin=1)"}, r"joint B: impact\(stiffness, .*unknown .*damping"),
         ({"contact": "impact(depth=-1)"}, "joint B: impact: depth must be positive"),
         ({"contact": "hertzz(stiffness=1)"}, "contact must be one of .*got 'hertzz'"),
-        ({"contact": "impact(damping=1"}, "contact must be one of .*got 'impact.damping=1'"),
+        ({"contact": "impact(damping=1"}, r"contact: a closing bracket is missing in .*; write impact\(damping=1\)"),
+        ({"contact": "impact(depth=1,depth=2)"}, r"contact: depth is given twice in 'impact\(depth=1,depth=2\)'"),
+        ({"contact": "auto(x=1)"}, r"contact auto takes no parameters, got 'auto\(x=1\)'"),
+        ({"friction": "none(x=1)"}, r"friction none takes no parameters, got 'none\(x=1\)'"),
+        ({"asperity": "none(x=3)"}, r"asperity none takes no parameters, got 'none\(x=3\)'"),
     ],
 )
 def test_words_that_are_no_law_are_refused(option, line):
     with pytest.raises(ValueError, match=line):
         cl.load_case("six_bar_feeder", model="dry", **option)
+
+
+MIXED_FILE = "memberships=.*points.csv"
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        ({"asperity": "greenwood_tripp(foo=1)"}, r"asperity=greenwood_tripp\(foo=1\): transition fuzzy has no"),
+        ({"asperity": "greenwood_tripp"}, "transition fuzzy has no asperity law; load_sharing has"),
+        ({"transition": "fuzzy(foo=1)"}, r"fuzzy\(dry, mixed, full, datum, squeeze\): unknown foo$"),
+        ({"transition": "fuzzy(dry=0.2)", "thresholds": "0.3,1,3"}, "thresholds=0.3,1,3 and dry=0.2 .*give the same"),
+        ({"thresholds": "0.4,1,3", "memberships": ""}, f"thresholds=0.4,1,3: {MIXED_FILE} replaces them"),
+        ({"transition": "fuzzy(dry=0.2)", "memberships": ""}, rf"fuzzy\(dry=0.2\): beside {MIXED_FILE} it takes datum"),
+        ({"transition": "fuzzy(mixed=2)", "memberships": ""}, rf"fuzzy\(mixed=2\): beside {MIXED_FILE} it takes datum"),
+        ({"transition": "fuzzy(datum=-1)", "memberships": ""}, "joint B: fuzzy_table: datum must not be negative"),
+        ({"transition": "fuzzy(datum=9)", "memberships": ""}, "transition fuzzy_table needs a datum of at most"),
+    ],
+)
+def test_nothing_given_is_ignored(options, line, tmp_path):
+    if "memberships" in options:
+        path = tmp_path / "points.csv"
+        path.write_text(ROWS)
+        options = options | {"memberships": str(path)}
+    with pytest.raises(ValueError, match=line):
+        cl.load_case("six_bar_feeder", model="mixed", **options)
+
+
+def test_what_auto_came_to():
+    """In the scene's provenance, which files keep; a joint without oil has no viscosity."""
+
+    def resolved(**options):
+        return json.loads(cl.load_case("six_bar_feeder", **options).provenance["resolved"])
+
+    fuzzy = {"viscosity": 0.005, "contact": "winkler", "thresholds": "0.4,1,3", "asperity": "none"}
+    assert resolved(model="mixed") == fuzzy
+    assert resolved(model="mixed", transition="load_sharing") == fuzzy | {"asperity": "greenwood_tripp"}
+    assert resolved(model="dry") == {"contact": "lankarani_nikravesh"}
+    assert resolved(viscosity=0.1) == resolved(model="ideal") == {}
+
+
+def test_run_says_what_auto_came_to(capsys, tmp_path):
+    arguments = ["run", "six_bar_feeder", "-p", "film=harmonic", "--turns", "0.01", "-o", str(tmp_path / "run.h5")]
+    assert cli.main(arguments) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "viscosity auto: 0.05 Pa s (50 cP)" in said
+    assert cli.main([*arguments, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["resolved"] == {"viscosity": 0.05}
 
 
 def test_laws_with_parameters_are_swept():

@@ -116,10 +116,10 @@ def fuzzy(gap, joint, dry=0.4, mixed=1.0, full=3.0, datum=1.0, squeeze=1.0):
     Thresholds dry < mixed < full of lambda (inputs: 0.4, 1, 3; after measurements of rough contacts
     0.05, 0.3, 1.2). The film is never thinner than l_m sigma. There it is blended over a tenth of
     it, so that the force is C1. Full film exactly for lambda >= full; dry contact, from its datum,
-    for lambda <= dry. A soft contact leaves a hole between them: see `clearance.hole_check`.
+    for lambda <= dry. A soft or late contact leaves a hole between them: `clearance.hole_check`.
 
     Three choices are not in what we read of the source. The study `feeder_transition` compares
-    the first two with `load_sharing`, which has no threshold.
+    each with `load_sharing`, which has no threshold.
     - datum: film thickness ratio, over l_m, from where contact begins and penetration counts
       (at most l_f / l_m). 1: where the film's weight begins to fall. 0: at the nominal wall, as in
       `flores_hybrid`; nothing carries between there and l_d. l_f / l_m: where full film ends; the
