@@ -415,6 +415,6 @@ def _thresholds(law: laws.BoundLaw | None) -> str | None:
 def resolved(values: Mapping[str, object], joints: Collection[Joint]) -> dict[str, object]:
     """What the parameters of a case that are auto came to in its first clearance joint, by name."""
     first = next((j for j in joints if isinstance(j, ClearanceRevolute)), None)
-    names = [n for n, v in values.items() if v == AUTO and n in RESOLVED]
+    names = [n for n in RESOLVED if isinstance(values.get(n), str) and values[n] == AUTO]
     found = {n: RESOLVED[n](first) for n in names} if first is not None else {}
     return {n: v for n, v in found.items() if v is not None}
