@@ -13,7 +13,7 @@ from scipy.optimize import least_squares
 
 from clearance.identify import estimation
 from clearance.identify.estimation import Estimate, in_group
-from clearance.identify.own import Own
+from clearance.identify.own import FunctionError, Own
 
 FINISH = 1e-8  # relative change of the cost and of the parameters at which a fit ends
 MOST = 60  # steps of a fit
@@ -62,7 +62,9 @@ class Search:
         if not (self.last and np.array_equal(self.last[0], x)):
             try:
                 found = self.predicted(x) - self.measured
-            except FAILS:
+            except FAILS as error:
+                if isinstance(error, FunctionError) and not isinstance(error.__cause__, FAILS):
+                    raise  # a mistake in the function, not a point without a value
                 self.refused += 1
                 found = np.full_like(self.measured, math.nan)
             self.last = x.copy(), found

@@ -23,7 +23,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from clearance.checks import finite, non_negative, positive
+from clearance.checks import finite, meant, non_negative, positive
 from clearance.identify import kernels
 from clearance.identify.kernels import DAMPING, PADDING, STIFFNESS, TORQUE, VISCOUS, Layout
 
@@ -504,7 +504,8 @@ def model(name: str, **options) -> Model:
     if name in FURTHER and name not in MODELS:
         importlib.import_module(FURTHER[name])
     if name not in MODELS:
-        raise ValueError(f"model must be one of {', '.join(dict.fromkeys([*MODELS, *FURTHER]))}, got {name!r}")
+        names = dict.fromkeys([*MODELS, *FURTHER])
+        raise ValueError(f"model must be one of {', '.join(names)}, got {name!r}{meant(name, names)}")
     try:
         return MODELS[name](**options)
     except TypeError as error:

@@ -20,6 +20,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
+from types import ModuleType
 from typing import ClassVar
 
 import numpy as np
@@ -28,7 +29,7 @@ from clearance.checks import finite, identifier, meant, positive
 from clearance.identify.models import FINER, LAG, Model, Parameter, Values, delayed
 from clearance.identify.records import Trial
 from clearance.laws.law import Law, joint_bristle, joint_friction
-from clearance.loading import module_of
+from clearance.loading import located, module_of
 from clearance.mechanism import store
 from clearance.mechanism.library import Library
 
@@ -201,8 +202,20 @@ def _finer(trial: Trial, lag: float) -> Trial:
     return replace(trial, time=time, rate=rate, torque=np.zeros((len(rate), 3)))
 
 
+class FunctionError(ValueError):
+    """An error that a user's function raised, with its file, line and function; the cause is that error."""
+
+
 def _with(function: Callable, held: dict) -> Callable:
-    return lambda record, **numbers: function(record, **held, **numbers)
+    """The function with the parameters that are held. It raises FunctionError for whatever the function raises."""
+
+    def called(record, **numbers):
+        try:
+            return function(record, **held, **numbers)
+        except Exception as error:
+            raise FunctionError(f"model {function.__name__}: {located(error)}") from error
+
+    return called
 
 
 def _check_parameters(name: str, known: list[str], needed: list[str], given: Mapping) -> None:
@@ -290,15 +303,38 @@ def _of_law(own: Own, values: Values) -> list[str]:
 
 # --- files
 def open_model(reference: str) -> Own:
-    """A model of a file, "path/to/file.py:name"; runs the file. Raises ValueError for what is not there."""
-    path, _, name = reference.rpartition(":")
+    """A model of a file, "path/to/file.py:name"; runs the file. The name may be left out where the file has one model.
+
+    Raises ValueError for a file or a model that is not there, naming the models and functions of the file.
+    """
+    path, name = _path_and_name(reference)
     if not path or not Path(path).is_file():
         reason = f"expected NAME or FILE.py:NAME, and there is no file {path or reference!r}"
         raise ValueError(f"--model {reference}: {reason}")
     module = module_of(Path(path).resolve(), "model", f"--model {reference}")
-    found = getattr(module, name, None)
-    if not isinstance(found, Own):
-        there = [n for n, v in vars(module).items() if isinstance(v, Own)]
-        answer = f"it has {', '.join(there)}" if there else "make one by clearance.identify.own.model"
-        raise ValueError(f"--model {reference}: the file has no model {name!r}; {answer}")
-    return replace(found, name=name)
+    models = {n: v for n, v in vars(module).items() if isinstance(v, Own)}
+    if not name and len(models) == 1:
+        (name,) = models
+    if name not in models:
+        raise ValueError(f"--model {reference}: {_no_model(name, models, module)}")
+    return replace(models[name], name=name)
+
+
+def _path_and_name(reference: str) -> tuple[str, str]:
+    """The two parts of FILE.py:NAME; a name that is left out is empty."""
+    if reference.endswith(".py"):
+        return reference, ""
+    path, _, name = reference.rpartition(":")
+    return path, name
+
+
+def _no_model(name: str, models: Mapping, module: ModuleType) -> str:
+    """The reason why a file has no model of a name, and the names that it has."""
+    if models and not name:
+        return f"the name of a model is missing; give FILE.py:NAME, the file has {', '.join(models)}"
+    reason = f"the file has no model {name!r}" if name else "the file has no model"
+    if models:
+        return f"{reason}{meant(name, models)}; it has {', '.join(models)}"
+    functions = [n for n, v in vars(module).items() if getattr(v, "__module__", None) == module.__name__ and callable(v)]
+    there = f"; its functions are {', '.join(functions)}" if functions else ""
+    return f"{reason}{there}; make one by clearance.identify.own.model"
