@@ -19,6 +19,7 @@ import numpy as np
 
 from clearance import checks, fields
 from clearance.checkpoint import PartsSink, restore, state_of
+from clearance.compiling import announced
 from clearance.demand import Demand, affordable
 from clearance.extremes import Extremes, along, followed, guides, stretch_length, stretches
 from clearance.film.asking import Answerer
@@ -176,9 +177,9 @@ def prepare(
     if demanded is not None:
         steps = span.until / (max_step or longest_step(mechanism, span))
         demanded(mechanism, Demand(span.samples, min(steps, max_steps or steps)))
-    if not store.is_known("rhs", mechanism.structure.texts["rhs"]):
-        LOG.info("compiling: a structure this machine has not seen (the very first run also compiles the time loop)")
-    run = Run(mechanism, span, rtol, choose_method(mechanism, method, rtol), max_step, max_steps)
+    stepper = choose_method(mechanism, method, rtol)
+    with announced(_texts(mechanism, stepper[0])):
+        run = Run(mechanism, span, rtol, stepper, max_step, max_steps)
     if start is not None:
         run.start_from(start)
     return run
@@ -262,6 +263,10 @@ def kernel_roles(mechanism: Mechanism, method: str) -> list[str]:
         "observe": True,
     }
     return [role for role, used in needed.items() if used]
+
+
+def _texts(mechanism: Mechanism, method: str) -> dict[str, str]:
+    return {role: mechanism.structure.texts[role] for role in kernel_roles(mechanism, method)}
 
 
 def _beyond(joint, depth: float) -> str | None:
@@ -439,7 +444,8 @@ class Run:
         self.method = f"{self.method}, {method}"
         self.place[self.state.MAY_SWITCH] = self.place[self.state.STIFF_STEPS] = 0
         self.control[t.STIFFNESS] = 0.0
-        self.take(method)
+        with announced(_texts(self.mechanism, method)):
+            self.take(method)
 
     def _energy_scale(self) -> float:
         mass = sum(b.mass for b in self.mechanism.scene.bodies)

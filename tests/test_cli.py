@@ -326,4 +326,4 @@ def test_compiling_is_told_in_logs_too(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0
-    assert done.stderr.startswith("clearance: compiling: a structure this machine has not seen")
+    assert done.stderr.startswith("clearance: compiling: kernels that this machine has not compiled before")

@@ -335,6 +335,7 @@ def _no_model(name: str, models: Mapping, module: ModuleType) -> str:
     reason = f"the file has no model {name!r}" if name else "the file has no model"
     if models:
         return f"{reason}{meant(name, models)}; it has {', '.join(models)}"
-    functions = [n for n, v in vars(module).items() if getattr(v, "__module__", None) == module.__name__ and callable(v)]
+    here = {n: v for n, v in vars(module).items() if getattr(v, "__module__", None) == module.__name__}
+    functions = [n for n, v in here.items() if callable(v)]
     there = f"; its functions are {', '.join(functions)}" if functions else ""
     return f"{reason}{there}; make one by clearance.identify.own.model"
