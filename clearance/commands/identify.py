@@ -26,7 +26,7 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument(
         "--model", default="lugre3d", metavar="NAME",
         help="lugre1d, lugre3d, curve, or lstm with the extra learn (default lugre3d); one's own as "
-        "FILE.py:NAME, a law or any function of a record (see identify/own.py)",
+        "FILE.py:NAME (NAME only where the file has several), a law or any function of a record (see identify/own.py)",
     )  # fmt: skip
     p.add_argument(
         "-p", dest="options", metavar="NAME=VALUE", action="append", default=[],
@@ -201,7 +201,7 @@ def _readable(document: dict) -> list[str]:
         lines.append(line)
     if "parameters" not in d:
         lines.append(f"  {d['parameter_count']} parameters, kept in the file of the fit")
-    lines.append(f"  {'NRMSE: rms error over':<24} {'rms':>8} {'std':>8} {'range':>8}   of the measured torque")
+    lines.append(f"  {'NRMSE: rms error over':<24} {'rms':>8} {'std':>8} {'range':>8}   of what was measured")
     for role, s in d["scores"].items():
         three = " ".join(f"{s['over'][over]:>8.4f}" for over in ("rms", "std", "range"))
         lines.append(f"    {role:<22} {three}   {s['trials']} trials, {s['samples']} samples")

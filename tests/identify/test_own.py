@@ -115,15 +115,36 @@ def test_the_guides_law(tmp_path, monkeypatch, capsys):
     np.testing.assert_allclose(modelled.torque, again.torque(read("bench.h5").trials[0]))
 
 
+def noisy_path(name: str, true: dict, time: np.ndarray) -> np.ndarray:
+    """A journal's path by a model of the guide, kept as FILE.py, with 0.5 um of noise (n, 2)."""
+    Path(name).write_text(next(b for b in BLOCKS if f"# {name}" in b))
+    zeros = np.zeros_like(time)
+    record = Series("run", "training", time, {"x": zeros, "y": zeros}, {"x": "m", "y": "m"})
+    path = open_model(name).predicted(true, record)
+    return path + 0.5e-6 * np.random.default_rng(1).standard_normal(path.shape)
+
+
+def test_the_guides_contact(tmp_path, monkeypatch):
+    """Stiffness and damping of a contact from 61 points of a path: within 1 %, two of the widths of their intervals.
+
+    The search starts at twice the stiffness and half the damping.
+    """
+    monkeypatch.chdir(tmp_path)
+    true, time = {"stiffness": 5e9, "damping": 2000.0}, np.linspace(0.0, 0.006, 61)
+    path = noisy_path("my_contact.py", true, time)
+    record = Series("run", "training", time, {"x": path[:, 0], "y": path[:, 1]}, {"x": "m", "y": "m"})
+    fitted = fit(Measurement((record,)), open_model("my_contact.py"))
+    assert fitted.values == pytest.approx(true, rel=0.01)
+    for name, value in true.items():
+        assert fitted.low[name] < value < fitted.high[name]
+    assert not fitted.doubts
+
+
 def test_the_guides_journal(tmp_path, monkeypatch, capsys):
     """Thresholds of a mixed joint from the path of its journal with 0.5 um of noise: inside their 95 % intervals."""
     monkeypatch.chdir(tmp_path)
-    Path("my_journal.py").write_text(next(b for b in BLOCKS if "# my_journal.py" in b))
     true, time = {"dry": 0.4, "mixed": 1.3}, np.linspace(0.0, 0.02, 201)
-    units, zeros = {"x": "m", "y": "m"}, np.zeros_like(time)
-    record = Series("run", "training", time, {"x": zeros, "y": zeros}, units)
-    path = open_model("my_journal.py:journal").predicted(true, record)
-    path += 0.5e-6 * np.random.default_rng(1).standard_normal(path.shape)
+    path = noisy_path("my_journal.py", true, time)
     rows = np.column_stack([1e3 * time, 1e6 * path[:, 0], path[:, 1]])
     np.savetxt("path.csv", rows, delimiter=",", header="time [ms],x [um],y", comments="", fmt="%.15g")
     command = "identify --model my_journal.py:journal --data path.csv -o thresholds --plot --json"
