@@ -27,11 +27,13 @@ import numpy as np
 from clearance.extremes import ROUNDING, Extreme, Extremes, better
 from clearance.locks import Lock
 from clearance.reading import FACT_UNITS, Damaged, Entries, Reader, open_checked
+from clearance.version import VERSION
 
 LOG = logging.getLogger("clearance.files")
 FORMAT = "clearance-result"
 FORMAT_VERSION = 2
-PACKAGES = ("clearance", "numpy", "numba", "h5py")
+#: whose versions stand in a file beside our own
+PACKAGES = ("numpy", "numba", "h5py")
 #: groups whose channels move along time
 MOVING = ("bodies", "joints", "springs", "drives", "friction", "energy")
 #: extremes that follow from the smallest gap [m]
@@ -51,7 +53,7 @@ LIBVER = ("v108", "v108")
 
 def provenance() -> dict:
     """Format, versions of what made a file, and when (UTC); attributes of every file."""
-    versions = {}
+    versions = {"version_clearance": VERSION}
     for package in PACKAGES:
         try:
             versions[f"version_{package}"] = importlib.metadata.version(package)

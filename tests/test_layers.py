@@ -9,7 +9,7 @@ ROOT = Path(__file__).parent.parent
 #: lowest first; a module may import its own layer and those before it
 LAYERS = [
     ["clearance.checks", "clearance.units", "clearance.extremes", "clearance.interrupts", "clearance.loading"],
-    ["clearance.locks", "clearance.demand"],
+    ["clearance.locks", "clearance.demand", "clearance.version"],
     ["clearance.materials"],
     ["clearance.laws"],
     ["clearance.scene", "clearance.joints", "clearance.loads"],

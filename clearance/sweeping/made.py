@@ -6,17 +6,16 @@ imported file, a law or the package has changed does not put two physics in one 
 
 import ast
 import hashlib
-import importlib.metadata
 import importlib.util
 import json
 import sysconfig
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from functools import lru_cache
 from pathlib import Path
 
 from clearance.mechanism.build import Mechanism
 from clearance.sweeping.definition import digest
+from clearance.version import VERSION
 
 #: modules in these folders come with Python, a package or this one: their versions tell them apart
 FOREIGN = tuple(Path(sysconfig.get_path(n)) for n in ("stdlib", "platstdlib", "purelib", "platlib"))
@@ -31,12 +30,7 @@ def made(mechanism: Mechanism, modules: dict[str, str]) -> dict:
 
 def common(modules: dict[str, str]) -> dict:
     """The part of it that all points share."""
-    return {"version": _version()} | ({"modules": modules} if modules else {})
-
-
-@lru_cache(maxsize=1)
-def _version() -> str:
-    return importlib.metadata.version("clearance")
+    return {"version": VERSION} | ({"modules": modules} if modules else {})
 
 
 def _digest(text: str) -> str:
