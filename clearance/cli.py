@@ -84,7 +84,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _words(error: OSError) -> str:
-    """What the system refused, and of which file; of a temporary one the directory."""
+    """The system's reason and the file, or the directory of a temporary one."""
     if not error.filename or not error.strerror:
         return str(error)
     path = Path(str(error.filename))

@@ -280,14 +280,14 @@ def _beyond(joint, depth: float) -> str | None:
 
 
 def _kind(state, joint) -> int:
-    """What the time loop has to watch in a joint."""
+    """Kind of events in a joint, for the time loop."""
     if joint.contact is None:
         return state.FILM
     return state.CONTACT if joint.impacts else state.BLENDED
 
 
 def _left(sink, path) -> str:
-    """What there is of a run that ended early, also before it had a sink."""
+    """Description of the files of a run that ended early, also before it had a sink."""
     return f"{path} was not written" if sink is None else sink.left
 
 
@@ -544,7 +544,7 @@ class Run:
         return result
 
     def _sink(self, path, channels, compression: int, checkpoint: float | None) -> FileSink | PartsSink:
-        """What keeps the run's output in a file, with checkpoints where they are asked for."""
+        """Sink of the run's output in a file, with checkpoints on request."""
         output = path, self.mechanism.structure.channels, self.attributes(), channels, compression
         if checkpoint is None:
             return FileSink(*output, self.span.samples)
@@ -647,7 +647,7 @@ class Run:
         writer.impacts(self._names(), np.array(rows), "open_contact")
 
     def _failure(self, code: int, writer: Recorder) -> str:
-        """Where and why a run failed: time, joint and state."""
+        """Place and reason of a run's failure: time, joint and state."""
         if code == codes.LEDGER_BROKEN:
             since = writer.ledger.since or 0.0
             return f"from t = {since:.9g} s on: {codes.MESSAGES[code]}: {self._suspects(writer)}"
@@ -679,7 +679,7 @@ class Run:
         return f"at t = {time:.9g} s: {what} ({'; '.join(states) or 'no free state'})"
 
     def _no_number(self) -> str | None:
-        """What has no value where the run cannot go on: at its last state, or a step or a million of them further."""
+        """Quantity without a value where the run cannot go on: at its last state, or one to a million steps further."""
         time, step = self.clock[self.state.TIME], self.clock[self.state.STEP_SIZE]
         found = no_number(self.mechanism, self.work, time, self.y)
         for further in (1.0, 1e2, 1e4, 1e6) if np.isfinite(self.f).all() else ():
@@ -688,7 +688,7 @@ class Run:
         return found
 
     def _lost(self, before: float, after: float) -> str | None:
-        """Where a mechanism whose motion is prescribed comes to an end between two times, if it does."""
+        """End of a prescribed motion between two times, if it has one."""
         if self.mechanism.size > 0 or not self.outputs:
             return None
         if (lost := lost_at(self.mechanism, self.work, before)) is not None:
@@ -779,7 +779,7 @@ class Run:
         return f"{sharp}, {seen:.2g} {units}"
 
     def _identity(self, channels, compression: int) -> dict:
-        """What two runs must share for one to go on where the other stopped."""
+        """Facts that two runs must share for one to continue the other."""
         for name in self.mechanism.structure.remembering:
             raise ValueError(f"joint {name}: its film has a memory that no checkpoint keeps; leave out checkpoint")
         found = {n: getattr(self, n) for n in ("rtol", "method")} | vars(self.span)

@@ -160,7 +160,7 @@ def _keep(found, measurement, folder: Path, plot: bool) -> list[Path]:
 
 
 def _document(found, measurement) -> dict:
-    """What a fit gave, as plain data."""
+    """Result of a fit as plain data."""
     scores = {}
     for role in measurement.roles:
         of = measurement.of(role)

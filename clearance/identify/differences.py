@@ -51,7 +51,7 @@ class Search:
         return np.where(self.log, self.values(x), self.range)
 
     def predicted(self, x: np.ndarray) -> np.ndarray:
-        """What the model says at coordinates, over the sizes of what was measured."""
+        """Prediction at coordinates, over the sizes of the measured columns."""
         self.evaluations += 1
         values = self.values(x)
         parts = (self.model.predicted(values, t).ravel() / s for t, s in zip(self.trials, self.sizes, strict=True))

@@ -78,7 +78,7 @@ class Own(Model):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """What is fitted, in the order of its vector."""
+        """Fitted parameters, in the order of their vector."""
         return (*self.given, *([LAG] * self.lag))
 
     @property
@@ -99,7 +99,7 @@ class Own(Model):
         return replace(self, lag=True)
 
     def _called(self, values: Values, record) -> np.ndarray:
-        """What the function gives, (n, 3) or (n, k). Raises ValueError for another shape."""
+        """Result of the function, (n, 3) or (n, k). Raises ValueError for another shape."""
         numbers = dict(zip((p.name for p in self.parameters), self.array(values).tolist(), strict=True))
         if self.lag:
             return self.function(_finer(record, numbers.pop(LAG.name)), **numbers)[::FINER]
@@ -149,7 +149,7 @@ class Own(Model):
         return np.array([math.sqrt(squares[u]) or 1.0 for u in units])
 
     def doubts(self, values: Values, fastest: float) -> list[str]:
-        """What a law says of its numbers."""
+        """Demands and doubts of the law about its numbers."""
         return _of_law(self, values) if self.law else []
 
 
@@ -291,7 +291,7 @@ def driver(law: Law) -> Callable:
 
 
 def _of_law(own: Own, values: Values) -> list[str]:
-    """What a law demands of and doubts about its numbers, about each axis."""
+    """Demands and doubts of a law about its numbers, for each axis."""
     numbers, found = dict(zip((p.name for p in own.parameters), own.array(values).tolist(), strict=True)), []
     for group in dict.fromkeys(GROUPS):
         bound = own.law(**own.function.numbers(group, numbers))

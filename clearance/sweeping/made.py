@@ -1,4 +1,4 @@
-"""What a point was run with: version, files the case imports, text of its kernels, numbers of its scene.
+"""Inputs of a point's run: version, files the case imports, text of its kernels, numbers of its scene.
 
 The definition of a sweep says what was asked for. Each outcome says what was run, so that a sweep that goes on after an
 imported file, a law or the package has changed does not put two physics in one table.
@@ -23,7 +23,7 @@ FOREIGN += (Path(__file__).resolve().parent.parent,)
 
 
 def made(mechanism: Mechanism, modules: dict[str, str]) -> dict:
-    """What the runs of a mechanism are made with, as plain data; modules: see `modules_of`."""
+    """Inputs of the runs of a mechanism, as plain data; modules: see `modules_of`."""
     scene = json.dumps(sorted(numbers(mechanism.scene.to_json()).items()))
     return common(modules) | {"text": mechanism.structure.digest, "numbers": _digest(scene)}
 
@@ -59,7 +59,7 @@ def _name(found: dict[str, str], name: str, value: object) -> None:
 
 
 def common_differences(before: dict, now: dict) -> list[str]:
-    """What has changed of what all points share, in words."""
+    """Changes of the inputs that all points share, in words."""
     if not before:
         return ["its points do not say what they were run with (version 0.1 wrote them)"]
     found = []
@@ -71,7 +71,7 @@ def common_differences(before: dict, now: dict) -> list[str]:
 
 
 def point_differences(before: dict, now: dict, kept: str | None, scene: str) -> list[str]:
-    """What has changed of a point, in words; kept: JSON of the scene that was run, where its file says it."""
+    """Changes of a point's inputs, in words; kept: JSON of the scene that was run, where its file says it."""
     found = ["the law or kernel text has been changed"] if before.get("text") != now["text"] else []
     if before.get("numbers") == now["numbers"]:
         return found
