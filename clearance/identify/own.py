@@ -103,13 +103,13 @@ class Own(Model):
         numbers = dict(zip((p.name for p in self.parameters), self.array(values).tolist(), strict=True))
         if self.lag:
             return self.function(_finer(record, numbers.pop(LAG.name)), **numbers)[::FINER]
-        found = np.asarray(self.function(record, **numbers), float)
-        if self.predicts and len(self.predicts) == 1 and found.shape == (record.samples,):
-            found = found[:, None]
+        prediction = np.asarray(self.function(record, **numbers), float)
+        if self.predicts and len(self.predicts) == 1 and prediction.shape == (record.samples,):
+            prediction = prediction[:, None]
         wanted = record.samples, len(self.predicts) or 3
-        if found.shape != wanted:
-            raise ValueError(f"{self.name} must return an array of shape {wanted}, got {found.shape}")
-        return found
+        if prediction.shape != wanted:
+            raise ValueError(f"{self.name} must return an array of shape {wanted}, got {prediction.shape}")
+        return prediction
 
     def torque(self, values: Values, trial) -> np.ndarray:
         """Torque (n, 3) [N m] of a trial."""
@@ -132,8 +132,8 @@ class Own(Model):
         """The trial with the model's columns."""
         if not self.predicts:
             return super().modelled(values, trial)
-        found = dict(zip(self.predicts, self._called(values, trial).T, strict=True))
-        return replace(trial, columns=trial.columns | found)
+        columns = dict(zip(self.predicts, self._called(values, trial).T, strict=True))
+        return replace(trial, columns=trial.columns | columns)
 
     def senses(self, trial) -> float | np.ndarray:
         """Signs of errors: of columns as they are."""
@@ -144,8 +144,8 @@ class Own(Model):
         if not self.predicts:
             return 1.0
         units = list(self.predicts.values())
-        whole = np.concatenate([self.observed(t) for t in trials])
-        squares = {u: np.mean(whole[:, [v == u for v in units]] ** 2) for u in units}
+        measured = np.concatenate([self.observed(t) for t in trials])
+        squares = {u: np.mean(measured[:, [v == u for v in units]] ** 2) for u in units}
         return np.array([math.sqrt(squares[u]) or 1.0 for u in units])
 
     def doubts(self, values: Values, fastest: float) -> list[str]:
@@ -218,10 +218,10 @@ def _with(function: Callable, held: dict) -> Callable:
     return called
 
 
-def _check_parameters(name: str, known: list[str], needed: list[str], given: Mapping) -> None:
-    if unknown := [n for n in given if n not in known]:
-        hint = meant(unknown[0], known)
-        raise ValueError(f"model {name} has no parameter {unknown[0]!r}{hint}; it has {', '.join(known)}")
+def _check_parameters(name: str, names: list[str], needed: list[str], given: Mapping) -> None:
+    if unknown := [n for n in given if n not in names]:
+        hint = meant(unknown[0], names)
+        raise ValueError(f"model {name} has no parameter {unknown[0]!r}{hint}; it has {', '.join(names)}")
     if missing := [n for n in needed if n not in given]:
         raise ValueError(f"model {name}: give {missing[0]} as between(low, high, units), or as a number")
 
@@ -238,8 +238,8 @@ class _Driven:
 
     def numbers(self, group: str, values: Mapping[str, float]) -> dict[str, float]:
         """The law's parameters about an axis."""
-        own = {n.removeprefix(f"{group}_"): v for n, v in values.items() if n.startswith(f"{group}_")}
-        return {n: v for n, v in self.law.parameters.items() if n in self.law.given} | self.held | own
+        fitted = {n.removeprefix(f"{group}_"): v for n, v in values.items() if n.startswith(f"{group}_")}
+        return {n: v for n, v in self.law.parameters.items() if n in self.law.given} | self.held | fitted
 
     def __call__(self, record, **values) -> np.ndarray:
         torque = np.zeros((record.samples, 3))
@@ -290,15 +290,15 @@ def driver(law: Law) -> Callable:
     return store.load("drive", "\n\n\n".join([header, *texts, drive.lstrip()]))
 
 
-def _of_law(own: Own, values: Values) -> list[str]:
+def _of_law(fitted: Own, values: Values) -> list[str]:
     """Demands and doubts of a law about its numbers, for each axis."""
-    numbers, found = dict(zip((p.name for p in own.parameters), own.array(values).tolist(), strict=True)), []
+    numbers, lines = dict(zip((p.name for p in fitted.parameters), fitted.array(values).tolist(), strict=True)), []
     for group in dict.fromkeys(GROUPS):
-        bound = own.law(**own.function.numbers(group, numbers))
-        for look in filter(None, (own.law.demand, own.law.doubt)):
-            said = look(None, bound.values)
-            found += [f"{group}: {own.name} {said}"] if said else []
-    return found
+        bound = fitted.law(**fitted.function.numbers(group, numbers))
+        for look in filter(None, (fitted.law.demand, fitted.law.doubt)):
+            reason = look(None, bound.values)
+            lines += [f"{group}: {fitted.name} {reason}"] if reason else []
+    return lines
 
 
 # --- files
