@@ -98,7 +98,7 @@ class Case:
 
 
 def library() -> Path:
-    """Where the cases that come with the package are."""
+    """Folder of the cases that come with the package."""
     spec = importlib.util.find_spec("clearance.cases")
     if spec is not None and spec.submodule_search_locations:
         return Path(next(iter(spec.submodule_search_locations)))
@@ -152,7 +152,7 @@ def _module(path: Path):
 
 
 def _kind(parameter: inspect.Parameter) -> type:
-    """What a parameter is: its annotation (the first plain type of a union), else a number or the default's type."""
+    """Type of a parameter: its annotation (the first plain type of a union), else a number or the default's type."""
     for kind in (parameter.annotation, *typing.get_args(parameter.annotation)):
         if kind in (float, int, str, bool):
             return kind

@@ -11,12 +11,12 @@ class Terminated(KeyboardInterrupt):
 
 
 def ended(request: KeyboardInterrupt) -> str:
-    """What a request to end was, in a word."""
+    """Name of a request to end."""
     return "terminated" if isinstance(request, Terminated) else "interrupted"
 
 
 def _in_main_thread() -> bool:
-    """Whether handlers can be set here: Python calls them in the main thread and lets only that one set them."""
+    """True where handlers can be set: Python calls them in the main thread and lets only that one set them."""
     return threading.current_thread() is threading.main_thread()
 
 

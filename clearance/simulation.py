@@ -19,6 +19,7 @@ import numpy as np
 
 from clearance import checks, fields
 from clearance.checkpoint import PartsSink, restore, state_of
+from clearance.compiling import announced
 from clearance.demand import Demand, affordable
 from clearance.extremes import Extremes, along, followed, guides, stretch_length, stretches
 from clearance.film.asking import Answerer
@@ -176,9 +177,9 @@ def prepare(
     if demanded is not None:
         steps = span.until / (max_step or longest_step(mechanism, span))
         demanded(mechanism, Demand(span.samples, min(steps, max_steps or steps)))
-    if not store.is_known("rhs", mechanism.structure.texts["rhs"]):
-        LOG.info("compiling: a structure this machine has not seen (the very first run also compiles the time loop)")
-    run = Run(mechanism, span, rtol, choose_method(mechanism, method, rtol), max_step, max_steps)
+    stepper = choose_method(mechanism, method, rtol)
+    with announced(_texts(mechanism, stepper[0])):
+        run = Run(mechanism, span, rtol, stepper, max_step, max_steps)
     if start is not None:
         run.start_from(start)
     return run
@@ -264,6 +265,10 @@ def kernel_roles(mechanism: Mechanism, method: str) -> list[str]:
     return [role for role, used in needed.items() if used]
 
 
+def _texts(mechanism: Mechanism, method: str) -> dict[str, str]:
+    return {role: mechanism.structure.texts[role] for role in kernel_roles(mechanism, method)}
+
+
 def _beyond(joint, depth: float) -> str | None:
     """A contact taken deeper than its law is meant for."""
     if joint.contact is None or joint.contact.law.limit is None:
@@ -275,14 +280,14 @@ def _beyond(joint, depth: float) -> str | None:
 
 
 def _kind(state, joint) -> int:
-    """What the time loop has to watch in a joint."""
+    """Kind of events in a joint, for the time loop."""
     if joint.contact is None:
         return state.FILM
     return state.CONTACT if joint.impacts else state.BLENDED
 
 
 def _left(sink, path) -> str:
-    """What there is of a run that ended early, also before it had a sink."""
+    """Description of the files of a run that ended early, also before it had a sink."""
     return f"{path} was not written" if sink is None else sink.left
 
 
@@ -439,7 +444,8 @@ class Run:
         self.method = f"{self.method}, {method}"
         self.place[self.state.MAY_SWITCH] = self.place[self.state.STIFF_STEPS] = 0
         self.control[t.STIFFNESS] = 0.0
-        self.take(method)
+        with announced(_texts(self.mechanism, method)):
+            self.take(method)
 
     def _energy_scale(self) -> float:
         mass = sum(b.mass for b in self.mechanism.scene.bodies)
@@ -538,7 +544,7 @@ class Run:
         return result
 
     def _sink(self, path, channels, compression: int, checkpoint: float | None) -> FileSink | PartsSink:
-        """What keeps the run's output in a file, with checkpoints where they are asked for."""
+        """Sink of the run's output in a file, with checkpoints on request."""
         output = path, self.mechanism.structure.channels, self.attributes(), channels, compression
         if checkpoint is None:
             return FileSink(*output, self.span.samples)
@@ -641,7 +647,7 @@ class Run:
         writer.impacts(self._names(), np.array(rows), "open_contact")
 
     def _failure(self, code: int, writer: Recorder) -> str:
-        """Where and why a run failed: time, joint and state."""
+        """Place and reason of a run's failure: time, joint and state."""
         if code == codes.LEDGER_BROKEN:
             since = writer.ledger.since or 0.0
             return f"from t = {since:.9g} s on: {codes.MESSAGES[code]}: {self._suspects(writer)}"
@@ -673,7 +679,7 @@ class Run:
         return f"at t = {time:.9g} s: {what} ({'; '.join(states) or 'no free state'})"
 
     def _no_number(self) -> str | None:
-        """What has no value where the run cannot go on: at its last state, or a step or a million of them further."""
+        """Quantity without a value where the run cannot go on: at its last state, or one to a million steps further."""
         time, step = self.clock[self.state.TIME], self.clock[self.state.STEP_SIZE]
         found = no_number(self.mechanism, self.work, time, self.y)
         for further in (1.0, 1e2, 1e4, 1e6) if np.isfinite(self.f).all() else ():
@@ -682,7 +688,7 @@ class Run:
         return found
 
     def _lost(self, before: float, after: float) -> str | None:
-        """Where a mechanism whose motion is prescribed comes to an end between two times, if it does."""
+        """End of a prescribed motion between two times, if it has one."""
         if self.mechanism.size > 0 or not self.outputs:
             return None
         if (lost := lost_at(self.mechanism, self.work, before)) is not None:
@@ -773,7 +779,7 @@ class Run:
         return f"{sharp}, {seen:.2g} {units}"
 
     def _identity(self, channels, compression: int) -> dict:
-        """What two runs must share for one to go on where the other stopped."""
+        """Facts that two runs must share for one to continue the other."""
         for name in self.mechanism.structure.remembering:
             raise ValueError(f"joint {name}: its film has a memory that no checkpoint keeps; leave out checkpoint")
         found = {n: getattr(self, n) for n in ("rtol", "method")} | vars(self.span)

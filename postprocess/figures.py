@@ -1,4 +1,4 @@
-"""What all pictures share: a sheet, lines whose peaks survive, labels with units, saving."""
+"""Shared parts of pictures: a sheet, lines whose peaks survive, labels with units, saving."""
 
 import shutil
 from pathlib import Path
@@ -226,13 +226,13 @@ MOST_COLOURS = 16
 
 
 def wide(values: np.ndarray, ratio: float = FAR_APART) -> bool:
-    """Whether values are positive and far enough apart for a logarithmic scale."""
+    """True where values are positive and far enough apart for a logarithmic scale."""
     values = values[np.isfinite(values)]
     return bool(values.size and values.min() > 0.0 and values.max() >= ratio * values.min())
 
 
 def scale(values: np.ndarray, log: bool, whole: bool = False) -> Normalize:
-    """What takes the finite values of a map to its colours: evenly, by their logarithm, or a colour a whole number."""
+    """Norm from the finite values of a map to its colours: evenly, by their logarithm, or a colour a whole number."""
     values = values[np.isfinite(values)]
     low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 1.0)
     if whole and values.size and high - low < MOST_COLOURS:
@@ -280,7 +280,7 @@ def plain_decades(axis, low: float, high: float, most: int = 10) -> None:
 
 
 def legend_of_marks(figure: Figure, marks: dict[str, dict]) -> None:
-    """What hatched cells mean, under the page."""
+    """Legend of hatched cells, under the page."""
     if marks:
         handles = [Patch(label=text, **style) for text, style in marks.items()]
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)

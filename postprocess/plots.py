@@ -262,7 +262,7 @@ def _states(result: Result, joint: str) -> np.ndarray:
 
 
 def touched(record: Record, joint: str, clock: np.ndarray) -> np.ndarray:
-    """Whether a contact event of a joint lies between each time of the ascending clock (n,) [s] and the one before."""
+    """True where a contact event of a joint lies between a time of the ascending clock (n,) [s] and the one before."""
     events = record.events
     own = events["joint"] == joint
     starts = np.sort(events["time"][own])

@@ -387,7 +387,7 @@ def _parameters(about: dict, name: str) -> str | None:
 
 
 def _provenance(run: Result) -> list[Markup]:
-    """Where the numbers are from, and how to read them."""
+    """Sources of the numbers, and notes for their reader."""
     about, path = run.attributes, run.path
     digest = hashlib.sha256(str(about["kernel"]).encode()).hexdigest()
     rows = [

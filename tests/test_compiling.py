@@ -1,5 +1,6 @@
 """Large kernels are compiled side by side, in processes of their own; the result is the same whoever compiled it."""
 
+import logging
 import os
 import signal
 import subprocess
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
+from clearance import compiling
 from clearance.mechanism import store
 from clearance.mechanism.build import build
 
@@ -63,6 +65,32 @@ def test_both_ways_give_the_same_numbers(own_store, monkeypatch):
         store.load("jacobian", large)(0.01, mechanism.y0, mechanism.par, np.append(mechanism.work0, 0.0), out)
         found.append(out)
     assert (found[0] == found[1]).all()
+
+
+def test_a_kernel_whose_compiling_was_interrupted_is_announced(own_store, caplog):
+    """Its text is in the store, its machine code is not; once that is there, nothing is logged."""
+    _, small = small_and_large()
+    store.load("events", small)
+    for index in own_store.rglob("*.nbi"):
+        index.rename(index.with_suffix(".aside"))
+    with caplog.at_level(logging.INFO, "clearance"):
+        with compiling.announced({"events": small}):
+            assert store.is_known("events", small)
+        for index in own_store.rglob("*.aside"):
+            index.rename(index.with_suffix(".nbi"))
+        with compiling.announced({"events": small}):
+            pass
+    assert [r.message for r in caplog.records] == [compiling.LINES[compiling.KERNELS]]
+
+
+def test_compiling_the_time_loop_is_announced_once(caplog):
+    """Two functions of the package `stepping` compile while one announcement lasts; other packages' do not count."""
+    modules = "clearance.stepping.loop", "clearance.stepping.radau5", "elsewhere"
+    with caplog.at_level(logging.INFO, "clearance"), compiling.announced({}):
+        for module in modules:
+            added = eval("lambda x: x + 1.0", {"__name__": module})
+            assert compiling.numba.njit(added)(1.0) == 2.0
+    assert [r.message for r in caplog.records] == [compiling.LINES[compiling.LOOP]]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")

@@ -1,4 +1,4 @@
-"""What a user writes against: public names, laws that take what their joint has, messages that name what there is."""
+"""The interface for users: public names, laws that take what their joint has, messages that name what there is."""
 
 import inspect
 import json
@@ -265,7 +265,7 @@ def periodic(tmp_path_factory):
 
 
 def test_a_report_says_case_command_and_defaults(periodic):
-    """Where the run is from stands in its file and in its report; no column of a table is empty."""
+    """The source of a run is in its file and in its report; no column of a table is empty."""
     with cl.open_result(periodic) as run:
         assert run.attributes["case_file"] == "slider_crank"
         assert run.attributes["command"].startswith(
@@ -506,7 +506,7 @@ def journal_B(**parameters):
 
 
 def test_laws_with_parameters_as_words():
-    """What a word says stands in the law; what it does not is that of the plain name."""
+    """Parameters in a word are those of the law; all others are those of the plain name."""
     plain = journal_B(model="dry", contact="impact").contact.parameters
     given = journal_B(model="dry", contact="impact(damping=440, depth=1.5e-6)").contact.parameters
     assert given == plain | {"damping": 440.0, "depth": 1.5e-6}

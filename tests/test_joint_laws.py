@@ -632,7 +632,7 @@ class TestTransitions:
     @given(st.floats(-2.0, 4.0))
     @settings(max_examples=40, deadline=None)
     def test_share_of_the_squeeze_rate(self, squeeze, ratio):
-        """Where the film is held it closes at `squeeze` of the true rate: from the film gap's difference, 1e-4."""
+        """A film that is held closes at `squeeze` of the true rate: from the film gap's difference, 1e-4."""
         law, h = laws.fuzzy(squeeze=squeeze), 1e-5
         ahead, behind = (law((ratio + s) * 0.8e-6, JOINT)[1] for s in (h, -h))
         held = (ahead - behind) / (2 * h * 0.8e-6)

@@ -90,7 +90,7 @@ def test_several_runs(kind, options, folder, tmp_path, capsys):
 
 
 def test_options_reach_the_picture(folder, tmp_path, capsys, monkeypatch):
-    """What the command hands on is what was asked for, in SI units."""
+    """The command hands on the requested values in SI units."""
     from clearance.postprocess import animation, contacts, drawing, efforts, maps, plots
 
     seen = {}

@@ -56,7 +56,7 @@ def test_powers_of_ten_stand_in_labels(tmp_path):
 
 
 def test_orbit_of_a_dry_joint_shows_flight_and_contact(tmp_path):
-    """What is drawn as contact begins and ends on the clearance circle or beyond it, also between samples."""
+    """The drawn contact begins and ends on the clearance circle or beyond it, also between samples."""
     path = cl.simulate(cl.load_case("slider_crank", model="dry"), turns=0.5).save(tmp_path / "run.h5")
     run = cl.open_result(path)
     axes = Figure().add_subplot()
@@ -102,7 +102,7 @@ def test_regimes_show_the_thresholds_of_the_scene(tmp_path):
 
 @pytest.mark.parametrize("points", [1000, 100_000])
 def test_trajectories_may_have_gaps(points):
-    """What is nan is not drawn over, and both ends of each stretch survive, to a 4000th."""
+    """Values of nan are not drawn over, and both ends of each stretch survive, to a 4000th."""
     turn = np.linspace(0.0, 40.0 * np.pi, points)
     x, y = np.cos(turn), np.where(np.cos(turn) > 0.5, np.nan, np.sin(turn))
     axes = Figure().add_subplot()

@@ -1,4 +1,4 @@
-"""What commands share: exit status, numbers with units, folders, what cannot be read."""
+"""Shared parts of commands: exit status, numbers with units, folders, what cannot be read."""
 
 import argparse
 import contextlib
@@ -199,7 +199,7 @@ def publish(options, lines: list[str], document: dict, save, draw, study, stem: 
 
 
 class Line:
-    """What a long study is at: one line of a terminal, a line every half minute in a log."""
+    """Progress of a long study: one line of a terminal, a line every half minute in a log."""
 
     def __init__(self, options):
         self.shown = sys.stderr.isatty() and not options.json

@@ -90,7 +90,7 @@ def _compare(options, case, values: dict, scene, length: dict) -> int:
 
 
 def _summary(scene, result) -> dict:
-    """What inverse dynamics gave, as plain data; only its size for a motion that ended before its first sample."""
+    """Result of inverse dynamics as plain data; only its size for a motion that ended before its first sample."""
     found = {
         "status": result.status, "file": str(result.path), "method": result.solver["method"],
         "samples": int(result.time.size), "solved_s": float(result.solver["wall_s"]),

@@ -68,7 +68,7 @@ def path() -> np.ndarray:
 
 
 def is_closing(states: np.ndarray) -> np.ndarray:
-    """Where the scaled velocity points towards the wall."""
+    """True where the scaled velocity points towards the wall."""
     return states[:, 1] > 0.0
 
 

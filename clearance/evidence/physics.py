@@ -1,4 +1,4 @@
-"""What choices of physics cost, and how far each is from the finest: models, film laws, contact laws of one case."""
+"""Cost of choices of physics, and how far each is from the finest: models, film laws, contact laws of one case."""
 
 import math
 import statistics
@@ -50,7 +50,7 @@ FRICTIONS_SHOWN = ("coulomb", "stribeck", "lugre")
 
 
 def ladder(case: Case, values: dict) -> list[Choice]:
-    """What the case lets one choose, coarse to fine; the last is what all are compared with."""
+    """Choices of the case, coarse to fine; all are compared with the last."""
     known = case.parameters
     if "model" not in known:
         raise ValueError(f"case {case.name} has no parameter model: there is no choice of physics to compare")
@@ -144,7 +144,7 @@ def table(study: Comparison) -> list[str]:
 
 
 def describe(study: Comparison) -> list[str]:
-    """What the table needs to be read."""
+    """Notes to the table."""
     return [
         f"distance = {study.measure}, from '{study.finest}', second half of the run, rtol {RTOL:g};",
         "run time of the integration with all outputs at rtol 1e-6, warm, median of repeats",

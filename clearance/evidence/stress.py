@@ -68,7 +68,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What came of a cell. kind: done, named (a stated reason), or fault (a crash, a NaN, a hang: never allowed)."""
+    """Outcome of a cell. kind: done, named (a stated reason), or fault (a crash, a NaN, a hang: never allowed)."""
 
     row: str
     column: str

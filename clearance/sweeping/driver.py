@@ -246,7 +246,7 @@ def _compile(definition: Definition, pending: list[int]) -> None:
 
 
 def _group(values: dict) -> tuple:
-    """What of a point's values may belong to the structure: all but the size of numbers."""
+    """Values of a point that may belong to the structure: all but the size of numbers."""
     return tuple((n, v != 0.0 if isinstance(v, float) else v) for n, v in values.items())
 
 
@@ -259,7 +259,7 @@ def _check_settle(definition: Definition, run) -> None:
 
 @contextmanager
 def _logged(folder: Path):
-    """What a sweep has to say goes into its log file too."""
+    """Copy the log of a sweep into its log file, too."""
     handler = logging.FileHandler(folder / "sweep.log", delay=True)
     handler.setFormatter(logging.Formatter("%(asctime)s  %(message)s"))
     before = LOG.level
@@ -343,7 +343,7 @@ class _Driver:
         LOG.warning("%s; what is there stays", words)
 
     def _rebuilt(self, outcome: Outcome) -> list[str]:
-        """What a finished point would be run with now that is different."""
+        """Differences between the inputs of a finished point then and now."""
         case, index = find_case(self.definition.path), outcome.index
         try:
             mechanism = build(case.scene(**self.definition.values(index)), self.definition.options.get("energy", True))

@@ -105,7 +105,7 @@ class _Process:
         return found, self.process.is_alive() or self.pipe.poll()
 
     def last_words(self) -> list[Outcome]:
-        """What becomes of the points that a dead worker held."""
+        """Outcomes of the points that a dead worker held: the begun one is lost, the others wait again."""
         self.process.join()
         code = self.process.exitcode
         how = f"killed by {signal.Signals(-code).name}" if code and code < 0 else f"it ended with status {code}"
@@ -124,8 +124,9 @@ class _Process:
 
 @contextmanager
 def _surroundings():
-    """What workers start in: no use for the user's script, which need not be one that can be imported twice, and one
-    thread each for linear algebra.
+    """Environment in which workers start: without the user's script, and with one thread each for linear algebra.
+
+    The script need not be one that can be imported twice.
     """
     main, before = sys.modules["__main__"], {n: os.environ.get(n) for n in THREADS}
     sys.modules["__main__"] = types.ModuleType("__main__")

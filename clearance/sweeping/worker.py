@@ -171,7 +171,7 @@ def _explained(error: BaseException) -> str:
 
 
 def _is_full(error: BaseException) -> bool:
-    """Whether a disk is full; HDF5 says so only in words."""
+    """True for a full disk; the errors of HDF5 state it only in words."""
     said = str(error)
     return getattr(error, "errno", None) in FULL or any(f"errno = {number}" in said for number in FULL)
 
