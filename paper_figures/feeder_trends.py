@@ -98,36 +98,40 @@ def verdicts(mixed: dict, ideal: dict) -> str:
     by_speed = over[-1, :, 0] / over[0, :, 0]
     ideal_grows = ideal[ACCELERATION][-1] / ideal[ACCELERATION][0]
     by_size = impacts[-1] / impacts[0]
-    at = [f"{c:g} mm" for c in CLEARANCES]
-    joints = [f"clearance at {j.replace(',', ', ')}" for j in JOINTS]
+    sizes, numbers = [f"{c:g} mm" for c in CLEARANCES], [f"{1 + j.count(',')} joints" for j in JOINTS]
     by_number, by_neighbours = (v[:, -1] / v[:, 0] for v in (impacts, force))
-    speed = f"{SPEEDS[MIDDLE]} rpm"
+    over_speeds, speed = f"{SPEEDS[0]} to {SPEEDS[-1]} rpm", f"{SPEEDS[MIDDLE]} rpm"
     lines = (
-        ("Impacts grow with speed", f"acceleration over the ideal one, which itself grows ×\u00a0{ideal_grows:.3g}, "
-         f"{SPEEDS[0]} to {SPEEDS[-1]} rpm, B", by_speed, at),
-        ("with clearance", f"acceleration, {at[0]} to {at[-1]}, {speed}", by_size, joints),
-        ("with the number of joints", f"acceleration, one to three joints, {speed}", by_number, at),
-        ("joints act on one another", f"force in B by its neighbours, {speed}", by_neighbours, at),
-    )  # fmt: skip
-    return "\n".join(f"{claim}: {verdict(factors, names)} ({what}: {listed(factors, names)})."
-                     for claim, what, factors, names in lines)  # fmt: skip
+        (f"Impacts grow with speed (beyond the ideal ×\u00a0{ideal_grows:.3g}, {over_speeds}, B)", by_speed, sizes),
+        (f"with clearance ({sizes[0]} to {sizes[-1]}, {speed})", by_size, numbers),
+        (f"with the number of joints (one to three, {speed})", by_number, sizes),
+        (f"joints act on one another (force in B by its neighbours, {speed})", by_neighbours, sizes),
+    )
+    return "\n".join(f"{claim}: {verdict(*found)}; {listed(*found)}." for claim, *found in lines)
 
 
 def listed(factors: np.ndarray, names: list[str]) -> str:
-    return ", ".join(f"{name} ×\u00a0{factor:.3g}" for name, factor in zip(names, factors, strict=True))
+    """Factors by name; of numbers with one unit the unit once."""
+    units = {name.partition(" ")[2] for name in names}
+    numbers = ", ".join(name.partition(" ")[0] for name in names)
+    grown = ", ".join(f"×\u00a0{factor:.3g}" for factor in factors)
+    return f"{grown} with {numbers} {' '.join(units)}"
 
 
 def verdict(factors: np.ndarray, names: list[str]) -> str:
-    """Where a statement that something grows is met."""
-    met = [name for name, factor in zip(names, factors, strict=True) if factor > GROWN]
-    if len(met) in (0, len(names)):
-        return "met" if met else "not met"
-    return f"met with {' and '.join(met)}, not with {' and '.join(n for n in names if n not in met)}"
+    """Where a statement that something grows is met; names in the order in which it should show more and more."""
+    met = factors > GROWN
+    if met.all() or not met.any():
+        return "met" if met.all() else "not met"
+    first = int(met.argmax())
+    if met[first:].all():
+        return f"met from {names[first]} on"
+    return f"met with {' and '.join(n for n, m in zip(names, met, strict=True) if m)} only"
 
 
 def growth(mixed: dict, ideal: dict):
     """Largest acceleration over the ideal one by clearance, a panel for each speed."""
-    figure = sheet(9.5, 5.2)
+    figure = sheet(9.5, 4.8)
     panels = figure.subplots(1, len(SPEEDS), sharey=True)
     ratio = mixed[ACCELERATION] / ideal[ACCELERATION][:, None, None]
     for i, (axes, speed) in enumerate(zip(panels, SPEEDS, strict=True)):

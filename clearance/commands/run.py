@@ -38,7 +38,10 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument("--rtol", type=number, default=1e-6, metavar="R", help="local error tolerance (default 1e-6)")
     p.add_argument("--method", default="auto", help="auto, dop853, rodas5p, radau5, radau9 or radau (default auto)")
     p.add_argument("--max-step", type=quantity_of("s"), metavar="S", help="longest step, where loads act briefly")
-    p.add_argument("--samples-per-turn", type=number, default=400, metavar="N", help="output rows a turn (default 400)")
+    p.add_argument(
+        "--samples-per-turn", type=number, default=400, metavar="N",
+        help="output rows a turn, of the whole run where nothing turns evenly (default 400)",
+    )  # fmt: skip
     p.add_argument(
         "--channels", metavar="PATHS", help='kept in the file: comma list such as "bodies/slider,joints/B/gap" (all)'
     )
