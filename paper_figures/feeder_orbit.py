@@ -49,7 +49,7 @@ def orbits(runs: dict):
         colours, state = states(run)
         path(above, run, SHOWN[name], colours, state)
         turns = f"last {SHOWN[name]:g} turns" if SHOWN[name] > 1.0 else "last turn"
-        remark = "\nno solids at any ratio" if name == FILM else ""
+        remark = " (colours: its ratio)" if name == FILM else ""
         above.set_title(f"{name}, {turns}{remark}", fontsize="medium")
         gap(below, run, colours, state)
     say(figure, crossings(runs))
@@ -67,11 +67,12 @@ def crossings(runs: dict) -> str:
     flight = 1.0 - state.mean()
     near = {n: float(np.mean(r.joint("B").gap[turns[n]] < WALL * r.clearances["B"])) for n, r in runs.items()}
     bounces = "met" if count > 1.0 and flight > FLIES else "not met"
-    slides = {n: "met" if near[n] > SLIDES else "not met" for n in runs if n != DRY}
-    wet = ", ".join(f"{n} {100.0 * near[n]:.0f} % of the time within {WALL:g} c of it, {m}" for n, m in slides.items())
+    shares = ", ".join(f"{n} {100.0 * near[n]:.0f} %" for n in (FILM, TRANSITIONAL, DRY))
+    apart = [n for n in (FILM, TRANSITIONAL) if near[n] <= SLIDES]
+    slides = f"not met with {' and '.join(apart)}" if apart else "met"
     return (
-        f"Source: the dry journal bounces: {count:.0f} contacts a turn, {100.0 * flight:.0f} % of the time in flight; "
-        f"{bounces}.\nThe wet one slides along the wall: {wet} (dry {100.0 * near[DRY]:.0f} %)."
+        f"Source: the dry journal bounces ({count:.0f} contacts a turn, {100.0 * flight:.0f} % of the time in flight); "
+        f"{bounces}.\nThe wet one slides along the wall (time within {WALL:g} c of it: {shares}); {slides}."
     )
 
 
@@ -115,8 +116,8 @@ def gap(axes, run, colours: dict, state: np.ndarray) -> None:
     degrees(axes, most=5)
     told = f"smallest {left.min():.3g} µm"
     if colours is STATES:
-        told += f", film thickness ratio {ratio(run)[late].min():.2g}"
-    axes.set_title(told, fontsize="small", loc="right", pad=2)
+        told += f"\nfilm thickness ratio {ratio(run)[late].min():.2g}"
+    axes.text(0.58, 0.95, told, transform=axes.transAxes, ha="center", va="top", fontsize="small")
 
 
 def parts(colours: dict, state: np.ndarray):

@@ -96,16 +96,15 @@ def verdicts(mixed: dict, ideal: dict) -> str:
     over = mixed[ACCELERATION] / ideal[ACCELERATION][:, None, None]
     impacts, force = mixed[ACCELERATION][MIDDLE], mixed[FORCE][MIDDLE]
     by_speed = over[-1, :, 0] / over[0, :, 0]
-    ideal_grows = ideal[ACCELERATION][-1] / ideal[ACCELERATION][0]
     by_size = impacts[-1] / impacts[0]
     sizes, numbers = [f"{c:g} mm" for c in CLEARANCES], [f"{1 + j.count(',')} joints" for j in JOINTS]
     by_number, by_neighbours = (v[:, -1] / v[:, 0] for v in (impacts, force))
     over_speeds, speed = f"{SPEEDS[0]} to {SPEEDS[-1]} rpm", f"{SPEEDS[MIDDLE]} rpm"
     lines = (
-        (f"Impacts grow with speed (beyond the ideal ×\u00a0{ideal_grows:.3g}, {over_speeds}, B)", by_speed, sizes),
-        (f"with clearance ({sizes[0]} to {sizes[-1]}, {speed})", by_size, numbers),
-        (f"with the number of joints (one to three, {speed})", by_number, sizes),
-        (f"joints act on one another (force in B by its neighbours, {speed})", by_neighbours, sizes),
+        (f"Impacts grow with speed (B, {over_speeds}, over the ideal)", by_speed, sizes),
+        (f"Impacts grow with clearance ({CLEARANCES[0]:g} to {sizes[-1]}, {speed})", by_size, numbers),
+        (f"Impacts grow with the number of joints ({speed})", by_number, sizes),
+        (f"Neighbours act on the force in B ({speed})", by_neighbours, sizes),
     )
     return "\n".join(f"{claim}: {verdict(*found)}; {listed(*found)}." for claim, *found in lines)
 
