@@ -19,7 +19,7 @@ KEEP = "run it with --pressure-fields N"
 def pressures(record: Record, path: str | Path, *, joint: str | None = None) -> Path:
     """Pressure over angle and length of the bearing at instants of the last turn, on one scale; saved under `path`.
 
-    White: the edge of the film, where it ruptures and forms again; dotted: the thinnest film. Up to 9 instants, spread
+    Grey: the cavity; white: its edge, where the film ruptures and forms again; dotted: the thinnest film. Up to 9 instants, spread
     evenly. joint: default the first with fields. Raises ValueError for a joint without, naming those with.
     """
     name, fields = _fields(record, joint)
@@ -44,7 +44,7 @@ def pressures(record: Record, path: str | Path, *, joint: str | None = None) -> 
         axes.set_ylabel("axial [mm]")
     figure.colorbar(drawn, ax=panels, label="pressure above ambient [MPa]", shrink=0.9)
     told = ": ".join(filter(None, (record.attributes["case"], title(record))))
-    marks = "white: edge of the film; dotted: thinnest film"
+    marks = "grey: cavity; dotted: thinnest film"
     figure.suptitle(f"{told}\njoint {name} ({marks})", fontsize="medium")
     return save(figure, path, dpi=130)
 
@@ -66,6 +66,7 @@ def _field(axes, fields: PressureFields, place: int, levels: np.ndarray):
     pressure, content = (_closed(values[place]) for values in (fields.pressure, fields.content))
     drawn = axes.contourf(angle, axial, 1e-6 * pressure, levels=levels, cmap=COLOURS)
     if content.min() < EDGE < content.max():
+        axes.contourf(angle, axial, content, levels=[-1.0, EDGE], colors=["0.8"])
         axes.contour(angle, axial, content, levels=[EDGE], colors="white", linewidths=1.2)
     axes.axvline(np.degrees(fields.line_of_centres[place]), color="white", ls=":", lw=1.0)
     peak = 1e-6 * fields.pressure[place].max()

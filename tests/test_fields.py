@@ -121,7 +121,7 @@ def test_picture(feeder, tmp_path, monkeypatch):
     for axes, time, pressure, line in zip(panels, found.time, found.pressure, found.line_of_centres, strict=True):
         assert axes.get_title().startswith(f"{1e3 * time:.4g} ms")
         assert axes.get_title().endswith(f"up to {1e-6 * pressure.max():.3g} MPa")
-        field, edge = axes.collections
+        field, _, edge = axes.collections
         assert field.get_clim()[1] == pytest.approx(1e-6 * found.pressure.max(), rel=0.1)
         assert len(edge.get_paths()[0].vertices) > 10
         assert axes.lines[0].get_xdata()[0] == pytest.approx(np.degrees(line))
