@@ -3,9 +3,8 @@
 from pathlib import Path
 
 import numpy as np
-from clearance.postprocess.figures import COLOURS, degrees, save, sheet
+from clearance.postprocess.figures import COLOURS, degrees, levels, save, sheet
 from clearance.postprocess.labels import title
-from matplotlib.ticker import MaxNLocator
 
 from clearance.results import PressureFields, Record
 
@@ -32,9 +31,9 @@ def pressures(record: Record, path: str | Path, *, joint: str | None = None) -> 
     figure = sheet(3.9 * columns, 2.3 * rows + 0.7)
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     shown = 1e-6 * fields.pressure[places]
-    levels = MaxNLocator(24).tick_values(shown.min(), max(shown.max(), 1e-9))
+    steps = levels(float(shown.min()), float(shown.max()))
     for axes, place in zip(panels.flat, places, strict=False):
-        drawn = _field(axes, fields, place, levels)
+        drawn = _field(axes, fields, place, steps)
     for axes in panels.flat[len(places) :]:
         axes.axis("off")
     for i in range(len(places)):
@@ -60,12 +59,12 @@ def _fields(record: Record, joint: str | None) -> tuple[str, PressureFields]:
     return joint or names[0], record.pressure_fields(joint or names[0])
 
 
-def _field(axes, fields: PressureFields, place: int, levels: np.ndarray):
+def _field(axes, fields: PressureFields, place: int, steps: np.ndarray):
     """The field of one instant; its angles are closed to a whole turn."""
     around = np.append(fields.angle, fields.angle[0] + 2.0 * np.pi)
     angle, axial = np.degrees(around), 1e3 * fields.axial
     pressure, content = (_closed(values[place]) for values in (fields.pressure, fields.content))
-    drawn = axes.contourf(angle, axial, 1e-6 * pressure, levels=levels, cmap=COLOURS)
+    drawn = axes.contourf(angle, axial, 1e-6 * pressure, levels=steps, cmap=COLOURS)
     if content.min() < EDGE < content.max():
         axes.contourf(angle, axial, content, levels=[-1.0, EDGE], colors=["0.8"])
         axes.contour(angle, axial, content, levels=[EDGE], colors="white", linewidths=1.2)
