@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+from clearance import checks
 from clearance.checks import meant
 from clearance.choices import resolved
 from clearance.scene import Scene
@@ -73,6 +74,11 @@ class Case:
             text, units = said.get(p.name, ("", "?"))
             found[p.name] = Parameter(p.name, kind, p.default, units, text)
         return found
+
+    @property
+    def until(self) -> float:
+        """Length of a run of which none is asked for and nothing turns [s]: UNTIL of the file, else 2 s."""
+        return checks.positive(f"case {self.name}: UNTIL", self.function.__globals__.get("UNTIL", 2.0))
 
     def scene(self, **values) -> Scene:
         """The scene for given parameter values; an unknown name lists the known ones."""

@@ -100,7 +100,7 @@ def simulate(
     natural size of each state (clearance for eccentricities) plus its value. method: "auto" (dop853 where no film
     makes the scene stiff, else the implicit method that is fastest at this rtol), "dop853" (explicit, order 8),
     "rodas5p" (linearly implicit, order 5), "radau5", "radau9" (implicit, order 5 and 9) or "radau" (one of these two,
-    by rtol). samples_per_turn or samples (in all): output rows.
+    by rtol). samples_per_turn (in all, where nothing turns evenly) or samples (in all): output rows.
     path: write the HDF5 file there while running (default: a temporary file, see Result.save). energy: integrate the
     energy ledger. max_step: longest step [s] (default a 24th of a turn, or of the span); give one where loads act
     more briefly than that. max_steps: give up after so many. progress: called with the done share of the span.
@@ -219,7 +219,7 @@ def span_of(scene: Scene, *, turns, until, samples, samples_per_turn=SAMPLES_PER
     until = checks.positive("until", until)
     if samples is None:
         every = checks.positive("samples_per_turn", samples_per_turn)
-        wanted = checks.finite("samples", every * until / turn) if turn else SAMPLES_PER_TURN
+        wanted = checks.finite("samples", every * until / turn) if turn else every
         samples = max(round(wanted), 1) + 1
     if checks.finite("samples", samples) < 2:
         raise ValueError(f"samples must be at least 2, got {samples!r}")

@@ -11,7 +11,7 @@ from matplotlib.collections import PatchCollection
 from matplotlib.colors import BoundaryNorm, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator, ScalarFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator, ScalarFormatter
 
 from clearance.results import replacing
 
@@ -243,6 +243,11 @@ def scale(values: np.ndarray, log: bool, whole: bool = False) -> Normalize:
 def cells(axes, edges: tuple[np.ndarray, np.ndarray], values: np.ndarray, norm: Normalize):
     """Coloured cells of values (y, x) between edges (x + 1,) and (y + 1,); what is not finite stays blank."""
     return axes.pcolormesh(*edges, np.ma.masked_invalid(values), norm=norm, cmap=COLOURS, rasterized=True)
+
+
+def levels(low: float, high: float, most: int = 24) -> np.ndarray:
+    """Round numbers that enclose a range, where the colours of a map change."""
+    return MaxNLocator(most).tick_values(low, max(high, low + 1e-9))
 
 
 def marked(axes, edges: tuple[np.ndarray, np.ndarray], where: np.ndarray, style: dict) -> None:

@@ -17,6 +17,7 @@ from clearance.catalogue import find_case
 from clearance.choices import CONTACTS
 from clearance.commands import common
 from clearance.laws.law import Family, FilmJoint, Law
+from clearance.simulation import span_of
 from clearance.sweeping.points import from_words
 
 GUIDE = (Path(__file__).parent.parent / "clearance" / "GUIDE.md").read_text()
@@ -602,3 +603,25 @@ def test_texts_of_parameters_need_no_unit(tmp_path, capsys):
     case.write_text(f'def scene(*, length=1.0):\n    """Own.\n\n    length: how long it is\n    """\n{body}')
     assert cli.main(["cases", str(case)]) == 0
     assert "how long it is" in capsys.readouterr().out
+
+
+def test_a_case_says_how_long_it_runs_without_a_length(tmp_path):
+    """UNTIL of its file where nothing turns evenly, else 2 s; two turns where something does."""
+
+    def length(case):
+        return common.length_of(SimpleNamespace(turns=None, until=None), case, case.scene())
+
+    assert length(find_case("four_bar_clearances")) == {"turns": None, "until": 1.0}
+    assert length(find_case("double_pendulum")) == {"turns": None, "until": 2.0}
+    assert length(find_case("slider_crank")) == {"turns": 2.0, "until": None}
+    path = tmp_path / "mine.py"
+    path.write_text("UNTIL = -1.0\n" + Path(find_case("double_pendulum").path).read_text())
+    with pytest.raises(ValueError, match="case mine: UNTIL must be"):
+        _ = find_case(path).until
+
+
+def test_samples_are_those_of_the_whole_run_where_nothing_turns_evenly():
+    scenes = (cl.load_case(name) for name in ("double_pendulum", "slider_crank"))
+    lengths = ((s, {"turns": None, "until": 2.0 * (s.turn or 1.0), "samples": None}) for s in scenes)
+    counts = [span_of(s, **length, samples_per_turn=50).samples for s, length in lengths]
+    assert counts == [51, 101]

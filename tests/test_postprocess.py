@@ -36,6 +36,34 @@ def test_thinning_keeps_peaks():
     assert (np.diff(line.get_xdata()) >= 0).all()
 
 
+def time_panel(peak: float):
+    """A sine of size 1 over 1 s with one sample of another size, as the overview leaves its axes."""
+    figure = figures.sheet(4.0, 3.0)
+    axes, time = figure.subplots(), np.linspace(0.0, 1.0, 1001)
+    values = np.sin(20.0 * time)
+    values[700] = peak
+    figures.line(axes, time, values)
+    axes.set_xlabel(plots.TIME)
+    plots._settled_axes(figure, None)
+    return axes
+
+
+def test_lone_peaks_lie_beyond_the_axis_with_a_mark():
+    """The axis is that of the others, the mark stands at the time, the text has the size."""
+    axes = time_panel(1e5)
+    low, high = axes.get_ylim()
+    assert -4.0 < low < -1.0 < 1.0 < high < 4.0
+    _, mark, _ = axes.lines
+    assert mark.get_xdata() == pytest.approx([0.7])
+    assert [t.get_text() for t in axes.texts] == ["triangles: beyond the axis, up to 1e+05"]
+
+
+def test_peaks_of_a_usual_size_stay_on_the_axis():
+    axes = time_panel(20.0)
+    assert axes.get_ylim()[1] > 20.0
+    assert not axes.texts
+
+
 def test_powers_of_ten_stand_in_labels(tmp_path):
     """Of shared axes in the label that is there; small and large numbers alike; saving twice changes nothing."""
     figure = figures.sheet(4.0, 4.0)

@@ -63,8 +63,11 @@ def add_case(command: argparse.ArgumentParser) -> None:
 def add_length(command: argparse.ArgumentParser) -> None:
     """How long, in turns or seconds, for length_of."""
     length = command.add_mutually_exclusive_group()
-    length.add_argument("--turns", type=number, help="length in turns of the drive (default 2, or 2 s)")
-    length.add_argument("--until", type=quantity_of("s"), metavar="S", help="length in seconds")
+    length.add_argument("--turns", type=number, help="length in turns of the drive (default 2)")
+    length.add_argument(
+        "--until", type=quantity_of("s"), metavar="S",
+        help="length in seconds (default, where nothing turns evenly, 2 s or UNTIL of the case file)",
+    )  # fmt: skip
 
 
 def add_force(command: argparse.ArgumentParser) -> None:
@@ -93,10 +96,10 @@ def parameter_lines(case, values: dict, resolved: dict) -> list[str]:
     return [line for text in texts for line in textwrap.wrap(text, **style)]
 
 
-def length_of(options, scene) -> dict[str, float | None]:
-    """Turns or seconds: as asked for, else two turns, else two seconds where nothing turns at constant speed."""
+def length_of(options, case, scene) -> dict[str, float | None]:
+    """Turns or seconds: as asked for, else two turns, else what the case says where nothing turns evenly."""
     if options.turns is None and options.until is None:
-        return {"turns": None, "until": 2.0} if scene.turn is None else {"turns": 2.0, "until": None}
+        return {"turns": None, "until": case.until} if scene.turn is None else {"turns": 2.0, "until": None}
     return {"turns": options.turns, "until": options.until}
 
 

@@ -48,7 +48,7 @@ def run(options) -> int:
     from clearance.simulation import SimulationError
 
     case, values, scene = scene_of(options)
-    length = {**length_of(options, scene), "samples": options.samples}
+    length = {**length_of(options, case, scene), "samples": options.samples}
     if options.compare:
         return _compare(options, case, values, scene, length)
     from clearance.inverse.dynamics import inverse_dynamics

@@ -2,7 +2,7 @@
 
 import math
 import statistics
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -49,7 +49,7 @@ class Comparison:
 FRICTIONS_SHOWN = ("coulomb", "stribeck", "lugre")
 
 
-def ladder(case: Case, values: dict) -> list[Choice]:
+def ladder(case: Case, values: dict, contacts: Iterable[str] = CONTACTS) -> list[Choice]:
     """Choices of the case, coarse to fine; all are compared with the last."""
     known = case.parameters
     if "model" not in known:
@@ -63,7 +63,7 @@ def ladder(case: Case, values: dict) -> list[Choice]:
 
     return [
         choice("ideal joints", "ideal"),
-        *(choice(f"dry, {c}", "dry", contact=c, friction="none") for c in CONTACTS),
+        *(choice(f"dry, {c}", "dry", contact=c, friction="none") for c in contacts),
         *(choice(f"dry, friction {f}", "dry", friction=f) for f in FRICTIONS_SHOWN),
         *(choice(f"film, {f}", "lubricated", film=f) for f in FILMS),
         choice(f"film, {finest}, no drag torques", "lubricated", film=finest, film_torques=False),
@@ -73,10 +73,13 @@ def ladder(case: Case, values: dict) -> list[Choice]:
 
 def compare(
     case: Case, values: dict, turns: float | None, until: float | None,
-    progress: Callable[[str], None] = lambda text: None,
+    progress: Callable[[str], None] = lambda text: None, contacts: Iterable[str] = CONTACTS,
 ) -> Comparison:  # fmt: skip
-    """Run every choice at a tolerance that leaves only the physics, and measure its distance from the finest."""
-    choices = ladder(case, values)
+    """Run every choice at a tolerance that leaves only the physics, and measure its distance from the finest.
+
+    contacts: names of the dry contact laws.
+    """
+    choices = ladder(case, values, contacts)
     if turns is not None and until is not None:
         raise ValueError("give either turns or until, not both")
     for name, value in (("turns", turns), ("until", until)):

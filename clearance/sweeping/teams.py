@@ -18,6 +18,7 @@ from contextlib import contextmanager, suppress
 from multiprocessing import forkserver
 from multiprocessing.connection import wait
 
+from clearance.interrupts import follow_parent
 from clearance.sweeping.journal import LOST, WAITING, Outcome
 from clearance.sweeping.worker import run_point, stay_quiet
 
@@ -145,7 +146,7 @@ def _serve(pipe, folder: str, stamp: str) -> None:
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     os.dup2(2, 1)  # what a user's case prints is not the answer of a command
     stay_quiet()
-    threading.Thread(target=_end_with_driver, daemon=True).start()
+    follow_parent()
     while True:
         try:
             index = pipe.recv()
@@ -159,11 +160,6 @@ def _serve(pipe, folder: str, stamp: str) -> None:
             pipe.send(answer)
         except OSError:
             return
-
-
-def _end_with_driver() -> None:
-    multiprocessing.parent_process().join()
-    os._exit(1)
 
 
 class Dask:
