@@ -31,9 +31,9 @@ def scene(
     mesh: str = "auto",
     roughness: float = 0.8e-6,
     transition: str = "load_sharing",
-    thresholds: str = "0.4,1,3",
+    thresholds: str = "auto",
     memberships: str = "cosine",
-    asperity: str = "greenwood_tripp",
+    asperity: str = "auto",
 ) -> cl.Scene:
     """Crank-rocker: crank 50 mm, coupler 150 mm, rocker 120 mm, frame 160 mm.
 
@@ -53,9 +53,9 @@ def scene(
     mesh: cells around and over half the length (films fast, fem, conserving), as 16x2; or auto [-]
     roughness: composite rms roughness; 0 leaves out the film thickness ratio, and mixed joints need it [m]
     transition: how film and contact share a mixed joint: none, flores, fuzzy, load_sharing, or as fuzzy(squeeze=0) [-]
-    thresholds: film thickness ratios dry,mixed,full of the fuzzy states [-]
+    thresholds: film thickness ratios dry,mixed,full of the fuzzy states; auto: 0.4,1,3 or those of the file [-]
     memberships: of fuzzy: cosine, or a CSV file of film thickness ratio, full film, mixed, dry [-]
-    asperity: asperity law of load_sharing: greenwood_tripp, greenwood_williamson or none [-]
+    asperity: of load_sharing: greenwood_tripp, greenwood_williamson, none; auto: the first, none elsewhere [-]
     """
     crank, coupler, rocker = _bar("crank", 0.050, 0.0), _bar("coupler", 0.150, 0.8), _bar("rocker", 0.120, 1.6)
     joint = cl.joint_factory(

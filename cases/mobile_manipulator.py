@@ -32,7 +32,7 @@ PISTON = 0.110  # middle of the overlap of rod and barrel, back from the rod's p
 
 
 class Actuator(NamedTuple):
-    """What moves boom, stick or bucket: lengths and places in m, along and across in the frame of barrel or rod."""
+    """Cylinder of boom, stick or bucket: lengths and places in m, along and across in the frame of barrel or rod."""
 
     base: tuple[float, float]  # anchor on the body before
     end: tuple[float, float]  # anchor on the body it moves

@@ -43,9 +43,9 @@ def scene(
     mesh: str = "auto",
     roughness: float = 0.8e-6,
     transition: str = "fuzzy",
-    thresholds: str = "0.4,1,3",
+    thresholds: str = "auto",
     memberships: str = "cosine",
-    asperity: str = "greenwood_tripp",
+    asperity: str = "auto",
 ) -> cl.Scene:
     """Six-bar rocking feeder (assumed parameter set feeder-A), crank angle 0 at t = 0.
 
@@ -65,9 +65,9 @@ def scene(
     mesh: cells around and over half the length (films fast, fem, conserving), as 16x2; or auto [-]
     roughness: composite rms roughness; 0 leaves out the film thickness ratio, and mixed joints need it [m]
     transition: how film and contact share a mixed joint: none, flores, fuzzy, load_sharing, or as fuzzy(squeeze=0) [-]
-    thresholds: film thickness ratios dry,mixed,full of the fuzzy states [-]
+    thresholds: film thickness ratios dry,mixed,full of the fuzzy states; auto: 0.4,1,3 or those of the file [-]
     memberships: of fuzzy: cosine, or a CSV file of film thickness ratio, full film, mixed, dry [-]
-    asperity: asperity law of load_sharing: greenwood_tripp, greenwood_williamson or none [-]
+    asperity: of load_sharing: greenwood_tripp, greenwood_williamson, none; auto: the first, none elsewhere [-]
     """
     crank = cl.Body("crank", mass=0.0942, inertia=3.140e-5, points={"A": (-0.020, 0), "B": (0.020, 0)})
     rod2 = cl.Body("rod2", mass=0.2826, inertia=7.724e-4, points={"B": (-0.080, 0), "C": (0.080, 0)}, angle=0.6)

@@ -29,9 +29,9 @@ def scene(
     mesh: str = "auto",
     roughness: float = 0.8e-6,
     transition: str = "load_sharing",
-    thresholds: str = "0.4,1,3",
+    thresholds: str = "auto",
     memberships: str = "cosine",
-    asperity: str = "greenwood_tripp",
+    asperity: str = "auto",
 ) -> cl.Scene:
     """Slider-crank, crank angle 0 (outer dead centre) at t = 0.
 
@@ -51,9 +51,9 @@ def scene(
     mesh: cells around and over half the length (films fast, fem, conserving), as 16x2; or auto [-]
     roughness: composite rms roughness; 0 leaves out the film thickness ratio, and mixed joints need it [m]
     transition: how film and contact share a mixed joint: none, flores, fuzzy, load_sharing, or as fuzzy(squeeze=0) [-]
-    thresholds: film thickness ratios dry,mixed,full of the fuzzy states [-]
+    thresholds: film thickness ratios dry,mixed,full of the fuzzy states; auto: 0.4,1,3 or those of the file [-]
     memberships: of fuzzy: cosine, or a CSV file of film thickness ratio, full film, mixed, dry [-]
-    asperity: asperity law of load_sharing: greenwood_tripp, greenwood_williamson or none [-]
+    asperity: of load_sharing: greenwood_tripp, greenwood_williamson, none; auto: the first, none elsewhere [-]
     """
     crank = cl.Body("crank", mass=0.30, inertia=6.25e-5, points={"shaft": (-0.025, 0), "pin": (0.025, 0)})
     rod = cl.Body("rod", mass=0.21, inertia=2.5e-4, points={"pin": (-0.06, 0), "slider": (0.06, 0)})

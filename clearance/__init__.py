@@ -74,6 +74,9 @@ from clearance.loads import Drive, Force, SpringDamper, Torque, TorsionSpring
 from clearance.materials import HeatBalance, Lubricant, Material, steel
 from clearance.scene import Body, Point, Scene, ground
 from clearance.units import cP, degree, mm, rpm, um
+from clearance.version import VERSION
+
+__version__ = VERSION
 
 __all__ = [
     "Bearing", "Body", "ClearanceRevolute", "Drive", "FilmSolution", "Force", "Groove", "HeatBalance", "Lubricant",

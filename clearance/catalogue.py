@@ -13,7 +13,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+from clearance import checks
 from clearance.checks import meant
+from clearance.choices import resolved
 from clearance.scene import Scene
 from clearance.units import quantity
 
@@ -73,6 +75,11 @@ class Case:
             found[p.name] = Parameter(p.name, kind, p.default, units, text)
         return found
 
+    @property
+    def until(self) -> float:
+        """Length of a run of which none is asked for and nothing turns [s]: UNTIL of the file, else 2 s."""
+        return checks.positive(f"case {self.name}: UNTIL", self.function.__globals__.get("UNTIL", 2.0))
+
     def scene(self, **values) -> Scene:
         """The scene for given parameter values; an unknown name lists the known ones."""
         known = self.parameters
@@ -91,11 +98,13 @@ class Case:
         defaults = {n: p.default for n, p in known.items() if n not in values}
         scene.origin["case_file"] = self.name if self.path.parent == library() else str(self.path)
         scene.origin["defaults"] = json.dumps(defaults, default=str, sort_keys=True)
+        automatic = resolved(defaults | values, scene.joints)
+        scene.origin["resolved"] = json.dumps(automatic, sort_keys=True)
         return scene
 
 
 def library() -> Path:
-    """Where the cases that come with the package are."""
+    """Folder of the cases that come with the package."""
     spec = importlib.util.find_spec("clearance.cases")
     if spec is not None and spec.submodule_search_locations:
         return Path(next(iter(spec.submodule_search_locations)))
@@ -149,7 +158,7 @@ def _module(path: Path):
 
 
 def _kind(parameter: inspect.Parameter) -> type:
-    """What a parameter is: its annotation (the first plain type of a union), else a number or the default's type."""
+    """Type of a parameter: its annotation (the first plain type of a union), else a number or the default's type."""
     for kind in (parameter.annotation, *typing.get_args(parameter.annotation)):
         if kind in (float, int, str, bool):
             return kind

@@ -139,7 +139,7 @@ class PartsSink:
 
     @property
     def left(self) -> str:
-        """What there is of a run that ended early, in words."""
+        """Description of the files of a run that ended early."""
         if self.placed:
             return f"what was computed is kept in {self.path}, and the same call goes on from there"
         if (self.folder / "state.npz").exists():
@@ -164,7 +164,7 @@ def save(path: Path, state: dict) -> None:
 
 
 def load(path: Path) -> dict | None:
-    """What `save` wrote, or None where there is nothing. Raises ValueError for a file that cannot be read."""
+    """State that `save` wrote, or None without one. Raises ValueError for a file that cannot be read."""
     if not path.exists():
         return None
     try:

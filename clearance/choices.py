@@ -5,7 +5,7 @@ A law is a name, or a name with parameters in SI units: "fuzzy", "impact(damping
 
 import math
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -101,6 +101,13 @@ WITH_AMBIENT, WITH_FLOW_FACTORS = ("table", *ONLINE_FILMS), ("table", "fast", "f
 ASPERITIES = {"greenwood_tripp": laws.greenwood_tripp, "greenwood_williamson": laws.greenwood_williamson}
 #: memberships of the fuzzy transition that need no file: half-cosines between thresholds
 COSINE = "cosine"
+#: film thickness ratios dry, mixed, full where none are given
+THRESHOLDS = (0.4, 1.0, 3.0)
+#: parameters of `fuzzy` that a table of memberships leaves open
+BESIDE_A_TABLE = ("datum", "squeeze")
+#: words in place of a law, without parameters
+AUTO, NONE = "auto", "none"
+CELLS = re.compile(r"\s*[,;\t]\s*")
 #: name -> the law for the thresholds dry, mixed, full of the film thickness ratio
 TRANSITIONS: dict[str, Callable] = {
     "none": laws.superposed,
@@ -118,16 +125,26 @@ def one_of(field: str, value: str, known: Collection[str]) -> str:
     return value
 
 
-def spelled(field: str, text: str, known: Collection[str]) -> tuple[str, dict[str, float]]:
+def spelled(
+    field: str, text: str, laws_known: Collection[str], words: Collection[str] = ()
+) -> tuple[str, dict[str, float]]:
     """Name and parameters of a law such as "hertz" or "impact(damping=440, depth=1.5e-6)".
 
-    Raises ValueError for a name that is not known and for parameters that are no numbers.
+    words: names without parameters, such as auto. Raises ValueError for a name that is not known, for
+    parameters that are no numbers or stand twice, and for a bracket that is not closed.
     """
+    if "(" in text and ")" not in text:
+        raise ValueError(f"{field}: a closing bracket is missing in {text!r}; write {text.strip()})")
     match = LAW.fullmatch(text)
-    name = one_of(field, match[1] if match else text, known)
+    name = one_of(field, match[1] if match else text, (*words, *laws_known))
+    parts = [part.strip() for part in (match[2] or "").split(",") if part.strip()]
+    if parts and name in words:
+        raise ValueError(f"{field} {name} takes no parameters, got {text!r}")
     changes = {}
-    for part in filter(None, map(str.strip, (match[2] or "").split(","))):
+    for part in parts:
         parameter, _, value = (t.strip() for t in part.partition("="))
+        if parameter in changes:
+            raise ValueError(f"{field}: {parameter} is given twice in {text!r}")
         try:
             changes[parameter] = float(value)
         except ValueError:
@@ -190,14 +207,15 @@ def thresholds_of(text: str | Collection[float]) -> tuple[float, ...]:
 def points_of(path: str | Path) -> list[tuple[float, ...]]:
     """Memberships from a CSV file: rows of film thickness ratio, full film, mixed, dry.
 
-    A first line of names and lines that begin with # are passed over. Raises ValueError for a file
+    Commas, semicolons or tabs stand between the numbers. A first line of names and lines that begin
+    with # are passed over. Raises ValueError for a file
     that cannot be read or a row that is not four numbers.
     """
     try:
         lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise ValueError(f"memberships must be {COSINE} or a CSV file: {path}: {error}") from None
-    rows = [(i, line.replace(";", ",").split(",")) for i, line in enumerate(lines, 1)]
+    rows = [(i, CELLS.split(line.strip())) for i, line in enumerate(lines, 1)]
     rows = [(i, cells) for i, cells in rows if "".join(cells).strip()[:1] not in ("", "#")]
     if rows and not any(_numeric([cell]) for cell in rows[0][1]):
         del rows[0]
@@ -218,12 +236,49 @@ def _numeric(cells: list[str]) -> bool:
 def _transition(text: str, thresholds: str, memberships: str) -> laws.BoundLaw:
     """The transition for a text, thresholds, and memberships that only the fuzzy one takes."""
     name, changes = spelled("transition", text, TRANSITIONS)
-    dry, mixed, full = thresholds_of(thresholds)
-    if memberships == COSINE:
-        return _replaced(TRANSITIONS[name](dry=dry, mixed=mixed, full=full), changes)
+    if memberships != COSINE:
+        return _tabled(name, changes, thresholds, memberships)
+    dry, mixed, full = THRESHOLDS if thresholds == AUTO else thresholds_of(thresholds)
+    twice = [n for n in ("dry", "mixed", "full") if n in changes and thresholds != AUTO]
+    if twice:
+        both = f"thresholds={thresholds} and {twice[0]}={changes[twice[0]]:g} of transition {name}"
+        raise ValueError(f"{both} give the same; leave one out")
+    return _replaced(TRANSITIONS[name](dry=dry, mixed=mixed, full=full), changes)
+
+
+def _tabled(
+    name: str, changes: dict[str, float], thresholds: str, memberships: str
+) -> laws.BoundLaw:
+    """The fuzzy transition with memberships from a file, which fix its thresholds."""
     if name != "fuzzy":
         raise ValueError(f"transition {name} has no memberships; fuzzy has")
-    return _replaced(laws.fuzzy_table(points_of(memberships)), changes)
+    if thresholds != AUTO:
+        reason = f"memberships={memberships} replaces them; leave one out"
+        raise ValueError(f"thresholds={thresholds}: {reason}")
+    for parameter, value in changes.items():
+        if parameter not in BESIDE_A_TABLE:
+            takes = f"beside memberships={memberships} it takes {', '.join(BESIDE_A_TABLE)} only"
+            raise ValueError(f"transition fuzzy({parameter}={value:g}): {takes}")
+    points = points_of(memberships)
+    try:
+        law = laws.fuzzy_table(points)
+    except ValueError as error:
+        words = str(error).removeprefix("fuzzy_table: ")
+        raise ValueError(f"memberships: {memberships}: {words}") from None
+    return _replaced(law, changes)
+
+
+def _asperity(text: str, transition: str, pair: Pair) -> laws.BoundLaw | None:
+    """The asperity law of a mixed joint; only load_sharing has one, greenwood_tripp where auto."""
+    name, changes = spelled("asperity", text, ASPERITIES, (AUTO, NONE))
+    if transition != "load_sharing":
+        if name in (AUTO, NONE):
+            return None
+        reason = f"transition {transition} has no asperity law; load_sharing has"
+        raise ValueError(f"asperity={text}: {reason}")
+    if name == NONE:
+        return None
+    return _replaced(ASPERITIES["greenwood_tripp" if name == AUTO else name]().of(pair), changes)
 
 
 def _solids(
@@ -232,13 +287,13 @@ def _solids(
     """Contact and friction of a dry or mixed joint."""
     if pair.radius <= pair.clearance:
         raise ValueError(f"radius {pair.radius!r} m must be larger than clearance {pair.clearance!r} m")
-    if contact == "auto":
-        contact = "lankarani_nikravesh" if model == "dry" else "winkler"
-    name, changes = spelled("contact", contact, CONTACTS)
+    name, changes = spelled("contact", contact, CONTACTS, (AUTO,))
+    if name == AUTO:
+        name = "lankarani_nikravesh" if model == "dry" else "winkler"
     law = CONTACTS[name](pair, checks.fraction("restitution", restitution))
     slots = {"contact": _replaced(law, changes)}
-    if friction != "none":
-        name, changes = spelled("friction", friction, FRICTIONS)
+    name, changes = spelled("friction", friction, FRICTIONS, (NONE,))
+    if name != NONE:
         law = FRICTIONS[name](checks.non_negative("friction_coefficient", coefficient))
         slots["friction"] = _replaced(law, changes)
     return slots
@@ -288,9 +343,9 @@ def joint_factory(
     flow_factors: bool = False,
     mesh: str = "auto",
     transition: str = "load_sharing",
-    thresholds: str = "0.4,1,3",
+    thresholds: str = AUTO,
     memberships: str = COSINE,
-    asperity: str = "greenwood_tripp",
+    asperity: str = AUTO,
     material: Material = steel,
 ) -> Callable[..., Joint]:
     """`factory(name, a, b)`: a clearance joint for the chosen names, an ideal hinge for all others.
@@ -298,7 +353,9 @@ def joint_factory(
     Contact, friction, transition and asperity are names, with parameters where wanted: see `spelled`.
 
     Contact stiffness and moduli come from the radii, the length and the material; contact "auto" is
-    lankarani_nikravesh in dry joints and winkler, which is conformal, in mixed ones. Lengths in m, viscosity in Pa s.
+    lankarani_nikravesh in dry joints and winkler, which is conformal, in mixed ones. Thresholds "auto" are 0.4, 1, 3,
+    or what a table of memberships gives. Asperity "auto" is greenwood_tripp in load_sharing, none else.
+    Lengths in m, viscosity in Pa s.
     Raises ValueError for names and numbers that give no joint.
     """
     one_of("model", model, MODELS)
@@ -307,11 +364,11 @@ def joint_factory(
     slots: dict = {"radius": radius, "clearance": clearance, "length": length}
     if checks.non_negative(f"joint {joints}: roughness", roughness) > 0.0:
         slots["roughness"] = roughness
-    spelled("contact", contact, ("auto", *CONTACTS))
-    spelled("friction", friction, ("none", *FRICTIONS))
+    spelled("contact", contact, CONTACTS, (AUTO,))
+    spelled("friction", friction, FRICTIONS, (NONE,))
     one_of("film", film, FILMS | ONLINE_FILMS)
     sharing, _ = spelled("transition", transition, TRANSITIONS)
-    asperity_name, changes = spelled("asperity", asperity, ("none", *ASPERITIES))
+    spelled("asperity", asperity, ASPERITIES, (AUTO, NONE))
     try:
         pair = Pair(radius, clearance, length, material)
         if model in ("dry", "mixed"):
@@ -322,9 +379,7 @@ def joint_factory(
             slots["film_torques"] = bool(film_torques)
         if model == "mixed":
             slots["transition"] = _transition(transition, thresholds, memberships)
-            if asperity_name != "none" and sharing == "load_sharing":
-                law = ASPERITIES[asperity_name]().of(pair)
-                slots["asperity"] = _replaced(law, changes)
+            slots["asperity"] = _asperity(asperity, sharing, pair)
     except ValueError as error:
         raise ValueError(f"joint {', '.join(chosen)}: {error}") from None
 
@@ -334,3 +389,32 @@ def joint_factory(
         return ClearanceRevolute(a, b, name=name, **slots)
 
     return factory
+
+
+#: what became of a parameter of `joint_factory` that is auto, from a joint; None where the joint has it not
+RESOLVED: dict[str, Callable[[ClearanceRevolute], object]] = {
+    "viscosity": lambda joint: joint.viscosity,
+    "contact": lambda joint: joint.contact and joint.contact.law.name,
+    "thresholds": lambda joint: _thresholds(joint.transition),
+    "asperity": lambda joint: joint.transition and _name(joint.asperity),
+}
+
+
+def _name(law: laws.BoundLaw | None) -> str:
+    return NONE if law is None else law.law.name
+
+
+def _thresholds(law: laws.BoundLaw | None) -> str | None:
+    """Thresholds as a text; None for a transition without."""
+    given = {} if law is None else law.parameters
+    if not {"dry", "mixed", "full"} <= set(given):
+        return None
+    return ",".join(f"{given[n]:g}" for n in ("dry", "mixed", "full"))
+
+
+def resolved(values: Mapping[str, object], joints: Collection[Joint]) -> dict[str, object]:
+    """What the parameters of a case that are auto came to in its first clearance joint, by name."""
+    first = next((j for j in joints if isinstance(j, ClearanceRevolute)), None)
+    names = [n for n in RESOLVED if isinstance(values.get(n), str) and values[n] == AUTO]
+    found = {n: RESOLVED[n](first) for n in names} if first is not None else {}
+    return {n: v for n, v in found.items() if v is not None}

@@ -29,6 +29,7 @@ from clearance.commands import (
 )
 from clearance.commands.common import DONE, FAILED, WRONG, complain
 from clearance.interrupts import ended
+from clearance.version import VERSION
 
 #: in the order in which help lists them
 COMMANDS = (
@@ -52,6 +53,7 @@ def parser() -> Parser:
     top = Parser(
         prog="clearance", description="Tribodynamics of planar mechanisms with clearance, lubricant, friction."
     )
+    top.add_argument("--version", action="version", version=f"clearance {VERSION}")
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for module in COMMANDS:
         added = module.add(commands)
@@ -82,7 +84,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _words(error: OSError) -> str:
-    """What the system refused, and of which file; of a temporary one the directory."""
+    """The system's reason and the file, or the directory of a temporary one."""
     if not error.filename or not error.strerror:
         return str(error)
     path = Path(str(error.filename))

@@ -1,4 +1,4 @@
-"""What a run needs at least: rows, room on the disk, time. Requests that cannot end are refused before they begin.
+"""Least needs of a run: rows, room on the disk, time. Requests that cannot end are refused before they begin.
 
 All are lower bounds, so that no run which could have been made is refused: every row is kept in the columns chosen at
 eight bytes a number (a tenth of that compressed), the log of steps counts nothing, no step is longer than the
@@ -21,7 +21,7 @@ OVERRIDE = "ask for less, or override this with --force (force=True)"
 
 @dataclass(frozen=True)
 class Demand:
-    """What is asked for: rows and columns of each of `runs` files, and steps of a run."""
+    """Size of a request: rows and columns of each of `runs` files, and steps of a run."""
 
     rows: int
     steps: float

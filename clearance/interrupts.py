@@ -1,9 +1,12 @@
 """Signals that ask a run to end: taken in order, between two pieces of its output."""
 
+import multiprocessing
+import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from multiprocessing.process import BaseProcess
 
 
 class Terminated(KeyboardInterrupt):
@@ -11,12 +14,12 @@ class Terminated(KeyboardInterrupt):
 
 
 def ended(request: KeyboardInterrupt) -> str:
-    """What a request to end was, in a word."""
+    """Name of a request to end."""
     return "terminated" if isinstance(request, Terminated) else "interrupted"
 
 
 def _in_main_thread() -> bool:
-    """Whether handlers can be set here: Python calls them in the main thread and lets only that one set them."""
+    """True where handlers can be set: Python calls them in the main thread and lets only that one set them."""
     return threading.current_thread() is threading.main_thread()
 
 
@@ -35,6 +38,34 @@ def terminable() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+def follow_parent() -> None:
+    """In a worker process: end with the process that started it, whatever becomes of that."""
+    threading.Thread(target=_follow, daemon=True).start()
+
+
+def _follow() -> None:
+    multiprocessing.parent_process().join()
+    if hasattr(os, "killpg") and os.getpgrp() == os.getpid():
+        os.killpg(0, signal.SIGKILL)
+    os._exit(1)
+
+
+def lead_group() -> None:
+    """In a worker process: begin a group of all processes that it starts; they end with its parent or `end_groups`."""
+    if hasattr(os, "setpgrp"):
+        os.setpgrp()
+    follow_parent()
+
+
+def end_groups(processes: Iterable[BaseProcess]) -> None:
+    """End worker processes at once, with the groups that they lead."""
+    for process in processes:
+        try:
+            os.killpg(process.pid, signal.SIGKILL)
+        except (AttributeError, ProcessLookupError):  # a system without groups, or it leads none
+            process.kill()
 
 
 class Held:

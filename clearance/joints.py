@@ -40,12 +40,12 @@ class Joint:
         object.__setattr__(self, name, value)
 
     def label(self) -> str:
-        """What messages call the joint."""
+        """Name of the joint in messages."""
         return f"joint {self.name}"
 
     @property
     def key(self) -> str:
-        """Where the joint's numbers stand in the parameter vector."""
+        """Places of the joint's numbers in the parameter vector."""
         return f"joint.{self.name}"
 
     def bodies(self) -> tuple[Body, Body]:
@@ -92,14 +92,14 @@ class FrictionJoint(Joint):
             raise ValueError(f"{label}: friction {law.law.name} {missing}")
 
     def doubts(self) -> list[str]:
-        """What the joint's friction law says about being used here."""
+        """Warnings of the friction law about its use in this joint."""
         law = self.friction
         said = law is not None and law.law.doubt and law.law.doubt(self, law.parameters)
         return [f"{self.label()}: {law.law.name} {said}"] if said else []
 
     @property
     def rubs_by_load(self) -> bool:
-        """Whether its friction depends on its reaction."""
+        """True where its friction depends on its reaction."""
         return self.friction is not None and self.friction.law.needs_load
 
 
@@ -130,7 +130,7 @@ class Revolute(FrictionJoint):
 
     @property
     def geometry(self) -> dict[str, float]:
-        """What makes a friction load of the reaction, as pin_load takes it."""
+        """Numbers that make a friction load of the reaction, in the order of pin_load."""
         ratio = self.pin_radius / self.bending_arm if self.bending_arm is not None else 0.0
         return {"pin_radius": self.pin_radius, "friction_arm": self.friction_arm or 0.0, "bending_ratio": ratio}
 
@@ -169,7 +169,7 @@ class Prismatic(FrictionJoint):
 
     @property
     def geometry(self) -> dict[str, float]:
-        """What makes a friction load of the reaction, as slide_load takes it."""
+        """Numbers that make a friction load of the reaction, in the order of slide_load."""
         inverse = 1.0 / self.friction_arm if self.friction_arm is not None else 0.0
         return {"friction_arm_inverse": inverse, "overlap_inverse": 1.0 / self.overlap}
 
@@ -281,7 +281,7 @@ class ClearanceRevolute(Joint):
                 raise ValueError(f"{label}: asperity {self.asperity.law.name} needs the joint's {missing[0]}")
 
     def doubts(self) -> list[str]:
-        """What the joint's laws say about being used here."""
+        """Warnings of the laws about their use in this joint."""
         laws = [law for law in (getattr(self, s) for s in SLOTS) if law is not None and law.law.doubt]
         said = [(law, law.law.doubt(self, law.parameters)) for law in laws]
         return [
@@ -295,7 +295,7 @@ class ClearanceRevolute(Joint):
 
     @property
     def impacts(self) -> bool:
-        """Whether contact starts with a first touch; in most transitions it sets in gradually."""
+        """True where contact starts with a first touch; in most transitions it sets in gradually."""
         return self.contact is not None and (self.transition is None or self.transition.law.first_touch)
 
     @property

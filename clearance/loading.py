@@ -1,7 +1,8 @@
-"""Modules from files of a user."""
+"""Files of a user: their modules, and the place in them where an error was raised."""
 
 import importlib.util
 import sys
+import traceback
 import zlib
 from pathlib import Path
 from types import ModuleType
@@ -19,5 +20,21 @@ def module_of(path: str | Path, kind: str, label: str) -> ModuleType:
     try:
         spec.loader.exec_module(module)
     except Exception as error:
-        raise ValueError(f"{label}: {type(error).__name__}: {error}") from error
+        raise ValueError(f"{label}: {located(error, str(path))}") from error
     return module
+
+
+def located(error: Exception, path: str | None = None) -> str:
+    """An error as "file, line 3, in function: KeyError: 'x'", at the innermost line of a file.
+
+    path: that file, by default the one of the function called first. Without a line in it the place is left out.
+    """
+    frames = traceback.extract_tb(error.__traceback__)[1:]  # without the caller's own
+    path = path or (frames[0].filename if frames else None)
+    text = f"{type(error).__name__}: {error}"
+    inside = [f for f in frames if f.filename == path]
+    if not inside:
+        return text
+    frame = inside[-1]
+    function = "" if frame.name == "<module>" else f", in {frame.name}"
+    return f"{frame.filename}, line {frame.lineno}{function}: {text}"

@@ -1,4 +1,4 @@
-"""What moves a mechanism: drives, springs and dampers, forces and torques."""
+"""Loads on a mechanism: drives, springs and dampers, forces and torques."""
 
 import math
 from dataclasses import dataclass
@@ -23,12 +23,12 @@ class Load:
         self._set("name", checks.identifier(f"{type(self).__name__} name", name))
 
     def label(self) -> str:
-        """What messages call the load."""
+        """Name of the load in messages."""
         return f"{type(self).__name__} {self.name}"
 
     @property
     def key(self) -> str:
-        """Where the load's numbers stand in the parameter vector."""
+        """Places of the load's numbers in the parameter vector."""
         return f"load.{self.name}"
 
     def _amount(self, field, family):
@@ -98,12 +98,12 @@ class Drive(Load):
 
     @property
     def prescribes(self) -> bool:
-        """Whether the motion is given (and the effort found), not the other way round."""
+        """True where the motion is given (and the effort found), not the other way round."""
         return self.speed is not None or self.motion is not None
 
     @property
     def effort_kind(self) -> str:
-        """What moves the target: "torque", or "force" along a slide."""
+        """Kind of effort on the target: "torque", or "force" along a slide."""
         return "force" if isinstance(self.target, Prismatic) else "torque"
 
     @property

@@ -78,7 +78,7 @@ class Damaged(ValueError):
 
 
 class Entries(dict):
-    """What a file holds by name; to look up what is not there raises Damaged, which says where."""
+    """Entries of a file by name; a missing one raises Damaged with its place."""
 
     def __init__(self, where: str, items=()):
         super().__init__(items)
@@ -130,7 +130,7 @@ class Reader:
             return found
 
     def names(self, place: str = "") -> tuple[str, ...]:
-        """What is in a group; nothing where there is none."""
+        """Names in a group; none where the group is missing."""
         found = self.item(place) if self.has(place) else None
         with _reading(self.path, place):
             return tuple(found) if isinstance(found, h5py.Group) else ()

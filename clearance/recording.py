@@ -1,4 +1,4 @@
-"""What a run puts out, piece by piece: made continuous, watched, and kept in a file or in memory.
+"""Output of a run, piece by piece: made continuous, watched, and kept in a file or in memory.
 
 A `Recorder` takes the pieces and hands them to one sink: a `FileSink` writes the HDF5 result file (layout in
 results.py), a `MemorySink` keeps arrays that read as a `MemoryRecord`. Ranges and the energy ledger are those of all
@@ -352,7 +352,7 @@ class FileSink:
 
     @property
     def left(self) -> str:
-        """What there is of a run that ended early, in words."""
+        """Description of the files of a run that ended early."""
         if not self.placed:
             return f"{self.path} was not written"
         return f"what {'fitted' if self.full else 'was computed'} is kept in {self.path}"

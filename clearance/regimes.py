@@ -13,16 +13,20 @@ PIEZOVISCOUS = 0.5  # alpha p above which the viscosity no longer counts as cons
 FLATTENING = 0.2  # flattening over film thickness above which the surfaces no longer count as rigid
 DEEPEST = 0.05  # penetration over journal radius up to which solids count as linearly elastic
 LOSS = 0.02  # share of the load that a hole check lets go unnoticed
+SCANNED = 400  # steps of a hole check
+SECANTS = 5  # steps towards the speed of a load, in which films are nearly linear
+NEAR_WALL = 0.05  # film thickness ratio below which contact begins at the wall
 
 
 @dataclass(frozen=True)
 class HoleCheck:
     """Radial load of a joint over its film thickness ratio, at fixed approach speed and entrainment.
 
-    ratio: from above the full-film threshold down to where contact carries alone; load: towards the centre [N]; lost:
-    largest load [N] that is given up on the way in; left: the least load [N] after that, and where: its film
-    thickness ratio. A joint without a hole carries more the deeper it goes; a hole matters where `left` is less than
-    the joint has to carry.
+    ratio: from above the full-film threshold down to where contact carries alone; load: towards the
+    centre [N]; lost: largest load [N] that is given up on the way in; left: the least load [N] after
+    that; where, rim: film thickness ratios of this least load and of the highest before it; cause: in
+    words, empty without a hole. A joint without a hole carries more the deeper it goes; a hole matters
+    where `left` is less than the joint has to carry.
     """
 
     ratio: tuple[float, ...]
@@ -30,11 +34,18 @@ class HoleCheck:
     lost: float
     left: float
     where: float
+    rim: float
+    cause: str
+
+    @property
+    def highest(self) -> float:
+        """Load [N] at the rim of the hole."""
+        return self.left + self.lost
 
     @property
     def monotone(self) -> bool:
-        """Whether the load never falls noticeably as the gap closes: no force hole."""
-        return self.lost <= LOSS * max(abs(f) for f in self.load)
+        """No force hole: the load never falls by a noticeable share of what it was before."""
+        return self.lost <= LOSS * abs(self.highest)
 
 
 def facts(joint: ClearanceRevolute) -> FilmJoint:
@@ -44,56 +55,134 @@ def facts(joint: ClearanceRevolute) -> FilmJoint:
     )  # fmt: skip
 
 
-def radial_load(joint: ClearanceRevolute, gap: float, approach: float, entrainment: float) -> float:
-    """Load towards the centre [N] of a joint with a transition model; gap and approach speed in m and m/s."""
+def film_load(joint: ClearanceRevolute, gap: float, approach: float, entrainment: float) -> float:
+    """The film's part of `radial_load` [N]."""
     known = facts(joint)
-    film_share, film_gap, slope, contact_share, penetration, *_ = joint.transition(gap, known)
+    share, film_gap, slope, *_ = joint.transition(gap, known)
     rate = slope * approach / joint.clearance
     radial, *_ = joint.film(1.0 - film_gap / joint.clearance, rate, entrainment, known)
-    load = -film_share * radial + contact_share * joint.contact(penetration, approach, 0.0)
-    return load + (joint.asperity(gap / joint.roughness, known) if joint.asperity is not None else 0.0)
+    return -share * radial
 
 
-@lru_cache(maxsize=64)  # asked before a run and after it
+def radial_load(joint: ClearanceRevolute, gap: float, approach: float, entrainment: float) -> float:
+    """Load towards the centre [N] of a joint with a transition model; gap in m, approach speed in m/s.
+
+    Contact laws that look at the impact speed get the approach speed, or `typical_speed` if that is
+    larger.
+    """
+    known = facts(joint)
+    _, _, _, share, penetration, *_ = joint.transition(gap, known)
+    impact = max(approach, typical_speed(joint, entrainment))
+    load = film_load(joint, gap, approach, entrainment)
+    load += share * joint.contact(penetration, approach, impact)
+    if joint.asperity is not None:
+        load += joint.asperity(gap / joint.roughness, known)
+    return load
+
+
+def typical_speed(joint: ClearanceRevolute, entrainment: float) -> float:
+    """Radial speed [m/s] that suits an entrainment: the clearance a radian of 0.5 |entrainment|."""
+    return 0.5 * joint.clearance * abs(entrainment)
+
+
+def _ratios(joint: ClearanceRevolute) -> list[float]:
+    """Film thickness ratios from full film to where contact carries alone."""
+    parameters = joint.transition.parameters
+    top = 2.0 * parameters.get("full", FULL_FILM)
+    beyond = parameters.get("tolerance", 0.0) * joint.clearance / joint.roughness
+    bottom = min(-2.0, -1.2 * beyond)
+    return [top + (bottom - top) * k / SCANNED for k in range(SCANNED + 1)]
+
+
+@lru_cache(maxsize=64)  # used before a run and after it
 def hole_check(joint: ClearanceRevolute, entrainment: float, approach: float = 0.0) -> HoleCheck:
     """Scan a mixed joint's radial load from full film to below the wall for a force hole.
 
-    entrainment: omega_J + omega_B - 2 gamma' [rad/s]; approach: speed towards the wall [m/s]. A weighted transition
-    switches the film off over thresholds * roughness; a contact law too soft to take over by then leaves a hole, into
-    which the journal falls. Raises ValueError for joints without a transition model or roughness, and for films with a
-    memory, whose load depends on the past.
+    entrainment: omega_J + omega_B - 2 gamma' [rad/s]; approach: speed towards the wall [m/s]. A
+    weighted transition switches the film off over thresholds * roughness. A contact that begins later
+    or carries less leaves a hole, into which the journal falls. Raises ValueError for joints without a
+    transition model or roughness, and for films with a memory, whose load depends on the past.
     """
     if joint.transition is None or joint.roughness is None:
         raise ValueError(f"{joint.label()}: a hole check needs a transition model and a roughness")
     if joint.film.law.family is memory_film:
-        raise ValueError(f"{joint.label()}: the load of {joint.film.law.name} depends on the past: no hole check")
+        reason = f"the load of {joint.film.law.name} depends on the past: no hole check"
+        raise ValueError(f"{joint.label()}: {reason}")
     checks.finite("entrainment", entrainment)
     checks.finite("approach", approach)
-    parameters = joint.transition.parameters
-    top = 2.0 * parameters.get("full", FULL_FILM)
-    bottom = min(-2.0, -1.2 * parameters.get("tolerance", 0.0) * joint.clearance / joint.roughness)
-    count = 400
-    ratio = [top + (bottom - top) * k / count for k in range(count + 1)]
+    ratio = _ratios(joint)
     load = [radial_load(joint, r * joint.roughness, approach, entrainment) for r in ratio]
-    lost, left, where, highest = 0.0, load[0], ratio[0], load[0]
-    for r, f in zip(ratio, load, strict=True):
-        highest = max(highest, f)
-        if highest - f > lost:
-            lost, left, where = highest - f, f, r
-    return HoleCheck(tuple(ratio), tuple(load), lost, left, where)
+    high = least = rim = 0
+    for k, force in enumerate(load):
+        high = k if force > load[high] else high
+        if load[high] - force > load[rim] - load[least]:
+            rim, least = high, k
+    lost = load[rim] - load[least]
+    half = next(k for k in range(rim, least + 1) if load[k] <= load[rim] - 0.5 * lost)
+    cause = _cause(joint, ratio, rim, half) if lost > 0.0 else ""
+    where = ratio[least], ratio[rim]
+    return HoleCheck(tuple(ratio), tuple(load), lost, load[least], *where, cause)
 
 
-def hole_warning(joint: ClearanceRevolute, frequency: float, wanted: float) -> str | None:
-    """The hole check as a warning, at the entrainment 2 x frequency: a hole that carries less than `wanted` [N]."""
+def _cause(joint: ClearanceRevolute, ratio: list[float], rim: int, half: int) -> str:
+    """Why a load falls: what the film loses and contact lacks where half of the loss has come about."""
+    shares = [joint.transition(r * joint.roughness, facts(joint)) for r in ratio]
+    (film, _, rate, *_), (film_left, _, rate_left, *_) = shares[rim], shares[half]
+    fades = "the film fades"
+    if rate_left * film < film_left * rate:
+        fades = "the held film loses its squeeze rate"
+    touching = [k for k, (*_, share, depth, _, _, _) in enumerate(shares) if share * depth > 0.0]
+    begins = max(touching[0] - 1, 0) if touching else len(ratio) - 1
+    if begins < half:
+        return f"{fades}, and the contact law is too soft to replace it"
+    if ratio[begins] > NEAR_WALL:
+        return f"{fades} before contact begins, at film thickness ratio {ratio[begins]:.2g}"
+    return f"{fades} before contact begins, at the wall"
+
+
+@lru_cache(maxsize=64)
+def film_rim(joint: ClearanceRevolute, entrainment: float) -> float:
+    """Film thickness ratio at which the film alone carries most, at `typical_speed`; it gives up below."""
+    speed = typical_speed(joint, entrainment)
+    return max(
+        _ratios(joint), key=lambda r: film_load(joint, r * joint.roughness, speed, entrainment)
+    )
+
+
+def sinking_speed(joint: ClearanceRevolute, entrainment: float, wanted: float) -> float:
+    """Speed [m/s] at which a load [N] squeezes the film at its rim; 0 where the load rests there."""
+    gap = film_rim(joint, entrainment) * joint.roughness
+    still, speed = radial_load(joint, gap, 0.0, entrainment), typical_speed(joint, entrainment)
+    for _ in range(SECANTS):
+        rise = radial_load(joint, gap, speed, entrainment) - still
+        if wanted <= still or rise <= 0.0:
+            return 0.0
+        speed *= (wanted - still) / rise
+    return speed
+
+
+def hole_warning(
+    joint: ClearanceRevolute, frequency: float, wanted: float, reached: float | None = None
+) -> str | None:
+    """The hole check as a warning, at the entrainment 2 x frequency and the speed of a load `wanted` [N].
+
+    reached: smallest film thickness ratio of a run; None before it, where `wanted` is what inertia may ask.
+    There is no warning of a hole that carries `wanted`, of one that the run did not come down to, and
+    before a run of one with a rim that carries `wanted` at rest.
+    """
     if joint.transition is None or joint.roughness is None or joint.film.law.family is memory_film:
         return None
-    found = hole_check(joint, 2.0 * frequency)
-    if found.monotone or found.left >= wanted:
+    approach = sinking_speed(joint, 2.0 * frequency, wanted)
+    hole = hole_check(joint, 2.0 * frequency, approach)
+    met = approach > 0.0 if reached is None else reached <= hole.where
+    if hole.monotone or hole.left >= wanted or not met:
         return None
+    moving = f"closes at {approach:.2g} m/s" if approach else "closes slowly"
+    asked = "may be" if reached is None else "are"
     return (
-        f"{joint.label()}: force hole: from full film to contact the joint comes to carry only {found.left:.3g} N, at "
-        f"film thickness ratio {found.where:.2g}, after {found.left + found.lost:.3g} N, and up to {wanted:.3g} N are "
-        "asked of it: the contact law is too soft for this transition"
+        f"{joint.label()}: force hole: as the gap {moving}, the load falls from {hole.highest:.3g} N at film "
+        f"thickness ratio {hole.rim:.2g} to {hole.left:.3g} N at {hole.where:.2g}, and up to {wanted:.3g} N {asked} "
+        f"asked of it: {hole.cause}"
     )
 
 

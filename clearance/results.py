@@ -27,11 +27,13 @@ import numpy as np
 from clearance.extremes import ROUNDING, Extreme, Extremes, better
 from clearance.locks import Lock
 from clearance.reading import FACT_UNITS, Damaged, Entries, Reader, open_checked
+from clearance.version import VERSION
 
 LOG = logging.getLogger("clearance.files")
 FORMAT = "clearance-result"
 FORMAT_VERSION = 2
-PACKAGES = ("clearance", "numpy", "numba", "h5py")
+#: whose versions stand in a file beside our own
+PACKAGES = ("numpy", "numba", "h5py")
 #: groups whose channels move along time
 MOVING = ("bodies", "joints", "springs", "drives", "friction", "energy")
 #: extremes that follow from the smallest gap [m]
@@ -51,7 +53,7 @@ LIBVER = ("v108", "v108")
 
 def provenance() -> dict:
     """Format, versions of what made a file, and when (UTC); attributes of every file."""
-    versions = {}
+    versions = {"version_clearance": VERSION}
     for package in PACKAGES:
         try:
             versions[f"version_{package}"] = importlib.metadata.version(package)
@@ -215,7 +217,7 @@ class Channels:
 
 
 class Record(ABC):
-    """What a run gave, by name: `run["slider"].ax`, `run.joint("B").force`, `run.energy.residual`.
+    """Results of a run by name: `run["slider"].ax`, `run.joint("B").force`, `run.energy.residual`.
 
     Subclasses say where it is (in a file, in memory) by `attributes`, `solver`, `warnings`, `events`, `located`,
     `names`, `values`, `facts` and `units`. `located`: extremes that were located as the run went; None where only
@@ -230,7 +232,7 @@ class Record(ABC):
 
     @abstractmethod
     def names(self, group: str) -> tuple[str, ...]:
-        """What is in a group: the joints of "joints", the channels of "joints/B"; () where there is none."""
+        """Names in a group: the joints of "joints", the channels of "joints/B"; () where there is none."""
 
     @abstractmethod
     def values(self, path: str) -> np.ndarray:
@@ -238,7 +240,7 @@ class Record(ABC):
 
     @abstractmethod
     def facts(self, group: str) -> dict:
-        """What is known of a group as a whole: `facts("joints/B")["peak_force"]`."""
+        """Facts of a group as a whole: `facts("joints/B")["peak_force"]`."""
 
     @abstractmethod
     def units(self, path: str) -> str:
@@ -260,7 +262,7 @@ class Record(ABC):
 
     @property
     def complete(self) -> bool:
-        """Whether the run came to its end."""
+        """True where the run came to its end."""
         return self.status == "complete"
 
     @cached_property
@@ -429,7 +431,7 @@ class Result(Record):
 
     @property
     def warnings(self) -> list[str]:
-        """What the run wants its reader to know, joint by joint."""
+        """Warnings of the run, joint by joint."""
         return [str(w) for w in np.atleast_1d(self.reader.attribute("", "warnings"))]
 
     def range(self, path: str) -> tuple[float, float]:
@@ -541,7 +543,7 @@ def _extremes_of_format_1(reader: Reader) -> Extremes:
 
 
 def _turns(target: str | dict) -> bool:
-    """Whether a drive turns its target, the name of a body or a joint, rather than pushing a slide."""
+    """True where a drive turns its target, the name of a body or a joint, rather than pushing a slide."""
     return isinstance(target, str) or target["type"] != "Prismatic"
 
 

@@ -1,4 +1,4 @@
-"""What a mechanism is: bodies, points on them, and the scene that joins them. Frozen descriptions in SI units."""
+"""The scene of a mechanism: bodies, points on them, and what joins them. Frozen descriptions in SI units."""
 
 import json
 from collections.abc import Iterable, Mapping
@@ -83,7 +83,7 @@ class Body:
 
     @property
     def key(self) -> str:
-        """Where the body's numbers stand in the parameter vector."""
+        """Places of the body's numbers in the parameter vector."""
         return f"body.{self.name}"
 
     def at(self, x: float, y: float, z: float = 0.0) -> Point:
@@ -201,7 +201,7 @@ class Scene:
 
     @property
     def provenance(self) -> dict[str, str]:
-        """What result files keep of it: case, parameters that were given (JSON), whole scene (JSON).
+        """Attributes of result files: case, parameters that were given (JSON), whole scene (JSON).
 
         Of a case also its file and the defaults of the other parameters (JSON), of a command its line.
         """

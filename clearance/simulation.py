@@ -19,6 +19,7 @@ import numpy as np
 
 from clearance import checks, fields
 from clearance.checkpoint import PartsSink, restore, state_of
+from clearance.compiling import announced
 from clearance.demand import Demand, affordable
 from clearance.extremes import Extremes, along, followed, guides, stretch_length, stretches
 from clearance.interrupts import Held, ended
@@ -99,7 +100,7 @@ def simulate(
     natural size of each state (clearance for eccentricities) plus its value. method: "auto" (dop853 where no film
     makes the scene stiff, else the implicit method that is fastest at this rtol), "dop853" (explicit, order 8),
     "rodas5p" (linearly implicit, order 5), "radau5", "radau9" (implicit, order 5 and 9) or "radau" (one of these two,
-    by rtol). samples_per_turn or samples (in all): output rows.
+    by rtol). samples_per_turn (in all, where nothing turns evenly) or samples (in all): output rows.
     path: write the HDF5 file there while running (default: a temporary file, see Result.save). energy: integrate the
     energy ledger. max_step: longest step [s] (default a 24th of a turn, or of the span); give one where loads act
     more briefly than that. max_steps: give up after so many. progress: called with the done share of the span.
@@ -176,7 +177,9 @@ def prepare(
     if demanded is not None:
         steps = span.until / (max_step or longest_step(mechanism, span))
         demanded(mechanism, Demand(span.samples, min(steps, max_steps or steps)))
-    run = Run(mechanism, span, rtol, choose_method(mechanism, method, rtol), max_step, max_steps)
+    stepper = choose_method(mechanism, method, rtol)
+    with announced():
+        run = Run(mechanism, span, rtol, stepper, max_step, max_steps)
     if start is not None:
         run.start_from(start)
     return run
@@ -216,7 +219,7 @@ def span_of(scene: Scene, *, turns, until, samples, samples_per_turn=SAMPLES_PER
     until = checks.positive("until", until)
     if samples is None:
         every = checks.positive("samples_per_turn", samples_per_turn)
-        wanted = checks.finite("samples", every * until / turn) if turn else SAMPLES_PER_TURN
+        wanted = checks.finite("samples", every * until / turn) if turn else every
         samples = max(round(wanted), 1) + 1
     if checks.finite("samples", samples) < 2:
         raise ValueError(f"samples must be at least 2, got {samples!r}")
@@ -273,14 +276,14 @@ def _beyond(joint, depth: float) -> str | None:
 
 
 def _kind(state, joint) -> int:
-    """What the time loop has to watch in a joint."""
+    """Kind of events in a joint, for the time loop."""
     if joint.contact is None:
         return state.FILM
     return state.CONTACT if joint.impacts else state.BLENDED
 
 
 def _left(sink, path) -> str:
-    """What there is of a run that ended early, also before it had a sink."""
+    """Description of the files of a run that ended early, also before it had a sink."""
     return f"{path} was not written" if sink is None else sink.left
 
 
@@ -436,7 +439,8 @@ class Run:
         self.method = f"{self.method}, {method}"
         self.place[self.state.MAY_SWITCH] = self.place[self.state.STIFF_STEPS] = 0
         self.control[t.STIFFNESS] = 0.0
-        self.take(method)
+        with announced(_texts(self.mechanism, method)):
+            self.take(method)
 
     def _energy_scale(self) -> float:
         mass = sum(b.mass for b in self.mechanism.scene.bodies)
@@ -535,7 +539,7 @@ class Run:
         return result
 
     def _sink(self, path, channels, compression: int, checkpoint: float | None) -> FileSink | PartsSink:
-        """What keeps the run's output in a file, with checkpoints where they are asked for."""
+        """Sink of the run's output in a file, with checkpoints on request."""
         output = path, self.mechanism.structure.channels, self.attributes(), channels, compression
         if checkpoint is None:
             return FileSink(*output, self.span.samples)
@@ -638,7 +642,7 @@ class Run:
         writer.impacts(self._names(), np.array(rows), "open_contact")
 
     def _failure(self, code: int, writer: Recorder) -> str:
-        """Where and why a run failed: time, joint and state."""
+        """Place and reason of a run's failure: time, joint and state."""
         if code == codes.LEDGER_BROKEN:
             since = writer.ledger.since or 0.0
             return f"from t = {since:.9g} s on: {codes.MESSAGES[code]}: {self._suspects(writer)}"
@@ -670,7 +674,7 @@ class Run:
         return f"at t = {time:.9g} s: {what} ({'; '.join(states) or 'no free state'})"
 
     def _no_number(self) -> str | None:
-        """What has no value where the run cannot go on: at its last state, or a step or a million of them further."""
+        """Quantity without a value where the run cannot go on: at its last state, or one to a million steps further."""
         time, step = self.clock[self.state.TIME], self.clock[self.state.STEP_SIZE]
         found = no_number(self.mechanism, self.work, time, self.y)
         for further in (1.0, 1e2, 1e4, 1e6) if np.isfinite(self.f).all() else ():
@@ -679,7 +683,7 @@ class Run:
         return found
 
     def _lost(self, before: float, after: float) -> str | None:
-        """Where a mechanism whose motion is prescribed comes to an end between two times, if it does."""
+        """End of a prescribed motion between two times, if it has one."""
         if self.mechanism.size > 0 or not self.outputs:
             return None
         if (lost := lost_at(self.mechanism, self.work, before)) is not None:
@@ -745,8 +749,8 @@ class Run:
                 doubt = source.doubt(1.0 - gap / joint.clearance)
                 found += [f"{joint.label()}: mesh of the film: {doubt}"] if doubt else []
             if joint.transition is not None and gap < FULL_FILM * (joint.roughness or 0.0):
-                force = self._extreme(f"{group}/force_max")
-                found += filter(None, [hole_warning(joint, self.mechanism.frequency, force)])
+                force, reached = self._extreme(f"{group}/force_max"), gap / joint.roughness
+                found += filter(None, [hole_warning(joint, self.mechanism.frequency, force, reached)])
         for joint, depth in self._depths().items():
             found += filter(None, [depth_warning(joint, depth) or _beyond(joint, depth)])
         return found
@@ -770,7 +774,7 @@ class Run:
         return f"{sharp}, {seen:.2g} {units}"
 
     def _identity(self, channels, compression: int) -> dict:
-        """What two runs must share for one to go on where the other stopped."""
+        """Facts that two runs must share for one to continue the other."""
         for name in self.mechanism.structure.remembering:
             raise ValueError(f"joint {name}: its film has a memory that no checkpoint keeps; leave out checkpoint")
         found = {n: getattr(self, n) for n in ("rtol", "method")} | vars(self.span)

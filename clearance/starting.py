@@ -1,4 +1,4 @@
-"""Where a run starts: the scene's own start, the state at the end of another run, or a quasi-static one."""
+"""Start of a run: the scene's own start, the state at the end of another run, or a quasi-static one."""
 
 import math
 from difflib import get_close_matches
@@ -117,7 +117,7 @@ def _stretch(mechanism: Mechanism, values: dict[str, float], clearances: np.ndar
 
 
 def _check_drives(mechanism: Mechanism, name: str, end: dict) -> None:
-    """What drives prescribe at the start is what they prescribed at the other run's end, but for whole turns."""
+    """Drives prescribe at the start the same as at the other run's end, but for whole turns."""
     here = prescribed(mechanism, 0.0)
     there = dict(zip(map(str, end["driven_names"]), np.atleast_1d(end["driven_values"]), strict=True))
     if set(here) != set(there):

@@ -5,8 +5,11 @@ Group: feeder
 Answers: Jin et al. (2023), the centre orbit of the journal in the clearance joint, dry, lubricated and transitional.
 
 Reproduced: the path relative to the bearing's centre, along the fixed axes, over the last turns at 300 rpm and 0.2 mm,
-coloured by what the joint is doing; below it how much of the clearance is left between the surfaces over the last
-turn. The dry journal penetrates by micrometres: it stands beyond the circle there, and its gap is negative.
+coloured by what the joint is doing: free flight and contact where it is dry, with oil the state that belongs to the
+film thickness ratio. Film only, the film carries all at every ratio; its colours say where a rough surface would touch.
+Below, how much of the clearance is left between the surfaces over the last turn. The dry journal penetrates by
+micrometres: it stands beyond the circle there, and its gap is negative. The sentence tests both halves of the
+statement: contacts and flights of the dry journal, and the share of the time that each journal is next to the wall.
 
 Assumed: parameter set feeder-A, oil of 5 mPa s, fuzzy transition, roughness 0.8 um, restitution 0.9, friction
 coefficient 0.1.
@@ -16,13 +19,22 @@ Not comparable: size and place of the orbit; clearances, loads and oil of the so
 
 import numpy as np
 from clearance.paper_figures import workshop
+from clearance.paper_figures.feeder_film_ratio import THRESHOLDS
 from clearance.paper_figures.feeder_slider import DRY, FILM, MODELS, TRANSITIONAL, feeder, say
 from clearance.postprocess.channels import abscissa, kept
 from clearance.postprocess.figures import degrees, finish, legend_below, sheet, trajectory
 from clearance.postprocess.plots import FLIGHT, MEMBERSHIPS, STATES, touched
 
+from clearance.catalogue import find_case
+from clearance.laws.transition import memberships
+
 #: turns shown of the irregular motion and of the periodic ones
 SHOWN = {DRY: 3.0, FILM: 1.0, TRANSITIONAL: 1.0}
+#: gap over the clearance below which a journal is at the wall, and share of the time there from which on it slides
+WALL, SLIDES = 0.1, 0.9
+#: share of the time in flight from which on a journal bounces
+FLIES = 0.1
+ROUGHNESS = find_case("six_bar_feeder").parameters["roughness"].default
 
 
 def draw(work: workshop.Workshop) -> None:
@@ -37,7 +49,8 @@ def orbits(runs: dict):
         colours, state = states(run)
         path(above, run, SHOWN[name], colours, state)
         turns = f"last {SHOWN[name]:g} turns" if SHOWN[name] > 1.0 else "last turn"
-        above.set_title(f"{name}, {turns}", fontsize="medium")
+        remark = " (colours: its ratio)" if name == FILM else ""
+        above.set_title(f"{name}, {turns}{remark}", fontsize="medium")
         gap(below, run, colours, state)
     say(figure, crossings(runs))
     panels[0, 0].set_ylabel("eccentricity y / c [-]")
@@ -47,15 +60,20 @@ def orbits(runs: dict):
 
 
 def crossings(runs: dict) -> str:
-    """Contacts of the dry journal a turn, smallest gaps with oil, and the source's statement."""
+    """Contacts and flights of the dry journal, how long each is at the wall, and the source's statement."""
     turns = {n: kept(r, last=SHOWN[n]) for n, r in runs.items()}
     state = touched(runs[DRY], "B", runs[DRY].time)[turns[DRY]]
     count = np.count_nonzero(np.diff(state.astype(int)) == 1) / SHOWN[DRY]
-    gaps = {n: 1e6 * runs[n].joint("B").gap[turns[n]].min() for n in runs if n != DRY}
-    oiled = ", ".join(f"{n} {gap:.2g} µm" for n, gap in gaps.items())
-    met = "met" if count > 1.0 and min(gaps.values()) > 0.0 else "not met"
-    text = f"The dry journal touches some {count:.0f} times a turn; smallest gap with oil: {oiled}"
-    return f"{text}. Source: the dry journal bounces, the wet one slides along the wall; {met}."
+    flight = 1.0 - state.mean()
+    near = {n: float(np.mean(r.joint("B").gap[turns[n]] < WALL * r.clearances["B"])) for n, r in runs.items()}
+    bounces = "met" if count > 1.0 and flight > FLIES else "not met"
+    shares = ", ".join(f"{n} {100.0 * near[n]:.0f} %" for n in (FILM, TRANSITIONAL, DRY))
+    apart = [n for n in (FILM, TRANSITIONAL) if near[n] <= SLIDES]
+    slides = f"not met with {' and '.join(apart)}" if apart else "met"
+    return (
+        f"Source: the dry journal bounces ({count:.0f} contacts a turn, {100.0 * flight:.0f} % of the time in flight); "
+        f"{bounces}.\nThe wet one slides along the wall (time within {WALL:g} c of it: {shares}); {slides}."
+    )
 
 
 def states(run) -> tuple[dict, np.ndarray]:
@@ -64,8 +82,14 @@ def states(run) -> tuple[dict, np.ndarray]:
     if MEMBERSHIPS[0] in joint:
         return STATES, np.argmax([getattr(joint, name) for name in MEMBERSHIPS], axis=0)
     if "film_radial" in joint:
-        return STATES, np.zeros(run.time.size, int)
+        weights = [memberships(float(r), *THRESHOLDS.values()) for r in ratio(run)]
+        return STATES, np.argmax(weights, axis=1)
     return FLIGHT, touched(run, "B", run.time).astype(int)
+
+
+def ratio(run) -> np.ndarray:
+    """Film thickness ratio of joint B: gap over roughness."""
+    return run.joint("B").gap / ROUGHNESS
 
 
 def path(axes, run, turns: float, colours: dict, state: np.ndarray) -> None:
@@ -90,7 +114,10 @@ def gap(axes, run, colours: dict, state: np.ndarray) -> None:
     finish(axes, "", xlabel, legend=False)
     axes.set_xlim(0.0, 360.0)
     degrees(axes, most=5)
-    axes.set_title(f"smallest {left.min():.3g} µm", fontsize="small", loc="right", pad=2)
+    told = f"smallest {left.min():.3g} µm"
+    if colours is STATES:
+        told += f"\nfilm thickness ratio {ratio(run)[late].min():.2g}"
+    axes.text(0.58, 0.95, told, transform=axes.transAxes, ha="center", va="top", fontsize="small")
 
 
 def parts(colours: dict, state: np.ndarray):

@@ -94,10 +94,10 @@ def conclude(figure, quantity: str, values: dict[str, tuple[float, float]], clai
     say(figure, f"{quantity}: {factors}. Source: {claim}; {answer}.")
 
 
-def say(figure, sentence: str) -> None:
-    """One sentence above the panels."""
+def say(figure, text: str) -> None:
+    """Sentences above the panels, each line of them broken to the page."""
     width = round(13.5 * figure.get_size_inches()[0])
-    figure.suptitle(fill(sentence, width), fontsize="medium")
+    figure.suptitle("\n".join(fill(line, width) for line in text.splitlines()), fontsize="medium")
 
 
 def settled(run) -> slice:

@@ -193,7 +193,6 @@ def thresholds(shaped: dict, chosen: dict, places: list):
             axes.plot(at[holes], y[holes], "kx", ms=11, mew=1.2)
         axes.axhline(1.0, color="0.5", lw=0.9, ls=":")
         finish(axes, "", "thresholds times [-]" if axes in panels[-1] else "", legend=False)
-        axes.set_title(label(place).replace("\n", ", "), fontsize="medium")
     panels[0, 0].set(xscale="log", yscale="log")
     panels[0, 0].set_xticks(SCALES, [f"{s:g}" for s in SCALES])
     panels[0, 0].minorticks_off()
@@ -202,12 +201,32 @@ def thresholds(shaped: dict, chosen: dict, places: list):
     for row in panels:
         row[0].set_ylabel("largest force in joint B\nover load sharing [-]")
     whole = np.array([forces[shape] for shape in SHAPES])
-    apart = 100.0 * (whole.max(axis=0) / whole.min(axis=0) - 1.0).max()
-    spread = (whole.max(axis=2) / whole.min(axis=2)).max()
-    text = f"Three shapes of the memberships part by {apart:.2g} % at most"
-    say(figure, f"{text}, halved and doubled thresholds by a factor of {spread:.3g}. Crosses: warned of a force hole.")
+    for axes, place, factor in zip(panels.flat, places, by_thresholds(whole), strict=False):
+        axes.set_title(f"{said(place)}: ×\u00a0{factor:.3g} apart", fontsize="medium")
+    say(figure, spread(whole, places))
     legend_below(figure, panels[0, 0])
     return figure
+
+
+def said(place: tuple[float, float]) -> str:
+    return label(place).replace("\n", ", ")
+
+
+def by_thresholds(forces: np.ndarray) -> np.ndarray:
+    """Factor by which scales of the thresholds part the forces (shapes, places, scales) of each place."""
+    return (forces.max(axis=2) / forces.min(axis=2)).max(axis=0)
+
+
+def spread(forces: np.ndarray, places: list) -> str:
+    """By how much shapes and thresholds part the forces (shapes, places, scales), and at which place the most."""
+    shapes = 100.0 * (forces.max(axis=0) / forces.min(axis=0) - 1.0).max()
+    factors = by_thresholds(forces)
+    worst, others = int(factors.argmax()), np.sort(factors)[:-1]
+    text = f"Halved and doubled thresholds part by a factor of {factors[worst]:.3g} at {said(places[worst])}"
+    if others.size:
+        text += f", in the other {others.size} panel{'s' * (others.size > 1)} by {others[0]:.3g} to {others[-1]:.3g}"
+    text += f". Three shapes of the memberships part by {shapes:.2g} % at most."
+    return f"{text} Crosses: warned of a force hole."
 
 
 if __name__ == "__main__":

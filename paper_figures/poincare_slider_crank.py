@@ -18,13 +18,13 @@ irregular motion depend on rounding, its cloud does not.
 from contextlib import ExitStack
 
 from clearance.paper_figures import workshop
-from clearance.paper_figures.bifurcation import FIXED, KEPT, SETTLE
+from clearance.paper_figures.bifurcation import FIXED, KEPT
 from clearance.postprocess.sections import poincare
 
 import clearance as cl
 
 SPEEDS = (5000.0, 3000.0)  # rpm; the last one is drawn on top
-TURNS = 1200.0
+TURNS, SETTLE = 1200.0, 200.0
 
 
 def draw(work: workshop.Workshop) -> None:

@@ -10,10 +10,12 @@ import csv
 import hashlib
 import inspect
 import json
+import logging
 import os
 import shutil
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
@@ -123,8 +125,9 @@ class Workshop:
         path.parent.mkdir(parents=True, exist_ok=True)
         with Lock(path.with_suffix(".lock"), wait=True):  # another figure may need the same
             if self.fresh or not _whole(path):
-                self.say(f"{case}: {', '.join(f'{k}={v}' for k, v in (parameters | options).items())}")
-                call(scene, path=path, **options).close()
+                self.say(f"{case}: {_listed(parameters | options)}")
+                with _named(f"{self.name}: {case} with {_listed(parameters) or 'its defaults'}"):
+                    call(scene, path=path, **options).close()
         found = cl.open_result(path)
         self.results.append({"file": self._relative(path)} | note)
         return found
@@ -141,7 +144,7 @@ class Workshop:
             self.say(f"{case}: {p.before + p.done} of {p.total} points")
 
         path.parent.mkdir(parents=True, exist_ok=True)
-        with Lock(path.with_suffix(".lock"), wait=True):
+        with Lock(path.with_suffix(".lock"), wait=True), _named(f"{self.name}: {case}"):
             found = cl.sweep(case, points, path, fixed=fixed, progress=progress, retry_failed=True, **options)
         swept = {n: [min(v), max(v), len(set(v))] for n, v in points.columns.items()}
         self.results.append({"file": self._relative(path)} | note | {"swept": swept, "points": len(points)})
@@ -185,6 +188,29 @@ class Workshop:
 
     def _relative(self, path: Path) -> str:
         return Path(os.path.relpath(path, self.folder)).as_posix()
+
+
+def _listed(values: Mapping) -> str:
+    return ", ".join(f"{k}={v}" for k, v in values.items())
+
+
+@contextmanager
+def _named(words: str) -> Iterator[None]:
+    """Warnings meanwhile begin with these words: a figure and a run."""
+
+    def name(record: logging.LogRecord) -> bool:
+        if record.levelno >= logging.WARNING:
+            record.msg, record.args = f"{words}: {record.getMessage()}", ()
+        return True
+
+    loggers = [logging.getLogger(n) for n in ("clearance", "clearance.sweep")]
+    for logger in loggers:
+        logger.addFilter(name)
+    try:
+        yield
+    finally:
+        for logger in loggers:
+            logger.removeFilter(name)
 
 
 def _whole(path: Path) -> bool:

@@ -80,7 +80,7 @@ def frame_times(record: Record, turns: float, frames: int) -> np.ndarray:
 
 
 class Lens:
-    """What a clearance joint does at the samples and frames of an animation.
+    """Motion and state of a clearance joint at the samples and frames of an animation.
 
     eccentricity (n, 2) [m] and force on the journal (n, 2) [N] at `clock` (n,) [s]; state (n,): index into `states`;
     span of each frame: rows after the frame before, up to its own. Raises ValueError naming a channel not kept.

@@ -45,7 +45,7 @@ class Channel:
 
 
 def channel(record: Record, path: str) -> Channel:
-    """What a name means. Raises ValueError for one that the result has not got, with the names it has."""
+    """Channel of a name. Raises ValueError for one that the result has not got, with the names it has."""
     found = [c for group, name in _places(record, path) if (c := _channel(record, group, name))]
     if len(found) == 1:
         return found[0]

@@ -82,7 +82,7 @@ def contacts_of(record: Record, joint: str, *, settle: float = 0.0, frame: str =
 
 
 def _gradual(record: Record, joint: str) -> bool:
-    """Whether the samples show contact where the events show none.
+    """True where the samples show contact and the events show none.
 
     Raises ValueError where only they could, the joint being a mixed one, and its contact force was not kept.
     """

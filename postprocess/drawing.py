@@ -67,13 +67,13 @@ class Motion:
         return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
 
     def points(self, body: str, points) -> np.ndarray:
-        """Where points (n, 2) of a body's frame [m] are, (times, n, 2) [m]."""
+        """Positions (times, n, 2) [m] of points (n, 2) of a body's frame [m]."""
         if body == "ground":
             return self.turned(body, points)
         return self.poses[body][:, None, :2] + self.turned(body, np.asarray(points, float) - self.coms[body])
 
     def end(self, end: dict) -> np.ndarray:
-        """Where an end of a joint or spring is, (times, 2) [m]."""
+        """Positions of an end of a joint or spring, (times, 2) [m]."""
         return self.points(end["body"], (end["x"], end["y"]))[:, 0]
 
 
@@ -147,7 +147,7 @@ class Slide:
         self.cylinder = "ground" not in (self.guide, self.block) and self._telescopes(motion, outlines)
 
     def _telescopes(self, motion: Motion, outlines: dict[str, np.ndarray]) -> bool:
-        """Whether both bodies are bars along the axis, one out of the other; the reach is then that of the cylinder."""
+        """True where both bodies are bars along the axis, one out of the other; the reach is that of the cylinder."""
         origin, across = motion.points(self.guide, self.origin), self.axis[:, ::-1] * (-1.0, 1.0)
         offsets = [motion.points(b, outlines[b]) - origin for b in (self.guide, self.block)]
         own, rod = (np.einsum("tni,ti->tn", o, self.axis) for o in offsets)
@@ -168,7 +168,7 @@ class Slide:
         return np.stack([start - across, end - across, end + across, start + across], axis=1)
 
     def piston(self, half: float) -> np.ndarray:
-        """Where the rod is held, as a line across it, (times, 2, 2) [m]."""
+        """Line across the rod where it is held, (times, 2, 2) [m]."""
         across = half * self.axis[:, ::-1] * (-1.0, 1.0)
         return np.stack([self.at - across, self.at + across], axis=1)
 
@@ -184,7 +184,7 @@ class Slide:
         return normal if x > 1e-3 or (abs(x) <= 1e-3 and y > 0.0) else -normal
 
     def label(self, motion: Motion, size: float) -> tuple[np.ndarray, np.ndarray]:
-        """Where the joint's name goes, (times, 2) [m], and the direction (2,) from there."""
+        """Place of the joint's name, (times, 2) [m], and the direction (2,) from there."""
         if self.guide == "ground":
             return self.line(motion, 0.0)[:, 1] + BLOCK[1] * size * self.below(), self.below()
         if self.cylinder:
@@ -400,7 +400,7 @@ class Drawing:
 
 
 class Room:
-    """Where names find room on a picture of time `k`, at `scale` [pt/mm]: away from each other and from what is drawn.
+    """Free places for names on a picture of time `k`, at `scale` [pt/mm]: away from each other and from what is drawn.
 
     boxes: left, bottom, right, top of the names so far [pt]; points (n, 2): of drawn lines and joints [pt].
     """

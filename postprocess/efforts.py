@@ -1,4 +1,4 @@
-"""What drives a mechanism and what rubs in it: driving efforts, and friction of hinges and slides without clearance."""
+"""Driving efforts and friction of a mechanism: driving efforts, and friction of hinges and slides without clearance."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -130,7 +130,7 @@ def draw_efforts(record: Record, axes, group: Group, key: bool) -> None:
 
 
 def draw_added(record: Record, axes, group: Group) -> None:
-    """What joint friction adds to the driving efforts of a group."""
+    """Addition of joint friction to the driving efforts of a group."""
     for name, path in _without_friction(record, group).items():
         added = record.values(group.paths[name]) - record.values(path)
         figures.line(axes, record.time, added, **group.styles[name])
@@ -202,7 +202,7 @@ def draw_curve(record: Record, axes, group: Group) -> None:
 
 
 def driving_panels(record: Record, added: bool = False) -> list[Callable]:
-    """What draws the driving efforts, given a record and axes: torques and forces apart, and what friction `added`."""
+    """Functions that draw the driving efforts on axes: torques and forces apart, and the part that friction `added`."""
     found, panels = groups(record, drive_efforts(record)), []
     ideal = any(_without_friction(record, g) for g in found)
     for group in found:
@@ -213,7 +213,7 @@ def driving_panels(record: Record, added: bool = False) -> list[Callable]:
 
 
 def friction_panels(record: Record, reactions: bool = True) -> list[Callable]:
-    """What draws joint friction, reactions of the joints with friction, and losses, given a record and axes."""
+    """Functions that draw joint friction, reactions of the joints with friction, and losses on axes."""
     found = groups(record, joint_friction(record), afresh=True, dashes=UNLIKE)
     styles = {n: style for g in found for n, style in g.styles.items()}
     panels = [partial(draw_friction, group=g) for g in found]

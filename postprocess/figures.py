@@ -1,4 +1,4 @@
-"""What all pictures share: a sheet, lines whose peaks survive, labels with units, saving."""
+"""Shared parts of pictures: a sheet, lines whose peaks survive, labels with units, saving."""
 
 import shutil
 from pathlib import Path
@@ -11,7 +11,7 @@ from matplotlib.collections import PatchCollection
 from matplotlib.colors import BoundaryNorm, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator, ScalarFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator, ScalarFormatter
 
 from clearance.results import replacing
 
@@ -226,13 +226,13 @@ MOST_COLOURS = 16
 
 
 def wide(values: np.ndarray, ratio: float = FAR_APART) -> bool:
-    """Whether values are positive and far enough apart for a logarithmic scale."""
+    """True where values are positive and far enough apart for a logarithmic scale."""
     values = values[np.isfinite(values)]
     return bool(values.size and values.min() > 0.0 and values.max() >= ratio * values.min())
 
 
 def scale(values: np.ndarray, log: bool, whole: bool = False) -> Normalize:
-    """What takes the finite values of a map to its colours: evenly, by their logarithm, or a colour a whole number."""
+    """Norm from the finite values of a map to its colours: evenly, by their logarithm, or a colour a whole number."""
     values = values[np.isfinite(values)]
     low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 1.0)
     if whole and values.size and high - low < MOST_COLOURS:
@@ -243,6 +243,11 @@ def scale(values: np.ndarray, log: bool, whole: bool = False) -> Normalize:
 def cells(axes, edges: tuple[np.ndarray, np.ndarray], values: np.ndarray, norm: Normalize):
     """Coloured cells of values (y, x) between edges (x + 1,) and (y + 1,); what is not finite stays blank."""
     return axes.pcolormesh(*edges, np.ma.masked_invalid(values), norm=norm, cmap=COLOURS, rasterized=True)
+
+
+def levels(low: float, high: float, most: int = 24) -> np.ndarray:
+    """Round numbers that enclose a range, where the colours of a map change."""
+    return MaxNLocator(most).tick_values(low, max(high, low + 1e-9))
 
 
 def marked(axes, edges: tuple[np.ndarray, np.ndarray], where: np.ndarray, style: dict) -> None:
@@ -280,7 +285,7 @@ def plain_decades(axis, low: float, high: float, most: int = 10) -> None:
 
 
 def legend_of_marks(figure: Figure, marks: dict[str, dict]) -> None:
-    """What hatched cells mean, under the page."""
+    """Legend of hatched cells, under the page."""
     if marks:
         handles = [Patch(label=text, **style) for text, style in marks.items()]
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)

@@ -1,4 +1,4 @@
-"""What stands above and beside the pictures of one or several results: titles, and names that tell results apart."""
+"""Texts above and beside the pictures of one or several results: titles, and names that tell results apart."""
 
 import math
 import textwrap
@@ -129,7 +129,7 @@ def _method(record: Record) -> str:
 
 
 def _facts(record: Record) -> dict[str, str]:
-    """What users vary in a scene, in print."""
+    """Parameters that users vary in a scene, in print."""
     scene = record.scene
     joints = [j for j in scene["joints"] if j["type"] == "ClearanceRevolute"]
     rubbing = rubbing_joints(scene)

@@ -64,7 +64,7 @@ class Axis:
 
     @property
     def named(self) -> bool:
-        """Whether values stand beside each other at equal distances: texts, and numbers too few for a scale."""
+        """True where values stand beside each other at equal distances: texts, and numbers too few for a scale."""
         return self.even or self.values.dtype.kind not in "iuf" or len(self.values) < FEWEST
 
     @property
@@ -225,7 +225,7 @@ def _said(name: str, value: object, units: str) -> str:
 
 
 def by_ratio(values: np.ndarray) -> bool:
-    """Whether numbers are spread more evenly by ratio than by difference."""
+    """True where numbers are spread more evenly by ratio than by difference."""
     values = np.unique(values)
     if len(values) < FEWEST or values[0] <= 0.0 or values[-1] < RATIO * values[0]:
         return False
@@ -412,7 +412,7 @@ SLOW = "not settled within the run"
 
 
 def _endless(units: str) -> str:
-    """What an infinite value means: of a period, that none was found."""
+    """Meaning of an infinite value: of a period, that none was found."""
     return "not periodic within the run" if units == "turns" else "infinite"
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from clearance.postprocess import efforts
-from clearance.postprocess.figures import finish, legend_above, line, save, sheet, trajectory
+from clearance.postprocess.figures import FAR_APART, finish, legend_above, line, save, sheet, trajectory
 from clearance.postprocess.labels import title
 
 from clearance.extremes import guides
@@ -14,6 +14,8 @@ from clearance.results import Record, Result
 from clearance.sweeping.metrics import Window
 
 TIME = "time [s]"
+#: share of the samples, at either end of their range, that may be lone peaks
+LONE = 0.01
 #: states of a mixed joint and their colours
 STATES = {"full film": "tab:blue", "mixed": "tab:orange", "dry": "tab:red"}
 #: states of a dry joint and their colours
@@ -30,7 +32,8 @@ def overview(result: Record, path: str | Path, *, settle: float | None = None) -
 
     Of a mechanism whose joints rub and have no clearance: efforts, joint friction, reactions and losses instead.
     settle: turns of the start-up (seconds, where nothing turns; default one of two or more). It is shaded, and axes are
-    those of the motion after it. Dots: located extremes. Raises ValueError for a settle that is negative or not finite.
+    those of the motion after it; peaks that lie far beyond all other samples are marked at the edge. Dots: located
+    extremes. Raises ValueError for a settle that is negative or not finite.
     """
     clearance_joints = [n for n in result.clearances if "eccentricity_x" in result.names(f"joints/{n}")]
     rubbing = efforts.joint_friction(result)
@@ -41,17 +44,47 @@ def overview(result: Record, path: str | Path, *, settle: float | None = None) -
 
 
 def _settled_axes(figure, window: Window | None) -> None:
-    """Axes along time have the range of their curves after the start-up, which is shaded."""
-    if window is None or window.begin == 0.0:
-        return
+    """Axes along time have the range of their curves after the start-up, which is shaded, without lone peaks."""
+    begin = window.begin if window else 0.0
     for axes in figure.axes:
         if axes.get_xlabel() != TIME or axes.get_yscale() != "linear" or not axes.lines:
             continue
-        late = [np.asarray(y)[np.asarray(x) >= window.begin] for x, y in (curve.get_data() for curve in axes.lines)]
+        late = [np.asarray(y)[np.asarray(x) >= begin] for x, y in (curve.get_data() for curve in axes.lines)]
         late = np.concatenate([v[np.isfinite(v)] for v in late])
-        if late.size and np.ptp(late) > 0.0:
-            axes.set_ylim(late.min() - 0.05 * np.ptp(late), late.max() + 0.05 * np.ptp(late))
-        axes.axvspan(0.0, window.begin, color="0.9", lw=0, zorder=0)
+        low, high = _without_peaks(late) if late.size else (0.0, 0.0)
+        peaks = late.size and (late.min() < low or late.max() > high)
+        if high > low and (begin or peaks):
+            axes.set_ylim(low - 0.05 * (high - low), high + 0.05 * (high - low))
+        if peaks:
+            _mark_peaks(axes, begin)
+        if begin:
+            axes.axvspan(0.0, begin, color="0.9", lw=0, zorder=0)
+
+
+def _without_peaks(values: np.ndarray) -> tuple[float, float]:
+    """Range of values (n,); where lone ones lie far out, that of the others with as much room again on both sides."""
+    low, high = float(values.min()), float(values.max())
+    first, last = np.quantile(values, (LONE, 1.0 - LONE))
+    room = float(last - first)
+    if not 0.0 < FAR_APART * room < high - low:
+        return low, high
+    return max(low, first - room), min(high, last + room)
+
+
+def _mark_peaks(axes, begin: float) -> None:
+    """Triangles at the edge where curves go beyond their axis, and how far."""
+    (low, high), largest = axes.get_ylim(), 0.0
+    for curve in list(axes.lines):
+        x, y = (np.asarray(v) for v in curve.get_data())
+        late = x >= begin
+        for beyond, place, mark in ((y > high, 0.985, "^"), (y < low, 0.015, "v")):
+            here = x[beyond & late]
+            style = {"ms": 3, "color": curve.get_color(), "transform": axes.get_xaxis_transform()}
+            axes.plot(here, np.full(len(here), place), mark, **style)
+            largest = max(largest, float(np.abs(y[beyond & late]).max(initial=0.0)))
+    text = f"triangles: beyond the axis, up to {largest:.2g}"
+    box = {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 1.0}
+    axes.text(0.99, 0.93, text, transform=axes.transAxes, ha="right", va="top", fontsize="small", bbox=box)
 
 
 def _page(result: Record, shown: list[str]):
@@ -262,7 +295,7 @@ def _states(result: Result, joint: str) -> np.ndarray:
 
 
 def touched(record: Record, joint: str, clock: np.ndarray) -> np.ndarray:
-    """Whether a contact event of a joint lies between each time of the ascending clock (n,) [s] and the one before."""
+    """True where a contact event of a joint lies between a time of the ascending clock (n,) [s] and the one before."""
     events = record.events
     own = events["joint"] == joint
     starts = np.sort(events["time"][own])

@@ -387,7 +387,7 @@ def _parameters(about: dict, name: str) -> str | None:
 
 
 def _provenance(run: Result) -> list[Markup]:
-    """Where the numbers are from, and how to read them."""
+    """Sources of the numbers, and notes for their reader."""
     about, path = run.attributes, run.path
     digest = hashlib.sha256(str(about["kernel"]).encode()).hexdigest()
     rows = [
@@ -398,6 +398,7 @@ def _provenance(run: Result) -> list[Markup]:
         *((title, element("code", about[n])) for n, title in ORIGINS.items() if about.get(n)),
         ("parameters given", _parameters(about, "parameters")),
         ("default parameters", _parameters(about, "defaults")),
+        ("auto means", _parameters(about, "resolved")),
         *((n.replace("_", " of ", 1), v) for n, v in about.items() if n.startswith("version_")),
         ("kernel", element("code", f"sha256 {digest}")),
     ]

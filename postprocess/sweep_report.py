@@ -71,7 +71,7 @@ def _head(sweep: Sweep) -> Markup:
 
 
 def _axes(sweep: Sweep) -> str:
-    """What was swept in a line."""
+    """Swept quantities in a line."""
     found = []
     for names, count in sweep.definition.points.axes:
         own = sweep.definition.points.varying(names)
@@ -258,7 +258,7 @@ def _status(sweep: Sweep, i: int, path: Path) -> object:
 
 
 def _provenance(sweep: Sweep) -> list[Markup]:
-    """Where the numbers are from, and how to read them."""
+    """Sources of the numbers, and notes for their reader."""
     d, index, folder = sweep.definition, sweep.folder / "sweep.h5", sweep.folder.absolute().name
     rows = [
         ("directory", folder),

@@ -1,4 +1,4 @@
-"""Where undriven mechanisms start: free coordinates as the scene gives them, the other bodies moved to close loops."""
+"""Start of undriven mechanisms: free coordinates as the scene gives them, the other bodies moved to close loops."""
 
 import math
 from itertools import permutations

@@ -2,14 +2,16 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 
 import clearance as cl
-from clearance import cli
+from clearance import cli, results
 
 OWN = Path(__file__).parent / "own_mechanisms"
 
@@ -317,6 +319,21 @@ def test_R10_more_starts_than_can_end():
         fit(None, "curve", starts=99999999999999999999)
 
 
+def test_the_version_is_one(capsys):
+    """Command line, package and result files state the version of pyproject.toml, which is that of the changelog."""
+    root = Path(__file__).parent.parent
+    with pytest.raises(SystemExit) as ended:
+        cli.main(["--version"])
+    assert ended.value.code == 0
+    assert capsys.readouterr().out == f"clearance {cl.__version__}\n"
+    newest = re.search(r"^## (\S+)( \(unreleased\))?$", (root / "CHANGELOG.md").read_text(), re.MULTILINE)
+    assert re.sub(r"\.dev\d+$", "", cl.__version__) == newest[1]
+    assert bool(newest[2]) == (".dev" in cl.__version__)
+    document = tomllib.loads((root / "pyproject.toml").read_text())
+    assert document["tool"]["setuptools"]["dynamic"]["version"] == {"attr": "clearance.version.VERSION"}
+    assert results.provenance()["version_clearance"] == cl.__version__
+
+
 def test_compiling_is_told_in_logs_too(tmp_path):
     """Also where the output is redirected: the first run of a structure takes a while."""
     code = (
@@ -326,4 +343,4 @@ def test_compiling_is_told_in_logs_too(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0
-    assert done.stderr.startswith("clearance: compiling: a structure this machine has not seen")
+    assert done.stderr.startswith("clearance: compiling: kernels that this machine has not compiled before")

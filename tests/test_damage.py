@@ -173,7 +173,7 @@ def test_R5_nothing_is_read_from_another_file(dry, tmp_path):
 
 
 def test_nothing_of_a_strangers_sweep_is_executed(files, tmp_path, capsys):
-    """What the guide says: the case and the metrics that sweep.json names are not imported."""
+    """As the guide states: the case and the metrics that sweep.json names are not imported."""
     folder = shutil.copytree(files["sweep.json"][0], tmp_path / "sweep")
     code = tmp_path / "code.py"
     code.write_text(f"open({str(tmp_path / 'ran')!r}, 'w')")

@@ -1,4 +1,4 @@
-"""What is public explains itself: laws with equation, units and source, everything else with a sentence."""
+"""Docstrings of public names: laws with equation, units and source, everything else with a sentence."""
 
 import inspect
 import re
@@ -31,7 +31,7 @@ def test_functions_have_a_docstring(name):
 
 @pytest.mark.parametrize("name", [n for n, o in PUBLIC.items() if inspect.isfunction(o) and n not in ("cP", "degree")])
 def test_functions_that_check_say_what_they_raise(name):
-    """Where a public function's own body raises, its docstring says so."""
+    """The docstring of a public function names what its own body raises."""
     source = inspect.getsource(PUBLIC[name])
     assert "raise " not in source or "aises" in inspect.getdoc(PUBLIC[name])
 

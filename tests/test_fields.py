@@ -6,6 +6,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray
+from clearance.postprocess import pressures
 
 import clearance as cl
 from clearance.cli import main
@@ -107,3 +108,26 @@ def test_refusals(options, more, line):
     with pytest.raises(ValueError, match=line) as caught:
         cl.simulate(scene, turns=0.01, **{"pressure_fields": 4} | more)
     assert str(caught.value).startswith("pressure_fields")
+
+
+def test_picture(feeder, tmp_path, monkeypatch):
+    """Each instant has its pressures in MPa over degrees and mm, on one scale, with the edge of its film."""
+    pages = []
+    monkeypatch.setattr(pressures, "save", lambda figure, path, dpi: pages.append(figure))
+    pressures.pressures(feeder, tmp_path / "p.png", joint="B")
+    found, (page,) = feeder.pressure_fields("B"), pages
+    panels = [axes for axes in page.axes if axes.get_title()]
+    assert len(panels) == len(found.time) == 4
+    for axes, time, pressure, line in zip(panels, found.time, found.pressure, found.line_of_centres, strict=True):
+        assert axes.get_title().startswith(f"{1e3 * time:.4g} ms")
+        assert axes.get_title().endswith(f"up to {1e-6 * pressure.max():.3g} MPa")
+        field, _, edge = axes.collections
+        assert field.get_clim()[1] == pytest.approx(1e-6 * found.pressure.max(), rel=0.1)
+        assert len(edge.get_paths()[0].vertices) > 10
+        assert axes.lines[0].get_xdata()[0] == pytest.approx(np.degrees(line))
+        assert axes.get_ylim() == pytest.approx((1e3 * found.axial[0], 1e3 * found.axial[-1]))
+
+
+def test_pictures_of_joints_without_fields_are_refused(feeder, capsys):
+    assert main(["plot", str(feeder.path), "pressure", "--joint", "C"]) == 2
+    assert "no pressure fields of joint 'C'; of B" in capsys.readouterr().err

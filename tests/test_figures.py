@@ -1,7 +1,13 @@
 """`clearance figures`: every script says what it shows; what is drawn is noted; results are used again."""
 
+import argparse
 import json
+import logging
 import re
+import signal
+import subprocess
+import sys
+import time
 
 import pytest
 from clearance.paper_figures import gallery, workshop
@@ -198,3 +204,59 @@ def test_a_log_has_a_line_at_the_start_of_each_figure(tmp_path, capsys):
     printed = capsys.readouterr()
     assert "feeder_sketch, 1 of 1" in printed.err
     assert "feeder_sketch" in printed.out
+
+
+def test_warnings_name_figure_and_run(tmp_path, caplog):
+    """Of a run with a force hole; afterwards warnings are as they were."""
+    work, log = workshop.Workshop(tmp_path, "feeder_transition"), logging.getLogger("clearance")
+    options = {"model": "mixed", "contact": "hertz", "film": "harmonic"}
+    with caplog.at_level(logging.WARNING):
+        work.run("six_bar_feeder", options, turns=0.01)
+        log.warning("later")
+    first, *_, last = [r.getMessage() for r in caplog.records]
+    run = "six_bar_feeder with model=mixed, contact=hertz, film=harmonic"
+    assert first.startswith(f"feeder_transition: {run}: joint B: force hole")
+    assert last == "later"
+
+
+def a_figure(folder, name, *_):
+    """In place of `gallery.drawn`: "quick" is done when "slow" has begun, which has a child and never ends."""
+    (folder / name).touch()
+    if name == "slow":
+        child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(300)"])
+        (folder / "child").write_text(str(child.pid))
+        (folder / "begun").touch()
+        child.wait()
+    while not (folder / "begun").exists():
+        time.sleep(0.02)
+    return name
+
+
+def is_running(pid: str) -> bool:
+    """Zombies, which wait for whoever inherits them, do not run."""
+    found = subprocess.run(["ps", "-o", "stat=", "-p", pid], capture_output=True, text=True).stdout
+    return bool(found) and not found.startswith("Z")
+
+
+def test_an_interrupt_ends_all_that_draws_and_what_was_done_is_noted(tmp_path, monkeypatch):
+    """Processes and their children are gone, and a figure that waited is not begun."""
+    monkeypatch.setattr(gallery, "drawn", a_figure)
+    options, noted = argparse.Namespace(quick=False, fresh=False, results=None, workers=2), []
+
+    def done(name):
+        noted.append(name)
+        signal.raise_signal(signal.SIGINT)
+
+    def line(text, always):
+        return None
+
+    with pytest.raises(KeyboardInterrupt):
+        figures_command._side_by_side(options, ["slow", "quick", "waiting"], tmp_path, line, done)
+    assert noted == ["quick"]
+    assert not (tmp_path / "waiting").exists()
+    child = (tmp_path / "child").read_text()
+    for _ in range(100):  # the signal is delivered, not yet acted on
+        if not is_running(child):
+            break
+        time.sleep(0.05)
+    assert not is_running(child)

@@ -1,4 +1,4 @@
-"""What a user writes against: public names, laws that take what their joint has, messages that name what there is."""
+"""The interface for users: public names, laws that take what their joint has, messages that name what there is."""
 
 import inspect
 import json
@@ -17,6 +17,7 @@ from clearance.catalogue import find_case
 from clearance.choices import CONTACTS
 from clearance.commands import common
 from clearance.laws.law import Family, FilmJoint, Law
+from clearance.simulation import span_of
 from clearance.sweeping.points import from_words
 
 GUIDE = (Path(__file__).parent.parent / "clearance" / "GUIDE.md").read_text()
@@ -265,7 +266,7 @@ def periodic(tmp_path_factory):
 
 
 def test_a_report_says_case_command_and_defaults(periodic):
-    """Where the run is from stands in its file and in its report; no column of a table is empty."""
+    """The source of a run is in its file and in its report; no column of a table is empty."""
     with cl.open_result(periodic) as run:
         assert run.attributes["case_file"] == "slider_crank"
         assert run.attributes["command"].startswith(
@@ -457,7 +458,13 @@ ROWS = "\n".join(",".join(map(str, row)) for row in POINTS)
 
 
 @pytest.mark.parametrize(
-    "text", [ROWS, f"# of a paper\nratio,full,mixed,dry\n{ROWS}\n", ROWS.replace(",", "; ")]
+    "text",
+    [
+        ROWS,
+        f"# of a paper\nratio,full,mixed,dry\n{ROWS}\n",
+        ROWS.replace(",", "; "),
+        ROWS.replace(",", "\t"),
+    ],
 )
 def test_memberships_of_a_file(text, tmp_path):
     """The case takes the file's points: the same law as `fuzzy_table` makes of them."""
@@ -476,6 +483,7 @@ def test_memberships_of_a_file(text, tmp_path):
         ("O.2,0,0,1\n" + ROWS, "line 1 needs four numbers: .*got 'O.2,0,0,1'"),
         (ROWS + "\n4,1,0,zero", "line 5 needs four numbers: .*got '4,1,0,zero'"),
         ("ratio,full,mixed,dry\n", "give at least two points, got 0"),
+        ("", "memberships: .*memberships.csv: give at least two points, got 0"),
         ("0.4,0,0,1\n1,0,0.9,0\n", "point 1: the memberships must have the sum 1"),
     ],
 )
@@ -499,7 +507,7 @@ def journal_B(**parameters):
 
 
 def test_laws_with_parameters_as_words():
-    """What a word says stands in the law; what it does not is that of the plain name."""
+    """Parameters in a word are those of the law; all others are those of the plain name."""
     plain = journal_B(model="dry", contact="impact").contact.parameters
     given = journal_B(model="dry", contact="impact(damping=440, depth=1.5e-6)").contact.parameters
     assert given == plain | {"damping": 440.0, "depth": 1.5e-6}
@@ -521,12 +529,64 @@ def test_laws_with_parameters_as_words():
         ({"contact": "impact(dampin=1)"}, r"joint B: impact\(stiffness, .*unknown .*damping"),
         ({"contact": "impact(depth=-1)"}, "joint B: impact: depth must be positive"),
         ({"contact": "hertzz(stiffness=1)"}, "contact must be one of .*got 'hertzz'"),
-        ({"contact": "impact(damping=1"}, "contact must be one of .*got 'impact.damping=1'"),
+        ({"contact": "impact(damping=1"}, r"contact: a closing bracket is missing in .*; write impact\(damping=1\)"),
+        ({"contact": "impact(depth=1,depth=2)"}, r"contact: depth is given twice in 'impact\(depth=1,depth=2\)'"),
+        ({"contact": "auto(x=1)"}, r"contact auto takes no parameters, got 'auto\(x=1\)'"),
+        ({"friction": "none(x=1)"}, r"friction none takes no parameters, got 'none\(x=1\)'"),
+        ({"asperity": "none(x=3)"}, r"asperity none takes no parameters, got 'none\(x=3\)'"),
     ],
 )
 def test_words_that_are_no_law_are_refused(option, line):
     with pytest.raises(ValueError, match=line):
         cl.load_case("six_bar_feeder", model="dry", **option)
+
+
+MIXED_FILE = "memberships=.*points.csv"
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        ({"asperity": "greenwood_tripp(foo=1)"}, r"asperity=greenwood_tripp\(foo=1\): transition fuzzy has no"),
+        ({"asperity": "greenwood_tripp"}, "transition fuzzy has no asperity law; load_sharing has"),
+        ({"transition": "fuzzy(foo=1)"}, r"fuzzy\(dry, mixed, full, datum, squeeze\): unknown foo$"),
+        ({"transition": "fuzzy(dry=0.2)", "thresholds": "0.3,1,3"}, "thresholds=0.3,1,3 and dry=0.2 .*give the same"),
+        ({"thresholds": "0.4,1,3", "memberships": ""}, f"thresholds=0.4,1,3: {MIXED_FILE} replaces them"),
+        ({"transition": "fuzzy(dry=0.2)", "memberships": ""}, rf"fuzzy\(dry=0.2\): beside {MIXED_FILE} it takes datum"),
+        ({"transition": "fuzzy(mixed=2)", "memberships": ""}, rf"fuzzy\(mixed=2\): beside {MIXED_FILE} it takes datum"),
+        ({"transition": "fuzzy(datum=-1)", "memberships": ""}, "joint B: fuzzy_table: datum must not be negative"),
+        ({"transition": "fuzzy(datum=9)", "memberships": ""}, "transition fuzzy_table needs a datum of at most"),
+    ],
+)
+def test_nothing_given_is_ignored(options, line, tmp_path):
+    if "memberships" in options:
+        path = tmp_path / "points.csv"
+        path.write_text(ROWS)
+        options = options | {"memberships": str(path)}
+    with pytest.raises(ValueError, match=line):
+        cl.load_case("six_bar_feeder", model="mixed", **options)
+
+
+def test_what_auto_came_to():
+    """In the scene's provenance, which files keep; a joint without oil has no viscosity."""
+
+    def resolved(**options):
+        return json.loads(cl.load_case("six_bar_feeder", **options).provenance["resolved"])
+
+    fuzzy = {"viscosity": 0.005, "contact": "winkler", "thresholds": "0.4,1,3", "asperity": "none"}
+    assert resolved(model="mixed") == fuzzy
+    assert resolved(model="mixed", transition="load_sharing") == fuzzy | {"asperity": "greenwood_tripp"}
+    assert resolved(model="dry") == {"contact": "lankarani_nikravesh"}
+    assert resolved(viscosity=0.1) == resolved(model="ideal") == {}
+
+
+def test_run_says_what_auto_came_to(capsys, tmp_path):
+    arguments = ["run", "six_bar_feeder", "-p", "film=harmonic", "--turns", "0.01", "-o", str(tmp_path / "run.h5")]
+    assert cli.main(arguments) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "viscosity auto: 0.05 Pa s (50 cP)" in said
+    assert cli.main([*arguments, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["resolved"] == {"viscosity": 0.05}
 
 
 def test_laws_with_parameters_are_swept():
@@ -543,3 +603,25 @@ def test_texts_of_parameters_need_no_unit(tmp_path, capsys):
     case.write_text(f'def scene(*, length=1.0):\n    """Own.\n\n    length: how long it is\n    """\n{body}')
     assert cli.main(["cases", str(case)]) == 0
     assert "how long it is" in capsys.readouterr().out
+
+
+def test_a_case_says_how_long_it_runs_without_a_length(tmp_path):
+    """UNTIL of its file where nothing turns evenly, else 2 s; two turns where something does."""
+
+    def length(case):
+        return common.length_of(SimpleNamespace(turns=None, until=None), case, case.scene())
+
+    assert length(find_case("four_bar_clearances")) == {"turns": None, "until": 1.0}
+    assert length(find_case("double_pendulum")) == {"turns": None, "until": 2.0}
+    assert length(find_case("slider_crank")) == {"turns": 2.0, "until": None}
+    path = tmp_path / "mine.py"
+    path.write_text("UNTIL = -1.0\n" + Path(find_case("double_pendulum").path).read_text())
+    with pytest.raises(ValueError, match="case mine: UNTIL must be"):
+        _ = find_case(path).until
+
+
+def test_samples_are_those_of_the_whole_run_where_nothing_turns_evenly():
+    scenes = (cl.load_case(name) for name in ("double_pendulum", "slider_crank"))
+    lengths = ((s, {"turns": None, "until": 2.0 * (s.turn or 1.0), "samples": None}) for s in scenes)
+    counts = [span_of(s, **length, samples_per_turn=50).samples for s, length in lengths]
+    assert counts == [51, 101]

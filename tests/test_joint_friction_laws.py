@@ -268,7 +268,7 @@ class TestRefusals:
         assert joint.friction is LEGACY
 
     def test_smoothness_is_known(self):
-        """What a motion found from forces needs."""
+        """Inputs of a motion found from forces."""
         for law, smooth in (
             (joint_coulomb(coefficient=0.1), False),
             (joint_coulomb(coefficient=0.1, transition_rate=0.1), True),

@@ -2,6 +2,7 @@
 
 import logging
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -629,7 +630,7 @@ class TestTransitions:
     @given(st.floats(-2.0, 4.0))
     @settings(max_examples=40, deadline=None)
     def test_share_of_the_squeeze_rate(self, squeeze, ratio):
-        """Where the film is held it closes at `squeeze` of the true rate: from the film gap's difference, 1e-4."""
+        """A film that is held closes at `squeeze` of the true rate: from the film gap's difference, 1e-4."""
         law, h = laws.fuzzy(squeeze=squeeze), 1e-5
         ahead, behind = (law((ratio + s) * 0.8e-6, JOINT)[1] for s in (h, -h))
         held = (ahead - behind) / (2 * h * 0.8e-6)
@@ -748,6 +749,55 @@ class TestMixedJoints:
         assert not found["soft"].monotone
         assert found["sharing"].monotone
         assert found["soft"].lost > 1.5 * found["hard"].lost
+
+    def test_hole_check_compares_with_the_load_before_the_drop(self):
+        """Contact from the wall on, far stiffer than the film: what the film lost is lost all the same."""
+        thin = cl.Lubricant(0.002)
+        joint = mixed_joint(transition=laws.fuzzy(datum=0.0), asperity=None, lubricant=thin)
+        for approach in (0.0, 1e-3):
+            hole = cl.hole_check(joint, 60.0, approach)
+            assert not hole.monotone
+            assert (hole.left, hole.where) == (0.0, pytest.approx(0.4))
+            assert hole.lost == hole.highest < max(hole.load)
+        assert cl.hole_check(joint, 60.0).lost < 0.02 * max(hole.load)
+
+    @pytest.mark.parametrize(("law", "stiffness", "cause"), [
+        (laws.fuzzy(datum=0.0), None, "the film fades before contact begins, at the wall"),
+        (laws.fuzzy(dry=0.1, datum=0.3), None, "before contact begins, at film thickness ratio 0.3"),
+        (laws.fuzzy(), 1e10, "the film fades, and the contact law is too soft to replace it"),
+        (laws.fuzzy(squeeze=0.0), 1e10, "the held film loses its squeeze rate, and the contact law is too soft"),
+    ])  # fmt: skip
+    def test_hole_warning_names_its_cause(self, law, stiffness, cause):
+        soft = {"contact": laws.hertz(stiffness=stiffness)} if stiffness else {}
+        joint = mixed_joint(transition=law, asperity=None, lubricant=cl.Lubricant(0.005), **soft)
+        warning = regimes.hole_warning(joint, 30.0, 3000.0, reached=-1.0)
+        assert "joint J: force hole" in warning
+        assert cause in warning
+
+    def test_holes_that_a_run_does_not_meet_are_not_warned_of(self):
+        """A load that contact carries, a run that stays above, a film that carries the load at rest."""
+        joint = mixed_joint(transition=laws.fuzzy(), asperity=None, lubricant=cl.Lubricant(0.005))
+        warning = partial(regimes.hole_warning, joint, 30.0)
+        assert warning(3000.0, reached=0.0) is not None
+        assert warning(300.0, reached=0.0) is None
+        assert warning(3000.0, reached=0.8) is None
+        late = mixed_joint(transition=laws.fuzzy(datum=0.0), asperity=None)
+        assert regimes.hole_warning(late, 30.0, 100.0) is None  # its film carries 1 kN and more at rest
+        assert regimes.hole_warning(late, 30.0, 1e4) is not None
+
+    def test_speed_of_a_load(self):
+        """At its speed the load is carried at the film's rim (1 %: the secant steps)."""
+        joint = mixed_joint(transition=laws.fuzzy(), asperity=None, lubricant=cl.Lubricant(0.005))
+        speed = regimes.sinking_speed(joint, 60.0, 2000.0)
+        gap = regimes.film_rim(joint, 60.0) * joint.roughness
+        assert regimes.radial_load(joint, gap, speed, 60.0) == pytest.approx(2000.0, rel=0.01)
+
+    def test_a_run_through_a_hole_is_warned_of(self):
+        """The feeder with contact from the wall on, at 2 mPa s: it strikes with more than 9 kN."""
+        options = {"model": "mixed", "transition": "fuzzy(datum=0)", "viscosity": 0.002}
+        result = cl.simulate(cl.load_case("six_bar_feeder", **options), turns=1)
+        assert result.extreme("joints/B/force_max").value > 3000.0
+        assert any("force hole" in w and "contact begins, at the wall" in w for w in result.warnings)
 
     def test_hole_warning_comes_before_and_with_the_result(self, caplog):
         options = {"model": "mixed", "contact": "hertz", "film": "harmonic"}

@@ -9,12 +9,12 @@ ROOT = Path(__file__).parent.parent
 #: lowest first; a module may import its own layer and those before it
 LAYERS = [
     ["clearance.checks", "clearance.units", "clearance.extremes", "clearance.interrupts", "clearance.loading"],
-    ["clearance.locks", "clearance.demand"],
+    ["clearance.locks", "clearance.demand", "clearance.version"],
     ["clearance.materials"],
     ["clearance.laws"],
     ["clearance.scene", "clearance.joints", "clearance.loads"],
     ["clearance.regimes"],
-    ["clearance.mechanism", "clearance.stepping", "clearance.film"],
+    ["clearance.mechanism", "clearance.stepping", "clearance.film", "clearance.compiling"],
     ["clearance.reading", "clearance.results", "clearance.recording", "clearance.checkpoint"],
     ["clearance.starting", "clearance.fields"],
     ["clearance.simulation", "clearance.inverse"],
@@ -25,7 +25,7 @@ LAYERS = [
 BESIDE = ("cases", "postprocess", "paper_figures")
 MODULES = [p for folder in ("clearance", *BESIDE) for p in sorted((ROOT / folder).rglob("*.py"))]
 ONLY_IN = {
-    "numba": {"clearance.mechanism.store", "clearance.evidence.peers"},
+    "numba": {"clearance.mechanism.store", "clearance.compiling", "clearance.evidence.peers"},
     "skfem": {"clearance.film.fem"},
     "scipy": {
         "clearance.evidence.peers",

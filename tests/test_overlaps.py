@@ -114,7 +114,7 @@ def test_R1_what_a_killed_run_left_is_in_nobodys_way(tmp_path, whole, checkpoint
 
 
 def test_R1_without_locks_both_files_are_whole(tmp_path, whole, monkeypatch):
-    """Where the file system has none, each run writes a file of its own and the last one takes the name."""
+    """Without locks of the file system each run writes a file of its own and the last one takes the name."""
 
     def none(*_):
         raise OSError(95, "Operation not supported")

@@ -36,6 +36,34 @@ def test_thinning_keeps_peaks():
     assert (np.diff(line.get_xdata()) >= 0).all()
 
 
+def time_panel(peak: float):
+    """A sine of size 1 over 1 s with one sample of another size, as the overview leaves its axes."""
+    figure = figures.sheet(4.0, 3.0)
+    axes, time = figure.subplots(), np.linspace(0.0, 1.0, 1001)
+    values = np.sin(20.0 * time)
+    values[700] = peak
+    figures.line(axes, time, values)
+    axes.set_xlabel(plots.TIME)
+    plots._settled_axes(figure, None)
+    return axes
+
+
+def test_lone_peaks_lie_beyond_the_axis_with_a_mark():
+    """The axis is that of the others, the mark stands at the time, the text has the size."""
+    axes = time_panel(1e5)
+    low, high = axes.get_ylim()
+    assert -4.0 < low < -1.0 < 1.0 < high < 4.0
+    _, mark, _ = axes.lines
+    assert mark.get_xdata() == pytest.approx([0.7])
+    assert [t.get_text() for t in axes.texts] == ["triangles: beyond the axis, up to 1e+05"]
+
+
+def test_peaks_of_a_usual_size_stay_on_the_axis():
+    axes = time_panel(20.0)
+    assert axes.get_ylim()[1] > 20.0
+    assert not axes.texts
+
+
 def test_powers_of_ten_stand_in_labels(tmp_path):
     """Of shared axes in the label that is there; small and large numbers alike; saving twice changes nothing."""
     figure = figures.sheet(4.0, 4.0)
@@ -56,7 +84,7 @@ def test_powers_of_ten_stand_in_labels(tmp_path):
 
 
 def test_orbit_of_a_dry_joint_shows_flight_and_contact(tmp_path):
-    """What is drawn as contact begins and ends on the clearance circle or beyond it, also between samples."""
+    """The drawn contact begins and ends on the clearance circle or beyond it, also between samples."""
     path = cl.simulate(cl.load_case("slider_crank", model="dry"), turns=0.5).save(tmp_path / "run.h5")
     run = cl.open_result(path)
     axes = Figure().add_subplot()
@@ -102,7 +130,7 @@ def test_regimes_show_the_thresholds_of_the_scene(tmp_path):
 
 @pytest.mark.parametrize("points", [1000, 100_000])
 def test_trajectories_may_have_gaps(points):
-    """What is nan is not drawn over, and both ends of each stretch survive, to a 4000th."""
+    """Values of nan are not drawn over, and both ends of each stretch survive, to a 4000th."""
     turn = np.linspace(0.0, 40.0 * np.pi, points)
     x, y = np.cos(turn), np.where(np.cos(turn) > 0.5, np.nan, np.sin(turn))
     axes = Figure().add_subplot()

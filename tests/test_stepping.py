@@ -311,7 +311,7 @@ def test_a_micrometre_with_long_levers_keeps_its_digits():
 
 
 def test_forces_of_very_thick_films_are_right():
-    """Where the film is thousands of times stiffer than the motion needs, joint forces still converge: 1e-3 at 1e-6.
+    """With a film thousands of times stiffer than the motion needs, joint forces still converge: 1e-3 at 1e-6.
 
     (Their natural rate is acceleration over damping; clearance times speed would leave the force wrong by 10 %.)
     """

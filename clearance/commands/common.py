@@ -1,4 +1,4 @@
-"""What commands share: exit status, numbers with units, folders, what cannot be read."""
+"""Shared parts of commands: exit status, numbers with units, folders, what cannot be read."""
 
 import argparse
 import contextlib
@@ -63,8 +63,11 @@ def add_case(command: argparse.ArgumentParser) -> None:
 def add_length(command: argparse.ArgumentParser) -> None:
     """How long, in turns or seconds, for length_of."""
     length = command.add_mutually_exclusive_group()
-    length.add_argument("--turns", type=number, help="length in turns of the drive (default 2, or 2 s)")
-    length.add_argument("--until", type=quantity_of("s"), metavar="S", help="length in seconds")
+    length.add_argument("--turns", type=number, help="length in turns of the drive (default 2)")
+    length.add_argument(
+        "--until", type=quantity_of("s"), metavar="S",
+        help="length in seconds (default, where nothing turns evenly, 2 s or UNTIL of the case file)",
+    )  # fmt: skip
 
 
 def add_force(command: argparse.ArgumentParser) -> None:
@@ -74,22 +77,29 @@ def add_force(command: argparse.ArgumentParser) -> None:
     )
 
 
-def parameter_lines(case, values: dict) -> list[str]:
-    """The parameters of a case in print: those given, then the defaults of the others."""
+def parameter_lines(case, values: dict, resolved: dict) -> list[str]:
+    """The parameters of a case in print: those given, then the defaults of the others.
+
+    resolved: what became of those that are auto, as far as it is told.
+    """
     from clearance.units import shown
 
+    def text(name: str, value: object, units: str) -> str:
+        more = f": {shown(resolved[name], units)}" if name in resolved else ""
+        return shown(value, units) + more
+
     rows = case.parameters.items()
-    given = [f"{n} = {shown(values[n], p.units)}" for n, p in rows if n in values]
-    default = [f"{n} {shown(p.default, p.units)}" for n, p in rows if n not in values]
+    given = [f"{n} = {text(n, values[n], p.units)}" for n, p in rows if n in values]
+    default = [f"{n} {text(n, p.default, p.units)}" for n, p in rows if n not in values]
     texts = [f"  {t:<12} {', '.join(v)}" for t, v in (("given", given), ("default", default)) if v]
     style = {"width": 110, "subsequent_indent": " " * 15, "break_on_hyphens": False}
     return [line for text in texts for line in textwrap.wrap(text, **style)]
 
 
-def length_of(options, scene) -> dict[str, float | None]:
-    """Turns or seconds: as asked for, else two turns, else two seconds where nothing turns at constant speed."""
+def length_of(options, case, scene) -> dict[str, float | None]:
+    """Turns or seconds: as asked for, else two turns, else what the case says where nothing turns evenly."""
     if options.turns is None and options.until is None:
-        return {"turns": None, "until": 2.0} if scene.turn is None else {"turns": 2.0, "until": None}
+        return {"turns": None, "until": case.until} if scene.turn is None else {"turns": 2.0, "until": None}
     return {"turns": options.turns, "until": options.until}
 
 
@@ -192,7 +202,7 @@ def publish(options, lines: list[str], document: dict, save, draw, study, stem: 
 
 
 class Line:
-    """What a long study is at: one line of a terminal, a line every half minute in a log."""
+    """Progress of a long study: one line of a terminal, a line every half minute in a log."""
 
     def __init__(self, options):
         self.shown = sys.stderr.isatty() and not options.json

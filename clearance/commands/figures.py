@@ -4,18 +4,20 @@ import argparse
 import dataclasses
 import os
 import time
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from fnmatch import fnmatch
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from pathlib import Path
 
 from clearance.checks import meant
 from clearance.commands.common import DONE, FAILED, Line, add_command, json_text
+from clearance.interrupts import end_groups, lead_group, terminable
 
 EXAMPLES = """\
   clearance figures --list                       names and titles
-  clearance figures -o figures                   all of them (about 20 minutes on two cores; again less)
+  clearance figures -o figures                   all of them (some 12 minutes on two cores, first kernels more)
   clearance figures 'feeder_*' sweep_map         some, in the order given
   clearance figures --quick -o preview           coarse previews of all
 
@@ -62,7 +64,7 @@ def run(options) -> int:
         raise ValueError(f"-o {folder} is a file; give a directory")
     gallery.read(folder)  # another kind of folder is refused before anything runs
     folder.mkdir(parents=True, exist_ok=True)
-    with locked(folder, "drawing figures there"):
+    with locked(folder, "drawing figures there"), terminable():
         try:
             found = _draw(options, names, folder)
         finally:
@@ -105,21 +107,23 @@ def _draw(options, names: list[str], folder: Path) -> list:
 
 
 def _side_by_side(options, names: list[str], folder: Path, line: Line, done: Callable) -> None:
-    """Draw figures in as many processes as there are workers, in their order."""
+    """Draw figures in as many processes as there are workers, in their order; an interrupt ends all at once."""
     from clearance.paper_figures import gallery
 
-    with ProcessPoolExecutor(options.workers, get_context("spawn")) as pool:
-        more = (options.quick, options.fresh, None, options.results)
-        waiting = {pool.submit(gallery.drawn, folder, name, *more): name for name in names}
+    waiting, drawing, more = deque(names), {}, (options.quick, options.fresh, None, options.results)
+    before = set(active_children())
+    with ProcessPoolExecutor(options.workers, get_context("spawn"), lead_group) as pool:
         try:
-            while waiting:
-                line(f"drawing {', '.join(list(waiting.values())[: options.workers])}", always=True)
-                ready, _ = wait(waiting, timeout=30.0, return_when=FIRST_COMPLETED)
-                for future in ready:
-                    del waiting[future]
+            while waiting or drawing:
+                while waiting and len(drawing) < options.workers:
+                    name = waiting.popleft()
+                    drawing[pool.submit(gallery.drawn, folder, name, *more)] = name
+                line(f"drawing {', '.join(drawing.values())}", always=True)
+                for future in wait(drawing, timeout=30.0, return_when=FIRST_COMPLETED).done:
+                    del drawing[future]
                     done(future.result())
         except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
+            end_groups(set(active_children()) - before)
             raise
 
 

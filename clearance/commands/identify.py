@@ -26,7 +26,7 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument(
         "--model", default="lugre3d", metavar="NAME",
         help="lugre1d, lugre3d, curve, or lstm with the extra learn (default lugre3d); one's own as "
-        "FILE.py:NAME, a law or any function of a record (see identify/own.py)",
+        "FILE.py:NAME (NAME only where the file has several), a law or any function of a record (see identify/own.py)",
     )  # fmt: skip
     p.add_argument(
         "-p", dest="options", metavar="NAME=VALUE", action="append", default=[],
@@ -60,17 +60,17 @@ def run(options) -> int:
     measurement = read(options.data, trusted=options.trust_units, predicts=getattr(model, "predicts", None))
     make_folder(options)
     line = Line(options)
-    found = fit(
+    fitted = fit(
         measurement, model, starts=options.starts, seed=seed_of(options), roles=listed(options.roles),
         progress=lambda done: line(done if isinstance(done, str) else f"{done:.0%}"),
     )  # fmt: skip
-    found.facts["data"] = str(options.data)
-    document = _document(found, measurement)
+    fitted.facts["data"] = str(options.data)
+    document = _document(fitted, measurement)
     lines = _readable(document)
     if options.output:
-        document["files"] = [str(p) for p in _keep(found, measurement, Path(options.output), options.plot)]
+        document["files"] = [str(p) for p in _keep(fitted, measurement, Path(options.output), options.plot)]
         lines += [f"  wrote        {path}" for path in document["files"]]
-        if found.has_law:
+        if fitted.has_law:
             lines.append(
                 f"  a hinge      open_fit('{document['files'][0]}').law('spin') is its friction, a cl.joint_lugre"
             )
@@ -84,20 +84,20 @@ def _model(options):
 
     if ":" in options.model or options.model.endswith(".py"):
         return _own_model(options, own.open_model(options.model))
-    known, chosen = models.model(options.model).options, {}
+    defaults, chosen = models.model(options.model).options, {}
     for item in options.options:
         name, equals, text = item.partition("=")
         if not equals:
             raise ValueError(f"-p {item}: expected NAME=VALUE")
-        if name not in known or name in APART:
-            names = ", ".join(n for n in known if n not in APART)
+        if name not in defaults or name in APART:
+            names = ", ".join(n for n in defaults if n not in APART)
             raise ValueError(f"-p {item}: {options.model} has no option {name!r}; it has {names}")
-        chosen[name] = _value(item, text, known[name])
-    if options.bounds and "bounds" not in known:
+        chosen[name] = _value(item, text, defaults[name])
+    if options.bounds and "bounds" not in defaults:
         raise ValueError(f"--bound {options.bounds[0]}: {options.model} has no bounds")
     if options.bounds:
         chosen["bounds"] = dict(map(_bound, options.bounds))
-    if options.lag and "lag" not in known:
+    if options.lag and "lag" not in defaults:
         raise ValueError(f"--lag: {options.model} has no lag; lugre1d, lugre3d and models of one's own have")
     if options.lag:
         chosen["lag"] = True
@@ -136,51 +136,51 @@ def _bound(item: str) -> tuple[str, tuple[float, float]]:
     raise ValueError(f"--bound {item}: expected NAME=LO:HI")
 
 
-def _keep(found, measurement, folder: Path, plot: bool) -> list[Path]:
+def _keep(fitted, measurement, folder: Path, plot: bool) -> list[Path]:
     """The fit, its torques in the layout of the measurement, and pictures."""
     from clearance.identify.records import Measurement, write
 
     modelled = Measurement(
-        tuple(found.model.modelled(found.values, t) for t in measurement.trials),
-        {**measurement.facts, "modelled_by": found.model.name},
+        tuple(fitted.model.modelled(fitted.values, t) for t in measurement.trials),
+        {**measurement.facts, "modelled_by": fitted.model.name},
     )
-    files = [found.save(folder / "fit.h5"), write(folder / "modelled.h5", modelled)]
+    files = [fitted.save(folder / "fit.h5"), write(folder / "modelled.h5", modelled)]
     if plot:
         from clearance.postprocess import fits
 
-        if predicts := getattr(found.model, "predicts", {}):
-            return [*files, fits.columns(found, measurement, predicts, folder / "columns.png")]
+        if predicts := getattr(fitted.model, "predicts", {}):
+            return [*files, fits.columns(fitted, measurement, predicts, folder / "columns.png")]
         for role in measurement.roles:
-            files.append(fits.loops(found, measurement.of(role), folder / f"loops_{role}.png"))
-            files.append(fits.histories(found, measurement.of(role), folder / f"time_{role}.png"))
-        files.append(fits.residuals(found, measurement, folder / "residuals.png"))
-        if not found.model.linear:
-            files.append(fits.progress(found, folder / "progress.png"))
+            files.append(fits.loops(fitted, measurement.of(role), folder / f"loops_{role}.png"))
+            files.append(fits.histories(fitted, measurement.of(role), folder / f"time_{role}.png"))
+        files.append(fits.residuals(fitted, measurement, folder / "residuals.png"))
+        if not fitted.model.linear:
+            files.append(fits.progress(fitted, folder / "progress.png"))
     return files
 
 
-def _document(found, measurement) -> dict:
-    """What a fit gave, as plain data."""
+def _document(fitted, measurement) -> dict:
+    """Result of a fit as plain data."""
     scores = {}
     for role in measurement.roles:
         of = measurement.of(role)
-        ways = {over: found.score(of.trials, over) for over in ("rms", "std", "range")}
+        ways = {over: fitted.score(of.trials, over) for over in ("rms", "std", "range")}
         scores[role] = {"trials": len(of.trials), "samples": of.samples, "nrmse": ways["rms"], "over": ways}
     document = {
-        "status": "complete", "model": found.model.name, "data": found.facts["data"],
-        "synthetic": bool(measurement.facts.get("synthetic", False)), "fitted": found.facts["samples"],
-        "options": found.model.options, "widening": found.facts.get("widening"),
-        "roles": found.facts["roles"], "seconds": found.facts["seconds"], "parameter_count": len(found.fitted),
-        "not_fitted": found.facts.get("still", []),
-        "scores": scores, "doubts": list(found.doubts),
+        "status": "complete", "model": fitted.model.name, "data": fitted.facts["data"],
+        "synthetic": bool(measurement.facts.get("synthetic", False)), "fitted": fitted.facts["samples"],
+        "options": fitted.model.options, "widening": fitted.facts.get("widening"),
+        "roles": fitted.facts["roles"], "seconds": fitted.facts["seconds"], "parameter_count": len(fitted.fitted),
+        "not_fitted": fitted.facts.get("still", []),
+        "scores": scores, "doubts": list(fitted.doubts),
         "left_aside": list(measurement.facts.get("columns_left_aside", [])),
     }  # fmt: skip
-    if len(found.values) <= MOST_LISTED:
-        units, (low, high) = {p.name: p.units for p in found.model.parameters}, found.widened()
+    if len(fitted.values) <= MOST_LISTED:
+        units, (low, high) = {p.name: p.units for p in fitted.model.parameters}, fitted.widened()
         document["parameters"] = {
-            n: {"value": v, "units": units[n], "low": found.low.get(n), "high": found.high.get(n),
+            n: {"value": v, "units": units[n], "low": fitted.low.get(n), "high": fitted.high.get(n),
                 "widened_low": low.get(n), "widened_high": high.get(n)}
-            for n, v in found.fitted.items()
+            for n, v in fitted.fitted.items()
         }  # fmt: skip
     return document
 
@@ -201,7 +201,7 @@ def _readable(document: dict) -> list[str]:
         lines.append(line)
     if "parameters" not in d:
         lines.append(f"  {d['parameter_count']} parameters, kept in the file of the fit")
-    lines.append(f"  {'NRMSE: rms error over':<24} {'rms':>8} {'std':>8} {'range':>8}   of the measured torque")
+    lines.append(f"  {'NRMSE: rms error over':<24} {'rms':>8} {'std':>8} {'range':>8}   of what was measured")
     for role, s in d["scores"].items():
         three = " ".join(f"{s['over'][over]:>8.4f}" for over in ("rms", "std", "range"))
         lines.append(f"    {role:<22} {three}   {s['trials']} trials, {s['samples']} samples")

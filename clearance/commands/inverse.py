@@ -48,7 +48,7 @@ def run(options) -> int:
     from clearance.simulation import SimulationError
 
     case, values, scene = scene_of(options)
-    length = {**length_of(options, scene), "samples": options.samples}
+    length = {**length_of(options, case, scene), "samples": options.samples}
     if options.compare:
         return _compare(options, case, values, scene, length)
     from clearance.inverse.dynamics import inverse_dynamics
@@ -90,7 +90,7 @@ def _compare(options, case, values: dict, scene, length: dict) -> int:
 
 
 def _summary(scene, result) -> dict:
-    """What inverse dynamics gave, as plain data; only its size for a motion that ended before its first sample."""
+    """Result of inverse dynamics as plain data; only its size for a motion that ended before its first sample."""
     found = {
         "status": result.status, "file": str(result.path), "method": result.solver["method"],
         "samples": int(result.time.size), "solved_s": float(result.solver["wall_s"]),

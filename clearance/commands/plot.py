@@ -12,7 +12,8 @@ OF_RUNS = {
     "overview": ("settle",), "history": ("channels", "along", "last"), "orbit": ("joint",),
     "phase": ("channels", "settle"),
     "poincare": ("channels", "joint", "settle", "angle"), "spectrum": ("channels", "settle"),
-    "contacts": ("joint", "settle"), "efforts": (), "friction": ("joint",), "sketch": ("turns",),
+    "contacts": ("joint", "settle"), "efforts": (), "friction": ("joint",), "pressure": ("joint",),
+    "sketch": ("turns",),
     "animation": ("turns", "frames", "magnify"),
 }  # fmt: skip
 OF_SWEEPS = {
@@ -29,6 +30,7 @@ EXAMPLES = """\
   clearance plot run.h5 history --channels "slider.ax,C.force" --along angle --last 1 -o last_turn.pdf
   clearance plot dry.h5 lubricated.h5 phase --channels slider.x,slider.vx --settle 2
   clearance plot arm.h5 friction --joint shoulder,elbow -o friction.pdf
+  clearance plot film.h5 pressure --joint B                        # of a run with --pressure-fields N
   clearance plot run.h5 animation --turns 2 --frames 100 -o run.gif
   clearance plot SWEEP map --metrics "joint_*_force_max,period" --x speed --y clearance --at model=dry
   clearance plot SWEEP bifurcation --x speed --channels slider.vx --settle 100
@@ -52,8 +54,8 @@ def add(commands) -> argparse.ArgumentParser:
     )  # fmt: skip
     p.add_argument("--channels", metavar="NAMES", help="comma list of channels: history, phase, poincare, spectrum, "
                    "bifurcation")  # fmt: skip
-    p.add_argument("--joint", metavar="NAMES", help="comma list of clearance joints: orbit, contacts; one: poincare; "
-                   "of hinges and slides with friction: friction")  # fmt: skip
+    p.add_argument("--joint", metavar="NAMES", help="comma list of clearance joints: orbit, contacts; one: poincare, "
+                   "pressure; of hinges and slides with friction: friction")  # fmt: skip
     p.add_argument("--along", help="time, turns or angle of the drive: history")
     p.add_argument("--last", type=number, metavar="TURNS", help="only the last turns: history")
     p.add_argument(
@@ -96,7 +98,7 @@ def plot(source, kind: str, output: str | Path, **options) -> Path:
 
     source: a run file or Result (for history, phase, poincare and spectrum also a list of them),
     or the directory of a sweep or Sweep. kind: overview, history, orbit, phase, poincare, spectrum,
-    contacts, efforts, friction, sketch, animation of a run; map, curves, bifurcation of a sweep.
+    contacts, efforts, friction, pressure, sketch, animation of a run; map, curves, bifurcation of a sweep.
     output: .png, .pdf or .svg, of an animation .gif or .mp4; it is returned.
     options: those of the command that belong to the kind, in SI, such as joint="B",
     channels="slider.ax,B.force" or at={"model": "dry"}.
@@ -252,6 +254,15 @@ def _friction(options, records, output: Path) -> Path:
     return friction(records[0], output, joints=listed(options.joint))
 
 
+def _pressure(options, records, output: Path) -> Path:
+    from clearance.postprocess.pressures import pressures
+
+    names = listed(options.joint) or [None]
+    if len(names) > 1:
+        raise ValueError(f"--joint {options.joint}: a picture of pressures has one joint")
+    return pressures(records[0], output, joint=names[0])
+
+
 def _sketch(options, records, output: Path) -> Path:
     from clearance.postprocess.drawing import sketch
 
@@ -271,8 +282,8 @@ def _animation(options, records, output: Path) -> Path:
 
 DRAW = {
     "overview": _overview, "history": _history, "orbit": _orbit, "phase": _phase, "poincare": _poincare,
-    "spectrum": _spectrum, "contacts": _contacts, "efforts": _efforts, "friction": _friction, "sketch": _sketch,
-    "animation": _animation,
+    "spectrum": _spectrum, "contacts": _contacts, "efforts": _efforts, "friction": _friction, "pressure": _pressure,
+    "sketch": _sketch, "animation": _animation,
 }  # fmt: skip
 
 

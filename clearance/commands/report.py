@@ -37,5 +37,5 @@ def run(options) -> int:
 
 
 def default(source: Path) -> Path:
-    """Where a report goes by itself."""
+    """Default file of a report."""
     return source / "report.html" if source.is_dir() else source.with_suffix(".html")

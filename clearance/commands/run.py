@@ -1,6 +1,7 @@
 """`clearance run`: a case, integrated, into a result file."""
 
 import argparse
+import json
 import logging
 import math
 import sys
@@ -38,7 +39,10 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument("--rtol", type=number, default=1e-6, metavar="R", help="local error tolerance (default 1e-6)")
     p.add_argument("--method", default="auto", help="auto, dop853, rodas5p, radau5, radau9 or radau (default auto)")
     p.add_argument("--max-step", type=quantity_of("s"), metavar="S", help="longest step, where loads act briefly")
-    p.add_argument("--samples-per-turn", type=number, default=400, metavar="N", help="output rows a turn (default 400)")
+    p.add_argument(
+        "--samples-per-turn", type=number, default=400, metavar="N",
+        help="output rows a turn, of the whole run where nothing turns evenly (default 400)",
+    )  # fmt: skip
     p.add_argument(
         "--channels", metavar="PATHS", help='kept in the file: comma list such as "bodies/slider,joints/B/gap" (all)'
     )
@@ -73,16 +77,17 @@ def run(options) -> int:
     """
     with terminable():
         case, values, scene = scene_of(options)
-        _check_settle(options, scene)
+        _check_settle(options, case, scene)
         output = _output(options, case)
         replaced = output.exists()
         began = time.perf_counter(), time.process_time()
         with _noted(f"{output} was not written"):
-            result, failure = _simulated(options, scene, output)
+            result, failure = _simulated(options, case, scene, output)
         if result is None:
             return complain(options, failure, FAILED)
         with _noted(f"the run is kept in {output}"):
             summary = _summary(case, values, result, began, options.settle) | {"replaced": replaced}
+            summary["resolved"] = resolved = json.loads(scene.origin["resolved"])
             if failure is None:
                 summary |= _comparable(scene, result, options.rtol)
             if options.plot:
@@ -90,19 +95,19 @@ def run(options) -> int:
     if failure is not None:
         summary.pop("status")
         return complain(options, failure, FAILED, **summary)
-    lines = parameter_lines(case, values)
+    lines = parameter_lines(case, values, resolved)
     print(json_text(summary) if options.json else _readable(summary, lines))
     return DONE
 
 
-def _check_settle(options, scene) -> None:
+def _check_settle(options, case, scene) -> None:
     """Raises ValueError for a --settle that is negative or leaves nothing of the run."""
     if options.settle is None:
         return
     from clearance.simulation import span_of
 
     unit = scene.turn or 1.0
-    span = span_of(scene, **length_of(options, scene), samples=2).until / unit
+    span = span_of(scene, **length_of(options, case, scene), samples=2).until / unit
     if checks.non_negative("settle", options.settle) >= span * (1.0 - 1e-9):
         units = "turns" if scene.turn else "s"
         raise ValueError(f"settle = {options.settle:g} leaves nothing of a run of {span:g} {units}")
@@ -127,7 +132,7 @@ def _noted(note: str) -> Iterator[None]:
         raise
 
 
-def _simulated(options, scene, output: Path):
+def _simulated(options, case, scene, output: Path):
     """The result, None where no file could be kept, and why the run ended early, None where it did not."""
     from clearance.simulation import SimulationError, simulate
 
@@ -138,7 +143,7 @@ def _simulated(options, scene, output: Path):
         logging.getLogger("skfem").setLevel(logging.WARNING)  # it tells of every basis
     try:
         result = simulate(
-            scene, **length_of(options, scene), rtol=options.rtol, method=options.method,
+            scene, **length_of(options, case, scene), rtol=options.rtol, method=options.method,
             max_step=options.max_step, samples_per_turn=options.samples_per_turn, path=output, progress=bar,
             channels=channel_patterns(options.channels), compression=options.compression,
             checkpoint=options.checkpoint, force=options.force, start=options.start,

@@ -1,4 +1,4 @@
-"""What each part of a scene costs: states, operations, time a step, of the scene and of what is left without a part."""
+"""Cost of each part of a scene: states, operations, time a step, of the scene and of what is left without a part."""
 
 import statistics
 from collections.abc import Callable

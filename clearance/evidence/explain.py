@@ -1,4 +1,4 @@
-"""What a compiled scene contains, and what was left out."""
+"""Contents of a compiled scene, and the parts left out."""
 
 import re
 import sys
@@ -44,7 +44,7 @@ def explain(scene: Scene) -> dict:
 
 
 def scene_warnings(mechanism: Mechanism) -> list[str]:
-    """What the joints' laws say about being used here, and force holes: known before anything runs."""
+    """Warnings of laws about their joints, and force holes, before anything runs."""
     return [doubt for j in mechanism.scene.joints for doubt in j.doubts()] + foreseen(mechanism)
 
 
@@ -118,7 +118,7 @@ def _has(scene: Scene, kind: str) -> bool:
 
 
 def _modules(method: str) -> list[str]:
-    """What is imported once everything a run of this scene needs has been imported."""
+    """Modules imported after all imports that a run of this scene needs."""
     import_module("clearance.stepping.loop")
     import_module(f"clearance.stepping.{method}")
     own = [m for m in sys.modules if m.startswith("clearance.") and "_case_" not in m]

@@ -1,4 +1,4 @@
-"""What a table holds, and pressure fields along a run: the data behind the pictures of films."""
+"""Content of a table, and pressure fields along a run: the data behind the pictures of films."""
 
 import math
 from dataclasses import dataclass
@@ -163,7 +163,7 @@ def save(solution: FilmSolution, folder: str | Path) -> Path:
 
 
 def map_report(table: Table, title: str) -> list[str]:
-    """What a table is worth."""
+    """Error of a table."""
     return [
         title, f"largest relative force error where the journal closes in  {table.error_closing:.1e}",
         f"largest of wet area, of side flow                         {table.error_shear:.1e}, {table.error_flow:.1e}",

@@ -1,8 +1,8 @@
-"""What choices of physics cost, and how far each is from the finest: models, film laws, contact laws of one case."""
+"""Cost of choices of physics, and how far each is from the finest: models, film laws, contact laws of one case."""
 
 import math
 import statistics
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -49,8 +49,8 @@ class Comparison:
 FRICTIONS_SHOWN = ("coulomb", "stribeck", "lugre")
 
 
-def ladder(case: Case, values: dict) -> list[Choice]:
-    """What the case lets one choose, coarse to fine; the last is what all are compared with."""
+def ladder(case: Case, values: dict, contacts: Iterable[str] = CONTACTS) -> list[Choice]:
+    """Choices of the case, coarse to fine; all are compared with the last."""
     known = case.parameters
     if "model" not in known:
         raise ValueError(f"case {case.name} has no parameter model: there is no choice of physics to compare")
@@ -63,7 +63,7 @@ def ladder(case: Case, values: dict) -> list[Choice]:
 
     return [
         choice("ideal joints", "ideal"),
-        *(choice(f"dry, {c}", "dry", contact=c, friction="none") for c in CONTACTS),
+        *(choice(f"dry, {c}", "dry", contact=c, friction="none") for c in contacts),
         *(choice(f"dry, friction {f}", "dry", friction=f) for f in FRICTIONS_SHOWN),
         *(choice(f"film, {f}", "lubricated", film=f) for f in FILMS),
         choice(f"film, {finest}, no drag torques", "lubricated", film=finest, film_torques=False),
@@ -73,10 +73,13 @@ def ladder(case: Case, values: dict) -> list[Choice]:
 
 def compare(
     case: Case, values: dict, turns: float | None, until: float | None,
-    progress: Callable[[str], None] = lambda text: None,
+    progress: Callable[[str], None] = lambda text: None, contacts: Iterable[str] = CONTACTS,
 ) -> Comparison:  # fmt: skip
-    """Run every choice at a tolerance that leaves only the physics, and measure its distance from the finest."""
-    choices = ladder(case, values)
+    """Run every choice at a tolerance that leaves only the physics, and measure its distance from the finest.
+
+    contacts: names of the dry contact laws.
+    """
+    choices = ladder(case, values, contacts)
     if turns is not None and until is not None:
         raise ValueError("give either turns or until, not both")
     for name, value in (("turns", turns), ("until", until)):
@@ -144,7 +147,7 @@ def table(study: Comparison) -> list[str]:
 
 
 def describe(study: Comparison) -> list[str]:
-    """What the table needs to be read."""
+    """Notes to the table."""
     return [
         f"distance = {study.measure}, from '{study.finest}', second half of the run, rtol {RTOL:g};",
         "run time of the integration with all outputs at rtol 1e-6, warm, median of repeats",

@@ -23,7 +23,7 @@ def states(scene: Scene, record: Record) -> np.ndarray:
 
 
 def applied(scene: Scene, record: Record) -> np.ndarray:
-    """What loads but gravity and drives do to the bodies along a record (samples, bodies, 6) [N, N m].
+    """Wrenches of loads but gravity and drives on the bodies along a record (samples, bodies, 6) [N, N m].
 
     Force x, y, z and moment x, y, z about the centre of mass, along the fixed axes.
     """

@@ -62,7 +62,7 @@ class Problem:
 
     @property
     def remembers(self) -> bool:
-        """Whether a contact law looks at the impact speed: such a law needs a solver that locates events."""
+        """True where a contact law depends on the impact speed: such a law needs a solver that locates events."""
         laws = [j.contact.law.function for j in self.scene.clearance_joints if j.impacts]
         return any(i.argval == "impact_speed" for f in laws for i in dis.get_instructions(f) if "LOAD" in i.opname)
 

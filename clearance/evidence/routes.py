@@ -205,7 +205,7 @@ def _pinocchio(study: RouteStudy, record: Record, scene: Scene) -> list[tuple]:
 
 # --- agreement
 def _reactions_are_ideal(scene: Scene) -> bool:
-    """Whether friction leaves all reactions alone: it sits on driven joints only."""
+    """True where friction leaves all reactions alone: it sits on driven joints only."""
     driven = [d.target for d in scene.loads if isinstance(d, Drive)]
     return all(j in driven for j in scene.rubbing_joints)
 
@@ -250,7 +250,7 @@ def power_residual(scene: Scene, record: Record) -> np.ndarray:
 
 
 def _unbalanced(scene: Scene, record: Record, state: np.ndarray) -> np.ndarray:
-    """What inertia leaves of gravity and of loads but drives (samples, bodies, 3), in the plane."""
+    """Gravity and loads but drives, less inertia (samples, bodies, 3), in the plane."""
     resisting = np.array([(b.mass, b.mass, b.inertia) for b in scene.bodies])
     gravity = np.array([*scene.gravity[:2], 0.0])
     return pinocchio.applied(scene, record)[..., [0, 1, 5]] - resisting * (state[..., 6:9] - gravity)
@@ -370,7 +370,7 @@ def table(study: RouteStudy) -> list[str]:
 
 
 def describe(study: RouteStudy) -> list[str]:
-    """What the table needs to be read."""
+    """Notes to the table."""
     base, dense = study.route("explicit"), study.route("multipliers, solve")
     return [
         "Operations: additions + multiplications + divisions + functions (roots, sines) for efforts and reactions.",

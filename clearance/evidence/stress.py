@@ -20,6 +20,7 @@ import numpy as np
 
 from clearance.catalogue import find_case
 from clearance.evidence.variants import rebuilt
+from clearance.interrupts import end_groups, follow_parent
 from clearance.joints import ClearanceRevolute, Joint, Prismatic, Revolute
 from clearance.loads import Drive
 from clearance.results import Result, save_tables
@@ -68,7 +69,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What came of a cell. kind: done, named (a stated reason), or fault (a crash, a NaN, a hang: never allowed)."""
+    """Outcome of a cell. kind: done, named (a stated reason), or fault (a crash, a NaN, a hang: never allowed)."""
 
     row: str
     column: str
@@ -311,15 +312,20 @@ def stress(
     def run(todo: list[int], processes: int) -> None:
         """Judge cells in a pool of their own; those whose pool broke are left out."""
         context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(min(processes, len(todo)), mp_context=context) as pool:
+        before, count = set(multiprocessing.active_children()), min(processes, len(todo))
+        with ProcessPoolExecutor(count, context, follow_parent) as pool:
             futures = {pool.submit(judge, cells[i]): i for i in todo}
-            for future in as_completed(futures):
-                i = futures[future]
-                try:
-                    verdicts[i] = future.result()
-                except BrokenProcessPool:
-                    continue
-                progress(len(verdicts), len(cells), f"{cells[i].column}, {cells[i].row}")
+            try:
+                for future in as_completed(futures):
+                    i = futures[future]
+                    try:
+                        verdicts[i] = future.result()
+                    except BrokenProcessPool:
+                        continue
+                    progress(len(verdicts), len(cells), f"{cells[i].column}, {cells[i].row}")
+            except BaseException:
+                end_groups(set(multiprocessing.active_children()) - before)
+                raise
 
     run(list(range(len(cells))), workers or os.cpu_count() or 1)
     for i in [i for i in range(len(cells)) if i not in verdicts]:  # a process died: who was it?

@@ -139,7 +139,7 @@ def _moving(scene: Scene) -> None:
 
 
 def _statistics(scene: Scene, progress: Callable[[str], None]) -> dict[float, dict[str, Mean]]:
-    """What remains comparable beyond the horizon: means over turns at several tolerances."""
+    """Comparable numbers beyond the horizon: means over turns at several tolerances."""
     found = {}
     for rtol in STATISTICS_RTOLS if scene.turn else ():
         progress(f"statistics over {STATISTICS_TURNS} turns at {rtol:.0e}")
@@ -268,7 +268,7 @@ def table(study: Study) -> list[str]:
 
 
 def describe(study: Study) -> list[str]:
-    """What the table needs to be read."""
+    """Notes to the table."""
     span = f"{study.until:.6g} s" + (f" ({study.turns:.3g} turns)" if study.turns else "")
     lines = [
         f"{study.title}: error = largest deviation of {study.measure} over {span};",

@@ -224,7 +224,7 @@ def assemble(band, x, cells, width, link, source, pressure, state, block, reach)
 
 @njit(cache=True, error_model="numpy")
 def surplus(cells, width, link, source, pressure, j, k):
-    """What a dry node would have to push out: negative where it wants to fill."""
+    """Flow that a dry node would have to push out; negative where the node fills."""
     count, rows = pressure.shape
     p, before, after = pressure[j, k], (j - 1) % count, (j + 1) % count
     out = cells[CONDUCTANCE, j] * (p - pressure[after, k]) + cells[CONDUCTANCE, before] * (p - pressure[before, k])

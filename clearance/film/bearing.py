@@ -1,4 +1,4 @@
-"""What the film solvers are asked and what they answer.
+"""Inputs and results of the film solvers.
 
 Reynolds equation of an aligned, rigid, isoviscous bearing, in the frame of the line of centres. theta runs from the
 *widest* gap in the sense of the attitude angle, so that the thinnest film is at theta = pi; zeta = z / L in
@@ -41,7 +41,7 @@ CONTACT = 1.0 - 1e-9  # eccentricity ratio a solver is not asked beyond
 @checks.answers
 @dataclass(frozen=True)
 class Groove:
-    """Where oil is supplied: pressure is given there.
+    """Place of the oil supply, where the pressure is given.
 
     angle: of its middle, from the widest gap [rad] (of a joint: from the bearing body's own x axis); width: its extent
     around the bearing [rad], 0 for a line; length: its axial extent, centred, over the bearing's length (0 to 1);
@@ -226,7 +226,7 @@ def load_error(cells: int, eccentricity_ratio: float, slenderness: float) -> flo
 def coarseness(
     cells: int, eccentricity_ratio: float, slenderness: float, most: float = TOO_COARSE
 ) -> str | None:
-    """What there is to say against so many equal cells around, where more than `most` of the load may be missed."""
+    """Objection to so many equal cells around, where more than `most` of the load may be missed."""
     error, finer = load_error(cells, eccentricity_ratio, slenderness), cells
     if error <= most:
         return None

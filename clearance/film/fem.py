@@ -272,7 +272,7 @@ def _factor(matrix: sp.csr_matrix, symmetric: bool) -> SuperLU:
 
 
 class _Film:
-    """What all films share: the matrix, the forces, the outputs and their slopes."""
+    """Shared parts of all films: the matrix, the forces, the outputs and their slopes."""
 
     def __init__(self, bearing: Bearing, cells: tuple[int, int], quadratic: bool):
         self.bearing, self.parts = bearing, _Assembled(bearing, cells, quadratic)
@@ -572,7 +572,7 @@ class FemFilm:
         return self._film.solution(self._film.solve(state, warm), state[0])
 
     def doubt(self, eccentricity_ratio: float) -> str | None:
-        """What there is to say against this mesh at an eccentricity, see `coarseness`."""
+        """Objection to this mesh at an eccentricity, see `coarseness`."""
         return coarseness(self._cells, eccentricity_ratio, self.bearing.slenderness, DOUBTFUL)
 
     @property

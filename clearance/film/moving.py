@@ -322,7 +322,7 @@ def substitute(factors, x):
 
 @njit(cache=True, error_model="numpy")
 def correction(factors, field, grid):
-    """What the factors make of a field of imbalances, as a field of pressures."""
+    """Pressures that the factors give for a field of imbalances."""
     columns, inner = field.shape[0], field.shape[1] - 1
     last = (columns - 1) * inner
     reach = factors.band.shape[1] - 1
@@ -519,7 +519,7 @@ class MovingFilm:
         return found * self.scales[:, None]
 
     def doubt(self, eccentricity_ratio: float) -> str | None:
-        """What there is to say against this mesh at an eccentricity."""
+        """Objection to this mesh at an eccentricity."""
         cells, slenderness = self.mesh[0], self.bearing.slenderness
         if not self.grid.moves:
             return coarseness(cells, eccentricity_ratio, slenderness, DOUBTFUL)

@@ -86,7 +86,7 @@ class FilmAnswer(Answerer):
         super().__init__(3, 4, self._solve)
 
     def doubt(self, eccentricity_ratio: float) -> str | None:
-        """What there is to say against the mesh at the largest eccentricity of a run."""
+        """Objection to the mesh at the largest eccentricity of a run."""
         return self.film.doubt(eccentricity_ratio) if hasattr(self.film, "doubt") else None
 
     def seconds(self) -> float:
@@ -140,7 +140,7 @@ class MemoryAnswer(Answerer):
         return self.found
 
     def facts(self) -> dict:
-        """What a run reports of it."""
+        """Facts of it in the report of a run."""
         return {"film_mass_defect": self.worst}
 
     def seconds(self) -> float:
@@ -148,7 +148,7 @@ class MemoryAnswer(Answerer):
         return _usual(lambda wanted, eps: self._solve(wanted, [eps, 0.0, 0.0, 0.0, 1.0, 1e-4]))
 
     def doubt(self, eccentricity_ratio: float) -> str | None:
-        """What there is to say against the mesh at the largest eccentricity of a run."""
+        """Objection to the mesh at the largest eccentricity of a run."""
         return coarseness(len(self.film.theta), eccentricity_ratio, self.film.bearing.slenderness)
 
 

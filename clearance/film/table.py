@@ -84,13 +84,13 @@ class Table:
         return tuple(value for name, value in vars(self).items() if name != "numbers")
 
     def facts(self) -> dict:
-        """What a run reports of it."""
+        """Facts of it in the report of a run."""
         return {f"film_table_{name}": value for name, value in vars(self).items() if name != "numbers"}
 
 
 @dataclass(frozen=True)
 class Key:
-    """What a table depends on. slenderness L/D; cavitation; thickness: clearance over roughness of the flow factors, 0
+    """Inputs of a table. slenderness L/D; cavitation; thickness: clearance over roughness of the flow factors, 0
     for smooth surfaces; nodes over y and alpha'; layers over tau, 1 without ambient pressure; mesh of the solver.
     """
 
@@ -156,7 +156,7 @@ def scaled_flow(key: Key, y: float, angle: float, tau: float, mesh: tuple[int, i
 
 
 def _film(key: Key, eps: float, motion, tau: float, scale: float, mesh, even: float) -> np.ndarray:
-    """What the fast solver finds at tau; scale: sigma |V| over S."""
+    """Result of the fast solver at tau; scale: sigma |V| over S."""
     code, lowest = bands.CODES[key.cavitation], 0.0
     if tau >= 1.0:
         code = bands.FULL
@@ -311,7 +311,7 @@ def _errors(key: Key, numbers: np.ndarray) -> tuple[float, ...]:
 
 # --- store
 def path_of(key: Key) -> Path:
-    """Where a table is kept: beside the kernels."""
+    """File of a table, beside the kernels."""
     return store.folder() / f"clearance_film_{key.name()}.npz"
 
 

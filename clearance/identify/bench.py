@@ -195,7 +195,7 @@ def triangle(time: np.ndarray, amplitude: float, speed: float, cycles: int) -> n
 
 
 def _after(time: np.ndarray) -> np.ndarray:
-    """What the bench's filter makes of a unit step at time 0."""
+    """Response of the bench's filter to a unit step at time 0."""
     w, late = 2.0 * math.pi * CORNER, np.maximum(time, 0.0)
     turn = w * math.sqrt(1.0 - FILTER_DAMPING**2)
     wave = np.cos(turn * late) + FILTER_DAMPING * w / turn * np.sin(turn * late)

@@ -13,7 +13,7 @@ from scipy.optimize import least_squares
 
 from clearance.identify import estimation
 from clearance.identify.estimation import Estimate, in_group
-from clearance.identify.own import Own
+from clearance.identify.own import FunctionError, Own
 
 FINISH = 1e-8  # relative change of the cost and of the parameters at which a fit ends
 MOST = 60  # steps of a fit
@@ -51,7 +51,7 @@ class Search:
         return np.where(self.log, self.values(x), self.range)
 
     def predicted(self, x: np.ndarray) -> np.ndarray:
-        """What the model says at coordinates, over the sizes of what was measured."""
+        """Prediction at coordinates, over the sizes of the measured columns."""
         self.evaluations += 1
         values = self.values(x)
         parts = (self.model.predicted(values, t).ravel() / s for t, s in zip(self.trials, self.sizes, strict=True))
@@ -61,11 +61,13 @@ class Search:
         """Predicted less measured; nan where the function fails, which refuses the step."""
         if not (self.last and np.array_equal(self.last[0], x)):
             try:
-                found = self.predicted(x) - self.measured
-            except FAILS:
+                residuals = self.predicted(x) - self.measured
+            except FAILS as error:
+                if isinstance(error, FunctionError) and not isinstance(error.__cause__, FAILS):
+                    raise  # a mistake in the function, not a point without a value
                 self.refused += 1
-                found = np.full_like(self.measured, math.nan)
-            self.last = x.copy(), found
+                residuals = np.full_like(self.measured, math.nan)
+            self.last = x.copy(), residuals
         return self.last[1]
 
     def slopes(self, x: np.ndarray, coarser: float = 1.0) -> np.ndarray:
@@ -89,19 +91,19 @@ def estimate(model: Own, trials: Sequence, *, starts: int, seed: int, progress: 
     search, random = Search(model, trials), np.random.default_rng(seed)
     search.predicted(search.typical)  # an error here is the user's to see
     begins = [search.typical, *(random.uniform(*search.bounds) for _ in range(starts - 1))]
-    found = [_solved(search, begin, k, starts, progress) for k, begin in enumerate(begins)]
-    found = [f for f in found if f is not None]
-    costs = np.array([f[0].cost for f in found])
-    best, history = found[int(costs.argmin())]
+    solved = [_solved(search, begin, k, starts, progress) for k, begin in enumerate(begins)]
+    solved = [f for f in solved if f is not None]
+    costs = np.array([f[0].cost for f in solved])
+    best, history = solved[int(costs.argmin())]
     x, slopes = best.x, search.slopes(best.x)
     names, values = [p.name for p in model.parameters], search.values(best.x)
     covariance, wide, noise = estimation.spread(slopes, float(best.cost), search.measured.size)
     sizes = np.linalg.norm(slopes, axis=0)
     still = estimation.still_axes(model, names, sizes)
-    said = list(estimation.bound_doubts(model, values, sizes, still))
-    said += _unsmooth(search, x, slopes, names)
+    doubts = list(estimation.bound_doubts(model, values, sizes, still))
+    doubts += _unsmooth(search, x, slopes, names)
     if best.status == 0:
-        said.append(f"the fit was still improving after {MOST} steps")
+        doubts.append(f"the fit was still improving after {MOST} steps")
     by = search.by_values(x)
     ends = (search.values(np.clip(e, *search.bounds)) for e in (x - wide, x + wide))
     facts = {
@@ -109,13 +111,13 @@ def estimate(model: Own, trials: Sequence, *, starts: int, seed: int, progress: 
         "converged": best.status > 0, "still": still,
     }  # fmt: skip
     table = {
-        "cost": costs, "evaluations": np.array([f[0].nfev for f in found]),
-        "values": np.array([search.values(f[0].x) for f in found]),
+        "cost": costs, "evaluations": np.array([f[0].nfev for f in solved]),
+        "values": np.array([search.values(f[0].x) for f in solved]),
     }  # fmt: skip
     if not model.predicts and not model.lag:
         facts |= _delay(search, best, slopes, values, names, by)
     history = np.array(history)
-    return Estimate(values, *ends, covariance * np.outer(by, by), history, table, facts, tuple(said))
+    return Estimate(values, *ends, covariance * np.outer(by, by), history, table, facts, tuple(doubts))
 
 
 def _solved(search: Search, begin: np.ndarray, start: int, starts: int, progress: Callable):
@@ -132,17 +134,17 @@ def _solved(search: Search, begin: np.ndarray, start: int, starts: int, progress
         return None
     free = ~search.still
 
-    def whole(moving):
+    def complete(moving):
         x = begin.copy()
         x[free] = moving
         return x
 
-    found = least_squares(
-        lambda y: search.residuals(whole(y)), begin[free], lambda y: slopes(whole(y))[:, free],
+    solution = least_squares(
+        lambda y: search.residuals(complete(y)), begin[free], lambda y: slopes(complete(y))[:, free],
         search.bounds[:, free], "trf", FINISH, FINISH, 1e-12, "jac", max_nfev=MOST,
     )  # fmt: skip
-    found.x = whole(found.x)
-    return found, history
+    solution.x = complete(solution.x)
+    return solution, history
 
 
 def _unsmooth(search: Search, x: np.ndarray, slopes: np.ndarray, names: Sequence[str]) -> list[str]:
@@ -167,5 +169,5 @@ def _delay(search: Search, best, slopes, values, names, by) -> dict:
         part = torque[first : first + rows[0] * rows[1]].reshape(rows)
         rises.append(np.gradient(part, trial.step, axis=0).ravel())
         first += part.size
-    found = estimation.shifted(slopes, np.concatenate(rises), -search.residuals(best.x))
-    return estimation.delay_facts(found[0], found[1], found[2] * by, values, names)
+    shift = estimation.shifted(slopes, np.concatenate(rises), -search.residuals(best.x))
+    return estimation.delay_facts(shift[0], shift[1], shift[2] * by, values, names)

@@ -1,4 +1,4 @@
-"""What to doubt of a fit: records that no friction gives, errors as large as the torque, errors that hang together."""
+"""Doubts about a fit: records that no friction gives, errors as large as the torque, errors that hang together."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -37,7 +37,7 @@ BLIND = 1e-12  # share of a parameter in the cost's curvature below which the sa
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """What the estimation of a model gives: values (p,), low and high (p,) of 95 % intervals, covariance (p, p).
+    """Result of an estimation: values (p,), low and high (p,) of 95 % intervals, covariance (p, p).
 
     history: cost over the iterations (of those on a part of the samples, in proportion); starts: columns of the table
     of starts; facts, doubts. A model without intervals leaves low, high and covariance empty.
@@ -95,7 +95,7 @@ def still_axes(model: Model, names: list[str], sizes: np.ndarray) -> list[str]:
 
 
 def in_group(name: str, group: str) -> bool:
-    """Whether a parameter is one of an axis, such as spin_static of spin."""
+    """True for a parameter of an axis, such as spin_static of spin."""
     return name.startswith(f"{group}_")
 
 
@@ -289,7 +289,7 @@ def shifted(
 
 
 def _delay(passes: Passes, x: np.ndarray, values: np.ndarray, names: Sequence[str]) -> dict:
-    """What `lagged` gives, and the parameter that it moves most."""
+    """Facts from `lagged`, and the parameter that the lag moves most."""
     return delay_facts(*lagged(passes, x), values, names)
 
 
@@ -351,7 +351,7 @@ def _by_trial(units: list) -> tuple[list, list[np.ndarray]]:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What the fit of a part gives: its end, the cost's history, costs, passes and points of all starts; size: norm of
+    """Result of the fit of a part: its end, the cost's history, costs, passes and points of all starts; size: norm of
     the measured torques.
     """
 

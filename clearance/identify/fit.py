@@ -99,7 +99,7 @@ class Fit:
 
     @property
     def has_law(self) -> bool:
-        """Whether the model is a LuGre law of constant parameters, see `law`."""
+        """True for a LuGre model of constant parameters, see `law`."""
         model = self.model
         if not isinstance(model, LuGre) or model.load == "power":
             return False

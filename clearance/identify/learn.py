@@ -39,13 +39,13 @@ PACKAGES = "jax", "equinox", "optax"
 
 
 def missing() -> str:
-    """What keeps an lstm from being trained here, and what to install; empty where nothing does."""
+    """Packages that the training of an lstm lacks here, and their installation; empty where none is missing."""
     absent = [p for p in PACKAGES if importlib.util.find_spec(p) is None]
     return f"training the lstm needs {', '.join(absent)}; install clearance[learn]" if absent else ""
 
 
 class Layout(NamedTuple):
-    """What compiled code has to know beside the weights: interval [s], softness [rad/s], number of units."""
+    """Numbers of compiled code beside the weights: interval [s], softness [rad/s], number of units."""
 
     interval: float
     softness: float
@@ -149,12 +149,12 @@ class LSTM(Model):
 
     @cached_property
     def layout(self) -> Layout:
-        """Where the kernels find each number."""
+        """Places of the numbers in the values of the kernels."""
         return Layout(float(self.interval), float(self.softness), self.hidden)
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """What is fitted, in the order of its vector."""
+        """Fitted parameters, in the order of their vector."""
         gates = [f"{g}{n}" for g in ("in", "forget", "cell", "out") for n in range(self.hidden)]
         sources = [*(f"rate_{a}" for a in AXES), *(f"unit{n}" for n in range(self.hidden)), "one"]
         names = [f"{g}_from_{s}" for s in sources for g in gates]
@@ -178,7 +178,7 @@ class LSTM(Model):
         return values
 
     def packed(self, values: Values) -> np.ndarray:
-        """What compiled functions take for the values."""
+        """Values in the layout of the compiled functions."""
         return self.array(values)
 
     def start(self) -> np.ndarray:
@@ -196,7 +196,7 @@ class LSTM(Model):
         return 0.0
 
     def doubts(self, values: Values, fastest: float) -> list[str]:
-        """What to doubt of the weights."""
+        """Doubts about the weights."""
         return [f"lstm: knows only motions like those it was trained on, up to {fastest:.3g} rad/s; not passive"]
 
     def estimate(

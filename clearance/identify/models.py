@@ -23,7 +23,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from clearance.checks import finite, non_negative, positive
+from clearance.checks import finite, meant, non_negative, positive
 from clearance.identify import kernels
 from clearance.identify.kernels import DAMPING, PADDING, STIFFNESS, TORQUE, VISCOUS, Layout
 
@@ -101,7 +101,7 @@ def _checked_knots(knots: Sequence[float], fewest: int) -> tuple[float, ...]:
 
 
 class Model:
-    """What all models share; see the module."""
+    """Base of all models; see the module."""
 
     linear: ClassVar[bool] = False
     compiled: Callable
@@ -112,7 +112,7 @@ class Model:
 
     @property
     def options(self) -> dict:
-        """What the function of its name makes this model from."""
+        """Arguments from which the function of its name makes this model."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
     @property
@@ -148,15 +148,15 @@ class Model:
         return values
 
     def packed(self, values: Values) -> np.ndarray:
-        """What compiled functions take for the values."""
+        """Values in the layout of the compiled functions."""
         return np.concatenate([self.array(values), (1.0, 0.0, 0.0, 0.0)])
 
     def observed(self, trial) -> np.ndarray:
-        """What was measured (n, k): the torques [N m] of the measured axes."""
+        """Measured columns (n, k): the torques [N m] of the measured axes."""
         return trial.torque[:, np.flatnonzero(trial.measured)]
 
     def predicted(self, values: Values, trial) -> np.ndarray:
-        """What the model says in its place (n, k)."""
+        """Prediction of the measured columns (n, k)."""
         return self.torque(values, trial)[:, np.flatnonzero(trial.measured)]
 
     def modelled(self, values: Values, trial):
@@ -168,7 +168,7 @@ class Model:
         return np.where(trial.rate[:, np.flatnonzero(trial.measured)] < 0.0, -1.0, 1.0)
 
     def sizes(self, trials) -> float | np.ndarray:
-        """What errors (n, k) of these trials are divided by before they are put together."""
+        """Scales that divide the errors (n, k) of trials before their sum."""
         return 1.0
 
     def start(self) -> np.ndarray:
@@ -243,7 +243,7 @@ class LuGre(Model):
 
     @property
     def options(self) -> dict:
-        """What `lugre1d` or `lugre3d` makes this model from."""
+        """Arguments from which `lugre1d` or `lugre3d` makes this model."""
         return {k: v for k, v in super().options.items() if k != "coupled"}
 
     @cached_property
@@ -272,7 +272,7 @@ class LuGre(Model):
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """What is fitted, in the order of its vector."""
+        """Fitted parameters, in the order of their vector."""
         groups, functions = dict.fromkeys(self.groups), [*self._units, *itertools.chain(*self._functions)]
         functions += [FOLLOWS] * (self.load == "power")
         own = [replace(p, name=f"{g}_{p.name}") for g in groups for p in functions]
@@ -280,7 +280,7 @@ class LuGre(Model):
 
     @cached_property
     def layout(self) -> Layout:
-        """Where the kernels find each number."""
+        """Places of the numbers in the values of the kernels."""
         sizes = [len(f) for f in self._functions]
         inner = len(self._units)
         own, groups = inner + sum(sizes) + (self.load == "power"), list(dict.fromkeys(self.groups))
@@ -337,12 +337,12 @@ class LuGre(Model):
 
     @cached_property
     def _exponents(self) -> list[int]:
-        """Where the exponents of the load stand, by axis."""
+        """Places of the exponents of the load, by axis."""
         names = [p.name for p in self.parameters]
         return [names.index(f"{g}_{FOLLOWS.name}") for g in self.groups]
 
     def level(self, packed: np.ndarray, trial) -> np.ndarray:
-        """What the preload of a trial multiplies the torques of the axes by (3,)."""
+        """Factors on the torques of the axes from the preload of a trial (3,)."""
         if self.load == "fixed":
             return np.ones(3)
         exponent = packed[self._exponents] if self.load == "power" else 1.0
@@ -402,7 +402,7 @@ class LuGre(Model):
         return math.inf if bad.size == 0 else float(SPEEDS[bad[0] - 1]) if bad[0] else 0.0
 
     def doubts(self, values: Values, fastest: float) -> list[str]:
-        """What to doubt of the values where rates reach `fastest` [rad/s]."""
+        """Doubts about the values where rates reach `fastest` [rad/s]."""
         bound = self.passive_rate(values)
         if fastest <= bound:
             return []
@@ -434,14 +434,14 @@ class Curve(Model):
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """What is fitted, in the order of its vector."""
+        """Fitted parameters, in the order of their vector."""
         names = [f"{g}_torque_at_{k:g}" for g in dict.fromkeys(self.groups) for k in self.knots]
         low = 0.0 if self.nonnegative else -100.0
         return self.bounded([Parameter(n, "N m", low, 100.0, 2.0) for n in names], low)
 
     @cached_property
     def layout(self) -> Layout:
-        """Where the kernels find each number."""
+        """Places of the numbers in the values of the kernels."""
         groups = list(dict.fromkeys(self.groups))
         places = np.array([[groups.index(g) * len(self.knots)] * 4 for g in self.groups])
         return Layout(places, np.array([0.0, *self.knots]), 2.0, False, True)
@@ -474,7 +474,7 @@ class Curve(Model):
         return math.inf if bad.size == 0 else float(self.layout.knots[bad[0]])
 
     def doubts(self, values: Values, fastest: float) -> list[str]:
-        """What to doubt of the values where rates reach `fastest` [rad/s]."""
+        """Doubts about the values where rates reach `fastest` [rad/s]."""
         before = [0.0, *self.knots[:-1]] * (len(self.parameters) // len(self.knots))
         reached = zip(self.parameters, self.array(values), before, strict=True)
         bad = [f"{p.name} {v:.3g}" for p, v, rate in reached if v < 0.0 and rate < fastest]
@@ -504,7 +504,8 @@ def model(name: str, **options) -> Model:
     if name in FURTHER and name not in MODELS:
         importlib.import_module(FURTHER[name])
     if name not in MODELS:
-        raise ValueError(f"model must be one of {', '.join(dict.fromkeys([*MODELS, *FURTHER]))}, got {name!r}")
+        names = dict.fromkeys([*MODELS, *FURTHER])
+        raise ValueError(f"model must be one of {', '.join(names)}, got {name!r}{meant(name, names)}")
     try:
         return MODELS[name](**options)
     except TypeError as error:

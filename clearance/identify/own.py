@@ -20,6 +20,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
+from types import ModuleType
 from typing import ClassVar
 
 import numpy as np
@@ -28,7 +29,7 @@ from clearance.checks import finite, identifier, meant, positive
 from clearance.identify.models import FINER, LAG, Model, Parameter, Values, delayed
 from clearance.identify.records import Trial
 from clearance.laws.law import Law, joint_bristle, joint_friction
-from clearance.loading import module_of
+from clearance.loading import located, module_of
 from clearance.mechanism.interpreter import traced
 from clearance.mechanism.kernels import compiled
 from clearance.mechanism.store import njit
@@ -78,7 +79,7 @@ class Own(Model):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """What is fitted, in the order of its vector."""
+        """Fitted parameters, in the order of their vector."""
         return (*self.given, *([LAG] * self.lag))
 
     @property
@@ -99,17 +100,17 @@ class Own(Model):
         return replace(self, lag=True)
 
     def _called(self, values: Values, record) -> np.ndarray:
-        """What the function gives, (n, 3) or (n, k). Raises ValueError for another shape."""
+        """Result of the function, (n, 3) or (n, k). Raises ValueError for another shape."""
         numbers = dict(zip((p.name for p in self.parameters), self.array(values).tolist(), strict=True))
         if self.lag:
             return self.function(_finer(record, numbers.pop(LAG.name)), **numbers)[::FINER]
-        found = np.asarray(self.function(record, **numbers), float)
-        if self.predicts and len(self.predicts) == 1 and found.shape == (record.samples,):
-            found = found[:, None]
+        prediction = np.asarray(self.function(record, **numbers), float)
+        if self.predicts and len(self.predicts) == 1 and prediction.shape == (record.samples,):
+            prediction = prediction[:, None]
         wanted = record.samples, len(self.predicts) or 3
-        if found.shape != wanted:
-            raise ValueError(f"{self.name} must return an array of shape {wanted}, got {found.shape}")
-        return found
+        if prediction.shape != wanted:
+            raise ValueError(f"{self.name} must return an array of shape {wanted}, got {prediction.shape}")
+        return prediction
 
     def torque(self, values: Values, trial) -> np.ndarray:
         """Torque (n, 3) [N m] of a trial."""
@@ -132,8 +133,8 @@ class Own(Model):
         """The trial with the model's columns."""
         if not self.predicts:
             return super().modelled(values, trial)
-        found = dict(zip(self.predicts, self._called(values, trial).T, strict=True))
-        return replace(trial, columns=trial.columns | found)
+        columns = dict(zip(self.predicts, self._called(values, trial).T, strict=True))
+        return replace(trial, columns=trial.columns | columns)
 
     def senses(self, trial) -> float | np.ndarray:
         """Signs of errors: of columns as they are."""
@@ -144,12 +145,12 @@ class Own(Model):
         if not self.predicts:
             return 1.0
         units = list(self.predicts.values())
-        whole = np.concatenate([self.observed(t) for t in trials])
-        squares = {u: np.mean(whole[:, [v == u for v in units]] ** 2) for u in units}
+        measured = np.concatenate([self.observed(t) for t in trials])
+        squares = {u: np.mean(measured[:, [v == u for v in units]] ** 2) for u in units}
         return np.array([math.sqrt(squares[u]) or 1.0 for u in units])
 
     def doubts(self, values: Values, fastest: float) -> list[str]:
-        """What a law says of its numbers."""
+        """Demands and doubts of the law about its numbers."""
         return _of_law(self, values) if self.law else []
 
 
@@ -202,14 +203,26 @@ def _finer(trial: Trial, lag: float) -> Trial:
     return replace(trial, time=time, rate=rate, torque=np.zeros((len(rate), 3)))
 
 
+class FunctionError(ValueError):
+    """An error that a user's function raised, with its file, line and function; the cause is that error."""
+
+
 def _with(function: Callable, held: dict) -> Callable:
-    return lambda record, **numbers: function(record, **held, **numbers)
+    """The function with the parameters that are held. It raises FunctionError for whatever the function raises."""
+
+    def called(record, **numbers):
+        try:
+            return function(record, **held, **numbers)
+        except Exception as error:
+            raise FunctionError(f"model {function.__name__}: {located(error)}") from error
+
+    return called
 
 
-def _check_parameters(name: str, known: list[str], needed: list[str], given: Mapping) -> None:
-    if unknown := [n for n in given if n not in known]:
-        hint = meant(unknown[0], known)
-        raise ValueError(f"model {name} has no parameter {unknown[0]!r}{hint}; it has {', '.join(known)}")
+def _check_parameters(name: str, names: list[str], needed: list[str], given: Mapping) -> None:
+    if unknown := [n for n in given if n not in names]:
+        hint = meant(unknown[0], names)
+        raise ValueError(f"model {name} has no parameter {unknown[0]!r}{hint}; it has {', '.join(names)}")
     if missing := [n for n in needed if n not in given]:
         raise ValueError(f"model {name}: give {missing[0]} as between(low, high, units), or as a number")
 
@@ -226,8 +239,8 @@ class _Driven:
 
     def numbers(self, group: str, values: Mapping[str, float]) -> dict[str, float]:
         """The law's parameters about an axis."""
-        own = {n.removeprefix(f"{group}_"): v for n, v in values.items() if n.startswith(f"{group}_")}
-        return {n: v for n, v in self.law.parameters.items() if n in self.law.given} | self.held | own
+        fitted = {n.removeprefix(f"{group}_"): v for n, v in values.items() if n.startswith(f"{group}_")}
+        return {n: v for n, v in self.law.parameters.items() if n in self.law.given} | self.held | fitted
 
     def __call__(self, record, **values) -> np.ndarray:
         torque = np.zeros((record.samples, 3))
@@ -292,28 +305,52 @@ def _with_numbers(text: str, value: Callable, slopes: Callable) -> Callable:
     return njit(error_model="numpy")(scope["drive"])
 
 
-def _of_law(own: Own, values: Values) -> list[str]:
-    """What a law demands of and doubts about its numbers, about each axis."""
-    numbers, found = dict(zip((p.name for p in own.parameters), own.array(values).tolist(), strict=True)), []
+def _of_law(fitted: Own, values: Values) -> list[str]:
+    """Demands and doubts of a law about its numbers, for each axis."""
+    numbers, lines = dict(zip((p.name for p in fitted.parameters), fitted.array(values).tolist(), strict=True)), []
     for group in dict.fromkeys(GROUPS):
-        bound = own.law(**own.function.numbers(group, numbers))
-        for look in filter(None, (own.law.demand, own.law.doubt)):
-            said = look(None, bound.values)
-            found += [f"{group}: {own.name} {said}"] if said else []
-    return found
+        bound = fitted.law(**fitted.function.numbers(group, numbers))
+        for look in filter(None, (fitted.law.demand, fitted.law.doubt)):
+            reason = look(None, bound.values)
+            lines += [f"{group}: {fitted.name} {reason}"] if reason else []
+    return lines
 
 
 # --- files
 def open_model(reference: str) -> Own:
-    """A model of a file, "path/to/file.py:name"; runs the file. Raises ValueError for what is not there."""
-    path, _, name = reference.rpartition(":")
+    """A model of a file, "path/to/file.py:name"; runs the file. The name may be left out where the file has one model.
+
+    Raises ValueError for a file or a model that is not there, naming the models and functions of the file.
+    """
+    path, name = _path_and_name(reference)
     if not path or not Path(path).is_file():
         reason = f"expected NAME or FILE.py:NAME, and there is no file {path or reference!r}"
         raise ValueError(f"--model {reference}: {reason}")
     module = module_of(Path(path).resolve(), "model", f"--model {reference}")
-    found = getattr(module, name, None)
-    if not isinstance(found, Own):
-        there = [n for n, v in vars(module).items() if isinstance(v, Own)]
-        answer = f"it has {', '.join(there)}" if there else "make one by clearance.identify.own.model"
-        raise ValueError(f"--model {reference}: the file has no model {name!r}; {answer}")
-    return replace(found, name=name)
+    models = {n: v for n, v in vars(module).items() if isinstance(v, Own)}
+    if not name and len(models) == 1:
+        (name,) = models
+    if name not in models:
+        raise ValueError(f"--model {reference}: {_no_model(name, models, module)}")
+    return replace(models[name], name=name)
+
+
+def _path_and_name(reference: str) -> tuple[str, str]:
+    """The two parts of FILE.py:NAME; a name that is left out is empty."""
+    if reference.endswith(".py"):
+        return reference, ""
+    path, _, name = reference.rpartition(":")
+    return path, name
+
+
+def _no_model(name: str, models: Mapping, module: ModuleType) -> str:
+    """The reason why a file has no model of a name, and the names that it has."""
+    if models and not name:
+        return f"the name of a model is missing; give FILE.py:NAME, the file has {', '.join(models)}"
+    reason = f"the file has no model {name!r}" if name else "the file has no model"
+    if models:
+        return f"{reason}{meant(name, models)}; it has {', '.join(models)}"
+    here = {n: v for n, v in vars(module).items() if getattr(v, "__module__", None) == module.__name__}
+    functions = [n for n, v in here.items() if callable(v)]
+    there = f"; its functions are {', '.join(functions)}" if functions else ""
+    return f"{reason}{there}; make one by clearance.identify.own.model"

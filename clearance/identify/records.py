@@ -305,7 +305,7 @@ def read(
 
 
 def _checked(path: Path, trusted: bool, load: Callable[[dict[str, Where]], Measurement]) -> Measurement:
-    """What `load` makes of a file, looked at; all its errors name the file."""
+    """The checked content that `load` reads from a file; all its errors name the file."""
     rows: dict[str, Where] = {}
     try:
         measurement = load(rows)
@@ -602,7 +602,7 @@ def _about(trial: Trial | Series, column: str) -> tuple[str, str]:
 
 
 def _columns(trial: Trial | Series) -> dict[str, np.ndarray]:
-    """What is kept of a trial: time, all rates, and the torques that were measured; of a series all."""
+    """Columns of a trial in a file: time, all rates and the measured torques; of a series all."""
     if isinstance(trial, Series):
         return {"time": trial.time, **trial.columns}
     rates = {f"rate_{a}": trial.rate[:, i] for i, a in enumerate(AXES)}

@@ -87,7 +87,7 @@ def errors(fits: Fits, measurement: Measurement) -> list[Error]:
 # --- beyond the data
 @dataclass(frozen=True, eq=False)
 class Extrapolation:
-    """What models say of a motion they were not fitted to.
+    """Predictions of models for a motion that they were not fitted to.
 
     trial: motion and torque of the bench's joint, without noise or scatter; group: "fast", "small" or "mixed"; torque:
     of the models (n, 3) [N m]; nrmse against the truth; peak: largest torque over the true one; energy: dissipated,

@@ -167,7 +167,7 @@ def coefficient_table(found: Sequence[Coefficients]) -> list[str]:
 
 
 def spin_table(found: Sequence[Spin]) -> list[str]:
-    """What fast spin comes to over draws of the bench, as lines of Markdown."""
+    """Table of fast spin over draws of the bench, as lines of Markdown."""
     lines = [
         "| scatter from run to run | draws | viscous [N m s/rad], true 0.05 | torque at 400 deg/s over the true one |",
         "|---|---|---|---|",

@@ -128,7 +128,7 @@ class _Wrenches:
 
 
 def _unbalanced(pairs: Pairs, geometry: Geometry, time, v, a) -> _Wrenches:
-    """What inertia leaves of gravity, forces and springs; joints and drives must balance it."""
+    """Gravity, forces and springs, less inertia; joints and drives must balance it."""
     scene, found = pairs.scene, _Wrenches(geometry.angle.shape)
     bodies, (x, y, z) = slice(0, len(scene.bodies)), (*scene.gravity, 0.0)[:3]
     mass, inertia = np.array([(b.mass, b.inertia) for b in scene.bodies]).T
@@ -174,7 +174,7 @@ def _add_spring(pairs: Pairs, geometry: Geometry, load: SpringDamper, v: np.ndar
 
 # --- reactions
 class _Reactions:
-    """What passes from a to b, on b: without joint friction, then for a unit effort of each rubbing joint (columns k).
+    """Loads from a on b: without joint friction, then for a unit effort of each rubbing joint (columns k).
 
     relative (samples, 3 pairs, k): forces along and across and moment; force (samples, pairs, k): x + i y; efforts
     (samples, drives, k). Out of the plane, about the joints' points: axial, bending x + i y (samples, joints, k), zero
@@ -198,7 +198,7 @@ class _Reactions:
 
 
 def _leaves_the_plane(scene: Scene) -> bool:
-    """Whether anything can make an axial force or a bending moment."""
+    """True where anything can make an axial force or a bending moment."""
     forces = [load for load in scene.loads if isinstance(load, Force)]
     springs = [load for load in scene.loads if isinstance(load, SpringDamper)]
     points = [p for part in (*scene.joints, *springs) for p in (part.a, part.b)] + [f.point for f in forces]
@@ -255,7 +255,7 @@ class _Friction:
         self.arms = np.where(self.weights[:, 0] > 0.0, self.weights[:, 0], 1.0)
 
     def parts(self, geometry: Geometry, reactions: _Reactions) -> np.ndarray:
-        """What rubs, without friction and for unit friction efforts (samples, rubbing joints, 5, k).
+        """Loads that rub, without friction and for unit friction efforts (samples, rubbing joints, 5, k).
 
         Raises ValueError for a joint that carries loads out of the plane with no arm for them.
         """

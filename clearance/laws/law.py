@@ -103,8 +103,9 @@ class Law:
         unknown = [n for n in values if n not in self.given]
         if missing or unknown:
             hint = meant(unknown[0], self.given) if unknown else ""
-            reason = f"missing {missing}, unknown {unknown}{hint}"
-            raise TypeError(f"{self.name}({', '.join(self.given)}): {reason}")
+            parts = [f"missing {', '.join(missing)}"] if missing else []
+            parts += [f"unknown {', '.join(unknown)}{hint}"] if unknown else []
+            raise TypeError(f"{self.name}({', '.join(self.given)}): {'; '.join(parts)}")
         numbers = {n: self._number(n, values) for n in self.given}
         found = [self.checks[n].function(numbers) if n not in numbers else numbers[n] for n in self.parameters]
         return BoundLaw(self, tuple(found))
@@ -141,8 +142,11 @@ class DataLaw(Law):
     `numbers`; settings choose them and are no numbers of the kernel.
     """
 
-    def __init__(self, family: Family, function: Callable, checks: dict[str, Check], make: Callable):
+    def __init__(
+        self, family: Family, function: Callable, checks: dict[str, Check], make: Callable, name: str | None = None
+    ):
         super().__init__(family, function, checks)
+        self.name = self.__name__ = name or self.name  # that users give it, where it is not the function's
         if list(self.parameters)[:2] != ["data", "start"]:
             raise TypeError(f"{family.name} law {self.name} must take data and start after its state")
         self.make = make

@@ -116,7 +116,7 @@ def fuzzy(gap, joint, dry=0.4, mixed=1.0, full=3.0, datum=1.0, squeeze=1.0):
     Thresholds dry < mixed < full of lambda (inputs: 0.4, 1, 3; after measurements of rough contacts
     0.05, 0.3, 1.2). The film is never thinner than l_m sigma. There it is blended over a tenth of
     it, so that the force is C1. Full film exactly for lambda >= full; dry contact, from its datum,
-    for lambda <= dry. A soft contact leaves a hole between them: see `clearance.hole_check`.
+    for lambda <= dry. A soft or late contact leaves a hole between them: `clearance.hole_check`.
 
     Three choices are not in what we read of the source. The study `feeder_transition` compares
     each with `load_sharing`, which has no threshold.
@@ -206,7 +206,7 @@ def tabled(ratio, data, start):
     return w_full, 1.0 - w_full - w_dry, w_dry
 
 
-def table_of_memberships(gap, joint, data, start, dry, mixed, full, datum=1.0, squeeze=1.0):
+def _weighted_by_table(gap, joint, data, start, dry, mixed, full, datum=1.0, squeeze=1.0):
     """As `fuzzy`, with memberships from a table of points [N]: see `fuzzy_table`."""
     w_full, w_mixed, w_dry = tabled(gap / joint.roughness, data, int(start))
     return weighted(gap, joint.roughness, mixed, full, datum, squeeze, w_full, w_mixed, w_dry)
@@ -250,9 +250,10 @@ def _slopes(points: Sequence[tuple[float, ...]]) -> list[tuple[float, ...]]:
 
 _fuzzy_table = DataLaw(
     transition,
-    table_of_memberships,
+    _weighted_by_table,
     {"dry": finite, "mixed": positive, "full": positive, "datum": non_negative, "squeeze": fraction},
     Table.of,
+    name="fuzzy_table",
 )
 _fuzzy_table.demands(_weights_fit)
 _fuzzy_table.doubts(_wide_or_twice)

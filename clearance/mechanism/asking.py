@@ -37,7 +37,7 @@ class Answerer:
         self.failure, self.over = None, False
 
     def facts(self) -> dict:
-        """What a run reports of it."""
+        """Facts of it in the report of a run."""
         return {}
 
     def _by_address(self, place: int) -> float:

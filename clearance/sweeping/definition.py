@@ -1,4 +1,4 @@
-"""What a sweep is: its case, points and options, kept as `sweep.json` in its directory."""
+"""Definition of a sweep: its case, points and options, kept as `sweep.json` in its directory."""
 
 import hashlib
 import json
@@ -51,7 +51,7 @@ class Definition:
 
     @property
     def files(self) -> bool:
-        """Whether each run has a file of its own."""
+        """True where each run has its own file."""
         return self.keep is None or len(self.keep) > 0
 
     @cached_property
@@ -72,6 +72,11 @@ class Definition:
         """Case parameters of a point."""
         return self.fixed | self.points[index]
 
+    @property
+    def used(self) -> set:
+        """All values of case parameters."""
+        return {*self.fixed.values(), *(v for values in self.points.columns.values() for v in values)}
+
     def says(self, index: int) -> str:
         """A point in words: "speed=31.4159, clearance=0.0001"."""
         shown = (f"{n}={v:.6g}" if isinstance(v, float) else f"{n}={v}" for n, v in self.points[index].items())
@@ -82,7 +87,7 @@ class Definition:
         return json.dumps(document, indent=1)
 
     def differences(self, other: "Definition") -> list[str]:
-        """What another definition has differently, in words."""
+        """Differences of another definition, in words."""
         found = []
         mine, theirs = json.loads(self.to_json()), json.loads(other.to_json())
         for document in (mine, theirs):  # a directory may be moved

@@ -22,7 +22,7 @@ from clearance.sweeping.definition import Definition
 from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.index import Sweep, outcomes, verified
 from clearance.sweeping.journal import DONE, FAILED, LOST, WAITING, Journal, Outcome
-from clearance.sweeping.made import common, common_differences, made, modules_of, point_differences
+from clearance.sweeping.made import common, common_differences, files_named, made, modules_of, point_differences
 from clearance.sweeping.order import Queue, shuffled
 from clearance.sweeping.points import Points, plain
 from clearance.sweeping.teams import Dask, Processes, prepare_start
@@ -232,7 +232,7 @@ def _check_settle(definition: Definition, run) -> None:
 
 @contextmanager
 def _logged(folder: Path):
-    """What a sweep has to say goes into its log file too."""
+    """Copy the log of a sweep into its log file, too."""
     handler = logging.FileHandler(folder / "sweep.log", delay=True)
     handler.setFormatter(logging.Formatter("%(asctime)s  %(message)s"))
     before = LOG.level
@@ -274,7 +274,8 @@ class _Driver:
     def run(self, workers: int | None, scheduler: str | None, retry_failed: bool, accept_changes: bool) -> Sweep:
         done, pending = self._pending(retry_failed)
         found = [o for o in done if o.recovered]
-        self.now = common(modules_of(files_of(self.definition.path, self.definition.own)))
+        modules = modules_of(files_of(self.definition.path, self.definition.own))
+        self.now = common(modules, files_named(self.definition.used))
         self._compare([o for o in done if o.status == DONE], accept_changes or not pending)
         self.before = len(self.definition.points) - len(pending)
         LOG.info("%s: %d points, %d to run", self.definition.case, len(self.definition.points), len(pending))
@@ -315,7 +316,7 @@ class _Driver:
         LOG.warning("%s; what is there stays", words)
 
     def _rebuilt(self, outcome: Outcome) -> list[str]:
-        """What a finished point would be run with now that is different."""
+        """Differences between the inputs of a finished point then and now."""
         case, index = find_case(self.definition.path), outcome.index
         try:
             mechanism = build(case.scene(**self.definition.values(index)), self.definition.options.get("energy", True))
@@ -325,7 +326,7 @@ class _Driver:
         if self.definition.files and path.exists():
             with open_result(path) as run:
                 kept = str(run.file.attrs["scene"])
-        return point_differences(outcome.made, made(mechanism, {}), kept, mechanism.scene.to_json())
+        return point_differences(outcome.made, made(mechanism, {}, {}), kept, mechanism.scene.to_json())
 
     def _pending(self, retry_failed: bool) -> tuple[list[Outcome], list[int]]:
         """Outcomes that are known, and points that are to be run."""

@@ -41,7 +41,7 @@ def ideal_motion(scene: Scene, span: Span, described: dict) -> dict | None:
 
 
 def _kinematics(scene: dict, steady: bool) -> tuple:
-    """What of a scene's description the ideal motion depends on."""
+    """Parts of a scene's description on which the ideal motion depends."""
     bodies = tuple(
         (b["name"], str(b["points"]), str(b["com"]), b["angle"], str(b["position"])) for b in scene["bodies"]
     )
@@ -55,7 +55,7 @@ def _kinematics(scene: dict, steady: bool) -> tuple:
 
 
 def _moving(scene: Scene, rate: float) -> Scene:
-    """What makes the scene move, its joints and drives, these so many times slower."""
+    """Joints and drives of the scene, these so many times slower."""
     drives = [dataclasses.replace(d, speed=d.speed / rate) if d.speed else d for d in _drives(scene)]
     return Scene(*scene.joints, *drives, name=scene.name)
 

@@ -187,7 +187,7 @@ Numbers = tuple[np.ndarray, np.ndarray, dict[str, np.ndarray], dict[str, np.ndar
 
 
 def _from_index(folder: Path, definition: definitions.Definition) -> Numbers | None:
-    """What the index says; None where it does not know all that the journal does, or cannot be read."""
+    """Content of the index; None where it lacks entries of the journal or cannot be read."""
     path, journal = folder / "sweep.h5", _size(folder / "journal.jsonl")
     if not path.exists():
         return None
@@ -251,7 +251,7 @@ def outcomes(folder: Path, definition: definitions.Definition) -> tuple[list[Out
 
 
 def _index_outcomes(folder: Path, definition: definitions.Definition) -> tuple[dict[int, Outcome], dict]:
-    """What the index knows of a sweep that has lost its journal; where there are files, they tell."""
+    """Outcomes from the index of a sweep without its journal; none where runs have files, which are read instead."""
     if definition.files or (numbers := _from_index(folder, definition)) is None:
         return {}, {}
     status, reason, costs, metrics, known = numbers

@@ -1,4 +1,4 @@
-"""What is done of a sweep: one line of JSON a finished run, only ever appended to.
+"""Finished points of a sweep: one line of JSON a finished run, only ever appended to.
 
 Only the driver writes it. A line that a kill or a full disk cut short is taken off before the next is appended.
 """
@@ -42,7 +42,7 @@ class Outcome:
 
     @property
     def died(self) -> bool:
-        """Whether its worker died with it."""
+        """True where its worker died with it."""
         return self.status == LOST and not self.key
 
 

@@ -1,4 +1,4 @@
-"""What a point was run with: version, files the case imports, text of its kernels, numbers of its scene.
+"""Inputs of a point's run: version, files the case imports or names, text of its kernels, numbers of its scene.
 
 The definition of a sweep says what was asked for. Each outcome says what was run, so that a sweep that goes on after an
 imported file, a law or the package has changed does not put two physics in one table.
@@ -6,37 +6,38 @@ imported file, a law or the package has changed does not put two physics in one 
 
 import ast
 import hashlib
-import importlib.metadata
 import importlib.util
 import json
 import sysconfig
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from functools import lru_cache
 from pathlib import Path
 
 from clearance.mechanism.build import Mechanism
 from clearance.sweeping.definition import digest
+from clearance.version import VERSION
 
 #: modules in these folders come with Python, a package or this one: their versions tell them apart
 FOREIGN = tuple(Path(sysconfig.get_path(n)) for n in ("stdlib", "platstdlib", "purelib", "platlib"))
 FOREIGN += (Path(__file__).resolve().parent.parent,)
 
 
-def made(mechanism: Mechanism, modules: dict[str, str]) -> dict:
-    """What the runs of a mechanism are made with, as plain data; modules: see `modules_of`."""
+def made(mechanism: Mechanism, modules: dict[str, str], files: dict[str, str]) -> dict:
+    """Inputs of the runs of a mechanism, as plain data; modules, files: see `modules_of`, `files_named`."""
     scene = json.dumps(sorted(numbers(mechanism.scene.to_json()).items()))
-    return common(modules) | {"text": mechanism.structure.digest, "numbers": _digest(scene)}
+    return common(modules, files) | {"text": mechanism.structure.digest, "numbers": _digest(scene)}
 
 
-def common(modules: dict[str, str]) -> dict:
+def common(modules: dict[str, str], files: dict[str, str] | None = None) -> dict:
     """The part of it that all points share."""
-    return {"version": _version()} | ({"modules": modules} if modules else {})
+    found = {"version": VERSION, "modules": modules, "files": files}
+    return {name: value for name, value in found.items() if value}
 
 
-@lru_cache(maxsize=1)
-def _version() -> str:
-    return importlib.metadata.version("clearance")
+def files_named(values: Iterable[object]) -> dict[str, str]:
+    """Digests of the files that values of a case's parameters name, such as `memberships=points.csv`."""
+    texts = {v for v in values if isinstance(v, str) and Path(v).suffix}
+    return {text: digest(Path(text)) for text in sorted(texts) if Path(text).is_file()}
 
 
 def _digest(text: str) -> str:
@@ -65,7 +66,7 @@ def _name(found: dict[str, str], name: str, value: object) -> None:
 
 
 def common_differences(before: dict, now: dict) -> list[str]:
-    """What has changed of what all points share, in words."""
+    """Changes of the inputs that all points share, in words."""
     if not before:
         return ["its points do not say what they were run with (version 0.1 wrote them)"]
     found = []
@@ -73,11 +74,13 @@ def common_differences(before: dict, now: dict) -> list[str]:
         found.append(f"clearance {before['version']}, here {now['version']}")
     one, two = before.get("modules", {}), now.get("modules", {})
     changed = [n for n in sorted({*one, *two}) if one.get(n) != two.get(n)]
-    return found + [f"the imported module {n} has been changed" for n in changed]
+    found += [f"the imported module {n} has been changed" for n in changed]
+    there = now.get("files", {})
+    return found + [f"the file {n} has been changed" for n, d in before.get("files", {}).items() if there.get(n) != d]
 
 
 def point_differences(before: dict, now: dict, kept: str | None, scene: str) -> list[str]:
-    """What has changed of a point, in words; kept: JSON of the scene that was run, where its file says it."""
+    """Changes of a point's inputs, in words; kept: JSON of the scene that was run, where its file says it."""
     found = ["the law or kernel text has been changed"] if before.get("text") != now["text"] else []
     if before.get("numbers") == now["numbers"]:
         return found

@@ -117,7 +117,7 @@ class Window:
         return self.begin, math.inf if self.end >= record.time[-1] * (1.0 - ROUNDING) else self.end
 
     def per(self) -> tuple[float, str, str]:
-        """What rates are taken per: its count in the window, and how names and texts say it."""
+        """Unit of rates: its count in the window, and how names and texts say it."""
         if self.turns is None:
             return self.end - self.begin, "per_second", "in a second"
         return self.turns, "per_turn", "in a turn"
@@ -245,7 +245,7 @@ def _contact(record: Record, window: Window, joint: dict, contacts: dict) -> Fou
 
 
 def _touches(joint: dict) -> bool:
-    """Whether contact of a joint begins with a touch, as a row of the events."""
+    """True where contact of a joint begins with a touch, as a row of the events."""
     if joint["transition"] is None:
         return True
     module, _, name = joint["transition"]["law"].partition(":")

@@ -18,6 +18,7 @@ from contextlib import contextmanager, suppress
 from multiprocessing import forkserver
 from multiprocessing.connection import wait
 
+from clearance.interrupts import follow_parent
 from clearance.sweeping.journal import LOST, WAITING, Outcome
 from clearance.sweeping.worker import run_point, stay_quiet
 
@@ -105,7 +106,7 @@ class _Process:
         return found, self.process.is_alive() or self.pipe.poll()
 
     def last_words(self) -> list[Outcome]:
-        """What becomes of the points that a dead worker held."""
+        """Outcomes of the points that a dead worker held: the begun one is lost, the others wait again."""
         self.process.join()
         code = self.process.exitcode
         how = f"killed by {signal.Signals(-code).name}" if code and code < 0 else f"it ended with status {code}"
@@ -124,8 +125,9 @@ class _Process:
 
 @contextmanager
 def _surroundings():
-    """What workers start in: no use for the user's script, which need not be one that can be imported twice, and one
-    thread each for linear algebra.
+    """Environment in which workers start: without the user's script, and with one thread each for linear algebra.
+
+    The script need not be one that can be imported twice.
     """
     main, before = sys.modules["__main__"], {n: os.environ.get(n) for n in THREADS}
     sys.modules["__main__"] = types.ModuleType("__main__")
@@ -144,7 +146,7 @@ def _serve(pipe, folder: str, stamp: str) -> None:
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     os.dup2(2, 1)  # what a user's case prints is not the answer of a command
     stay_quiet()
-    threading.Thread(target=_end_with_driver, daemon=True).start()
+    follow_parent()
     while True:
         try:
             index = pipe.recv()
@@ -158,11 +160,6 @@ def _serve(pipe, folder: str, stamp: str) -> None:
             pipe.send(answer)
         except OSError:
             return
-
-
-def _end_with_driver() -> None:
-    multiprocessing.parent_process().join()
-    os._exit(1)
 
 
 class Dask:

@@ -18,7 +18,7 @@ from clearance.sweeping.definition import Definition
 from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.index import checked
 from clearance.sweeping.journal import DONE, FAILED, LOST, Outcome
-from clearance.sweeping.made import made, modules_of
+from clearance.sweeping.made import files_named, made, modules_of
 from clearance.sweeping.metrics import Metric, metrics, own
 
 NO_SPACE = "no space left for its file"
@@ -171,16 +171,18 @@ def _explained(error: BaseException) -> str:
 
 
 def _is_full(error: BaseException) -> bool:
-    """Whether a disk is full; HDF5 says so only in words."""
+    """True for a full disk; the errors of HDF5 state it only in words."""
     said = str(error)
     return getattr(error, "errno", None) in FULL or any(f"errno = {number}" in said for number in FULL)
 
 
 def _attempt(definition: Definition, index: int, key: str, path: Path | None, began: float) -> Outcome:
-    scene: Scene = _case(definition.path, definition.source).scene(**definition.values(index))
+    values = definition.values(index)
+    files = files_named(values.values())  # before the scene reads them
+    scene: Scene = _case(definition.path, definition.source).scene(**values)
     run = prepare(scene, **definition.options)
     modules = _modules(definition.path, definition.source, definition.own)
-    keeper = Keeper(run, definition, key, path, made(run.mechanism, modules))
+    keeper = Keeper(run, definition, key, path, made(run.mechanism, modules, files))
     failure = run.record(keeper)
     return Outcome(
         index, key, DONE if failure is None else FAILED, failure or "; ".join(keeper.missing),

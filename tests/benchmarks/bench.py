@@ -1,4 +1,4 @@
-"""What things cost: `python tests/benchmarks/bench.py [--update]`.
+"""Costs of the parts: `python tests/benchmarks/bench.py [--update]`.
 
 Prints a table of the page beside this file. Times are medians of repeats on whatever machine runs this; ratios compare
 two things measured in turn in one run. CPU seconds are of whole fresh processes.

@@ -287,7 +287,7 @@ def damaged(
 
 # --- what is made of it
 def told(arguments: list[str]) -> str | None:
-    """What is wrong with how a command ended; None where it did its work or said in one line why it did not."""
+    """Fault in the end of a command; None where it did its work or gave one line with the reason."""
     out, err = io.StringIO(), io.StringIO()
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):

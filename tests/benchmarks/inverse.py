@@ -1,4 +1,4 @@
-"""What inverse dynamics costs: `python tests/benchmarks/inverse.py [--update]`.
+"""Cost of inverse dynamics: `python tests/benchmarks/inverse.py [--update]`.
 
 The routes of `clearance inverse --compare --peers` over 10,000 samples (install the extra `peers`), warm, medians of
 repeats taken in turn in one run. Loops in Python are timed over 1000 samples and told for 10,000.

@@ -1,4 +1,4 @@
-"""What the scripts beside it share: tables into a file at their marks, numbers that are asked for and not met."""
+"""Shared parts of the scripts: tables into a file at their marks, numbers that are asked for and not met."""
 
 import argparse
 import sys

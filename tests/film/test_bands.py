@@ -361,7 +361,7 @@ class TestSymmetry:
             assert (rest.radial, rest.tangential, rest.side_flow) == (0.0, 0.0, 0.0)
 
     def test_what_flows_out_was_squeezed_out(self):
-        """What leaves is more than nothing and less than the volume that closes, 2 c R L eps'; a full film draws as
+        """More than nothing leaves, and less than the volume that closes, 2 c R L eps'; a full film draws as
         much in on the other side, which is no side flow, and it leaves from less of the circumference."""
         full, film = (bands.solve(bearing(cavitation=k), 0.5, 1.0, 0.0) for k in ("none", "reynolds"))
         assert 0.0 < full.side_flow < film.side_flow < 2.0 * film.bearing.flow_scale

@@ -75,7 +75,7 @@ def roughness_of(film):
 
 
 def test_force_is_smooth_where_the_sharp_one_is_not():
-    """What made every fourth step of a run too long: nodes that turn wet one by one."""
+    """The cause of steps that were too long, every fourth of a run: nodes that turn wet one by one."""
     bearing = Bearing(**OPTIONS)
     assert roughness_of(MovingFilm(bearing, (32, 4))) < 3.0
     assert roughness_of(FemFilm(bearing, (32, 4))) > 6.0

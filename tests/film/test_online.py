@@ -147,7 +147,7 @@ def loaded(film, spin=100.0, mass=3.0):
 
 
 def out_of(mechanism, role, y, size=None, t=1e-4):
-    """What a compiled kernel returns."""
+    """Result of a compiled kernel."""
     out = np.zeros(size or len(mechanism.y0))
     mechanism.kernel(role)(t, y, mechanism.par, np.append(mechanism.work0, 0.0), out)
     return out
@@ -268,7 +268,7 @@ class TestRuns:
 
     @pytest.mark.parametrize("error", [RuntimeError("the elements gave up"), KeyboardInterrupt("enough")])
     def test_run_says_why(self, monkeypatch, error):
-        """What the solver said, or that the user pressed a key, in the message or as its cause."""
+        """The solver's error or the user's interrupt is in the message or is its cause."""
 
         def fails(self, *state):
             raise error
@@ -279,7 +279,7 @@ class TestRuns:
         assert caught.value is error or caught.value.__cause__ is error or str(error) in str(caught.value)
 
     def test_a_state_that_cannot_be_remembered_ends_the_run(self, monkeypatch):
-        """What the film then said stands in the message: a run must not go on with an old memory."""
+        """The film's reason is in the message: a run must not go on with an old memory."""
         commit, calls = MemoryFilm.commit, []
 
         def fails(self, *state):

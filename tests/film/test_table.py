@@ -199,7 +199,7 @@ class TestDerivative:
 
     @staticmethod
     def crosses(law, motion, step) -> bool:
-        """Whether the differences reach over a knot, where the third derivative jumps."""
+        """True where the differences reach over a knot, where the third derivative jumps."""
         cells = []
         for k in (-2.0, 2.0):
             eps, rate, spin = motion + k * step
@@ -385,7 +385,7 @@ class TestLimits:
         "motion", [(0.3, 0.0, 1.0), (0.6, 0.0, 1.0), (0.6, 1.0, 1.0), (0.9, 1.0, 3.0), (0.6, -1.0, 1.0)]
     )
     def test_short(self, motion):
-        """What a finite length adds is of second order in L/D: a quarter at half the length; 6.4 % at L/D 0.1."""
+        """The effect of a finite length is of second order in L/D: a quarter at half the length; 6.4 % at L/D 0.1."""
         errors = []
         for x in (0.1, 0.05):
             of = joint(x)
@@ -406,7 +406,7 @@ class TestAmbient:
     @given(y=Y, angle=OPENING, sigma=st.floats(-2.0, 3.0))
     @settings(max_examples=50)
     def test_default_opening(self, y, angle, sigma):
-        """Where the journal recedes near contact (alpha' at 180 degrees) the onset of cavitation is a kink that 25
+        """With the journal receding near contact (alpha' at 180 degrees) the onset of cavitation is a kink that 25
         nodes smear: 40 % of that small force (31 %), always 3e-2 of the full film's."""
         law = Looked(tabulated.key_of(joint(), dict(table_film(ambient=1.0).settings)), 10.0**sigma * SCALE)
         motion = state(y, angle)

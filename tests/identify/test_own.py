@@ -115,15 +115,36 @@ def test_the_guides_law(tmp_path, monkeypatch, capsys):
     np.testing.assert_allclose(modelled.torque, again.torque(read("bench.h5").trials[0]))
 
 
+def noisy_path(name: str, true: dict, time: np.ndarray) -> np.ndarray:
+    """A journal's path by a model of the guide, kept as FILE.py, with 0.5 um of noise (n, 2)."""
+    Path(name).write_text(next(b for b in BLOCKS if f"# {name}" in b))
+    zeros = np.zeros_like(time)
+    record = Series("run", "training", time, {"x": zeros, "y": zeros}, {"x": "m", "y": "m"})
+    path = open_model(name).predicted(true, record)
+    return path + 0.5e-6 * np.random.default_rng(1).standard_normal(path.shape)
+
+
+def test_the_guides_contact(tmp_path, monkeypatch):
+    """Stiffness and damping of a contact from 61 points of a path: within 1 %, two of the widths of their intervals.
+
+    The search starts at twice the stiffness and half the damping.
+    """
+    monkeypatch.chdir(tmp_path)
+    true, time = {"stiffness": 5e9, "damping": 2000.0}, np.linspace(0.0, 0.006, 61)
+    path = noisy_path("my_contact.py", true, time)
+    record = Series("run", "training", time, {"x": path[:, 0], "y": path[:, 1]}, {"x": "m", "y": "m"})
+    fitted = fit(Measurement((record,)), open_model("my_contact.py"))
+    assert fitted.values == pytest.approx(true, rel=0.01)
+    for name, value in true.items():
+        assert fitted.low[name] < value < fitted.high[name]
+    assert not fitted.doubts
+
+
 def test_the_guides_journal(tmp_path, monkeypatch, capsys):
     """Thresholds of a mixed joint from the path of its journal with 0.5 um of noise: inside their 95 % intervals."""
     monkeypatch.chdir(tmp_path)
-    Path("my_journal.py").write_text(next(b for b in BLOCKS if "# my_journal.py" in b))
     true, time = {"dry": 0.4, "mixed": 1.3}, np.linspace(0.0, 0.02, 201)
-    units, zeros = {"x": "m", "y": "m"}, np.zeros_like(time)
-    record = Series("run", "training", time, {"x": zeros, "y": zeros}, units)
-    path = open_model("my_journal.py:journal").predicted(true, record)
-    path += 0.5e-6 * np.random.default_rng(1).standard_normal(path.shape)
+    path = noisy_path("my_journal.py", true, time)
     rows = np.column_stack([1e3 * time, 1e6 * path[:, 0], path[:, 1]])
     np.savetxt("path.csv", rows, delimiter=",", header="time [ms],x [um],y", comments="", fmt="%.15g")
     command = "identify --model my_journal.py:journal --data path.csv -o thresholds --plot --json"
@@ -184,6 +205,7 @@ def test_series_come_back_from_their_files(tmp_path):
         (lambda: model(cl.hertz, stiffness=between(1, 2)), "hertz is a contact law"),
         (lambda: open_model("nowhere.py:law"), "there is no file 'nowhere.py'"),
         (lambda: open_model("lugre4d"), "expected NAME or FILE.py:NAME"),
+        (lambda: fit(spinning(100), "lugre4d"), r"lstm, got 'lugre4d' .did you mean lugre[13]d"),
         (lambda: fit(spinning(100), model(cl.joint_lugre_loaded, **BOUNDS)), "has no fact preload"),
         (lambda: fit(spinning(100), lugre1d(load="power")), "has no fact preload"),
         (lambda: fit(spinning(100), model(lambda t, a: a * t.time, a=between(1, 2))), r"shape \(100, 3\)"),
@@ -192,3 +214,44 @@ def test_series_come_back_from_their_files(tmp_path):
 def test_bad_input_is_named(make, wanted):
     with pytest.raises((ValueError, TypeError), match=wanted):
         make()
+
+
+def _written(path: Path, text: str) -> str:
+    path.write_text(f"import numpy as np\nfrom clearance.identify.own import between, model\n\n{text}")
+    return str(path)
+
+
+ONE = "@model(level=between(0.1, 10))\ndef hard(record, level):\n    return level * np.sign(record.rate)\n"
+
+
+def test_the_name_of_a_model_may_be_left_out_where_its_file_has_one(tmp_path):
+    assert open_model(_written(tmp_path / "one.py", ONE)).name == "hard"
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "wanted"),
+    [
+        (f"{ONE}\n\nsoft = hard\n", "", r"name of a model is missing; give FILE.py:NAME, the file has hard, soft"),
+        (ONE, ":herd", r"no model 'herd' \(did you mean hard\?\); it has hard"),
+        ("def hard(record, level): ...\n", "", r"has no model; its functions are hard; make one by"),
+        ("x = 1\nx.level\n", ":hard", r"mine.py, line 5: AttributeError: 'int' object has no attribute 'level'"),
+        ("def f(:\n", ":hard", r"SyntaxError: .*\(mine.py, line 4\)"),
+    ],
+)
+def test_a_file_without_the_model_is_answered_with_those_it_has(text, name, wanted, tmp_path):
+    with pytest.raises(ValueError, match=wanted):
+        open_model(_written(tmp_path / "mine.py", text) + name)
+
+
+def test_a_mistake_in_a_function_is_one_line(tmp_path, capsys):
+    """Exit status 2 and the innermost line of the user's file, also for a mistake that is met on the way only."""
+    write(tmp_path / "bench.h5", spinning(100))
+    helper = "def facts(record):\n    return record.facts['pre load']\n\n\n"
+    first = _written(tmp_path / "first.py", helper + ONE.replace("return level", "return facts(record)"))
+    low = ONE.replace("10)", '10, "N m", 0.4)')
+    later = _written(tmp_path / "later.py", low.replace("return level", "return (level if level < 0.5 else leve)"))
+    for path, place in ((first, "line 5, in facts: KeyError: 'pre load'"), (later, "line 6, in hard: NameError")):
+        assert main(["identify", "--model", path, "--data", str(tmp_path / "bench.h5")]) == 2
+        answer = capsys.readouterr().err
+        assert answer.startswith(f"clearance: model hard: {path}, {place}")
+        assert answer.count("\n") == 1

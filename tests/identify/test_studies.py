@@ -180,7 +180,7 @@ def test_steps_are_counted(fits, monkeypatch):
 
 
 def test_a_driven_step_is_the_models(fits):
-    """What is timed is the model's own steps."""
+    """The steps of the model itself are timed."""
     for found in fits.values():
         model, rate, torque = found.model, np.array([[0.1, -0.2, 0.3], [0.3, 0.1, -0.1]]), np.empty(3)
         state, other = model.start(), model.start()

@@ -386,7 +386,7 @@ LAWS = {
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("make", ["four_bar", "slider_crank"])
 def test_power_goes_where_it_should(make, law):
-    """What the drive puts in moves masses and rubs, sample by sample: 1e-11 of the largest power (1e-9 is asked)."""
+    """The power of the drive moves masses and rubs, sample by sample: 1e-11 of the largest power (1e-9 is asked)."""
     law = LAWS[law]
     scene = slider_crank(law) if make == "slider_crank" else four_bar(friction=law, pin_radius=0.01)
     found = inverse(scene, np.linspace(0.0, 0.25, 301))

@@ -252,7 +252,7 @@ class TestRefused:
 
 
 def test_friction_of_driven_joints_leaves_reactions_alone(validated):
-    """What makes the comparison with a code without friction one of all reactions."""
+    """Friction efforts that extend the comparison with a code without friction to all reactions."""
     law = joint_coulomb(coefficient=0.3, viscous=0.2)
     scene = cl.load_case("three_loop_chain")
     joints = {j.name: j for j in scene.joints}

@@ -132,7 +132,7 @@ def stage(result, frames=8, turns=0.2):
 
 @pytest.fixture
 def film(monkeypatch):
-    """What would have been written: figure, frames and the function that shows one."""
+    """Animation in place of its file: figure, frames and the function that shows one."""
     kept = {}
 
     def keep(figure, path, fps, frames, show, moving):

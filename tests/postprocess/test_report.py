@@ -41,7 +41,7 @@ def scene(*, speed: float = 30.0, mode: str = "<a>") -> cl.Scene:
 
 
 class Reader(HTMLParser):
-    """What a page holds. Every element must be closed in its place, ids must be single, resources in the page."""
+    """Content of a page. Every element must be closed in its place, ids must be single, resources in the page."""
 
     def __init__(self, path):
         super().__init__()

@@ -238,7 +238,7 @@ def estimated(run: Estimation, starts: int = 1) -> Tables:
 
 
 def result(run: Run, factor: float = 1.0) -> Tables:
-    """What a test compares: the run with default settings (of statistics: one draw)."""
+    """Quantities that a test compares: the run with default settings (of statistics: one draw)."""
     match run:
         case Trajectory():
             return channels(run, cl.simulate(scene_of(run, factor), samples=SAMPLES, **run.length))
@@ -328,7 +328,7 @@ def path_of(name: str) -> Path:
 
 
 def described(run: Run) -> str:
-    """What was run, as JSON; what is allowed left out."""
+    """The run's scene and options as JSON, without the parts that may differ."""
     return json.dumps({n: v for n, v in asdict(run).items() if n not in ("share", "energy", "moved")})
 
 

@@ -240,7 +240,7 @@ def test_contact_fraction_and_impacts_of_contacts_at_the_windows_ends(begin, dur
 
 @given(st.lists(st.tuples(st.floats(0.0, 0.9), st.floats(0.1, 1.0)), max_size=8), st.integers(1, 3), st.data())
 def test_windows_side_by_side_share_out_contacts(parts, cut, data):
-    """What is counted in two windows that meet is counted once: a contact, and its time on either side."""
+    """Counts in two adjacent windows add up to each event once: a contact, and its time on either side."""
     begin = np.array([(i + b) * 0.5 for i, (b, _) in enumerate(parts)])
     duration = np.array([0.5 * (1.0 - b) * d for b, d in parts])
     names = data.draw(st.lists(st.sampled_from("BC"), min_size=len(parts), max_size=len(parts)))

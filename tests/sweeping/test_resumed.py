@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.sweeping import made
+from clearance.sweeping import driver, made
+from clearance.sweeping.order import shuffled
 
 CASE = """
 import clearance as cl
@@ -29,6 +30,20 @@ MASS = 1.0
 @cl.signal
 def push(time, size):
     return size * time
+"""
+WEIGHED = """
+from pathlib import Path
+import clearance as cl
+
+def scene(*, length: float = 0.1, mass: str = "") -> cl.Scene:
+    \"\"\"A pendulum.
+
+    length: of the pendulum [m]
+    mass: a file that holds it [-]
+    \"\"\"
+    found = float(Path(mass).read_text())
+    body = cl.Body("arm", mass=found, inertia=1e-3, points={"pin": (-length, 0.0)})
+    return cl.Scene(cl.Revolute(cl.ground, body["pin"], name="P"))
 """
 POINTS = cl.grid(length=[0.1, 0.2, 0.3])
 
@@ -94,6 +109,28 @@ def test_R2_a_changed_helper_is_named_and_refused(begun):
         assert json.loads(run.file.attrs["scene"])["bodies"][0]["mass"] == 2.5
 
 
+def test_R2_a_changed_file_of_one_point_among_many_is_refused(tmp_path):
+    """More points than are built again: each says which files its parameters name."""
+    case, folder = tmp_path / "weighed.py", tmp_path / "out"
+    case.write_text(WEIGHED)
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.txt").write_text("1.0")
+    count, odd = 40, 7  # more than driver.TRIED
+    assert odd not in shuffled(list(range(count)))[: driver.TRIED]
+    masses = [str(tmp_path / f"{'b' if i == odd else 'a'}.txt") for i in range(count)]
+    points = cl.zipped(length=[0.1 + 0.01 * i for i in range(count)], mass=masses)
+
+    def go(**more):
+        return cl.sweep(case, points, folder, until=0.01, samples=3, workers=1, channels=[], **more)
+
+    assert go().done.all()
+    rewrite(folder, [o for o in lines(folder) if o["index"] != 3])
+    (tmp_path / "b.txt").write_text("2.0")
+    with pytest.raises(ValueError, match=r"since then: the file .*b\.txt has been changed"):
+        go()
+    assert go(accept_changes=True).done.all()
+
+
 def test_R2_a_law_that_no_file_tells_of_is_noticed(begun):
     """Kernel texts are compared too: the digests of the files are made equal here."""
     folder, go = begun
@@ -131,11 +168,9 @@ def test_R2_a_finished_sweep_is_read_whatever_has_changed(begun):
 
 def test_R2_a_worker_that_runs_something_else_stops_the_sweep(begun, monkeypatch):
     """A cluster's worker of another version: its point is not kept."""
-    from clearance.sweeping import driver
-
     folder, go = begun
     now = made.common({}) | {"version": "0.0.1"}
-    monkeypatch.setattr(driver, "common", lambda modules: now | {"modules": modules})
+    monkeypatch.setattr(driver, "common", lambda modules, files: now | {"modules": modules})
     with pytest.raises(
         driver.SweepError, match=r"a worker runs something else than the driver: clearance .*here 0\.0\.1"
     ):

@@ -1,4 +1,4 @@
-"""What a sweep says: of its metrics, of what it is doing, and of which points count."""
+"""Messages of a sweep: its metrics, its progress, and the points that count."""
 
 import json
 

@@ -410,7 +410,7 @@ def test_killed_workers_are_replaced(tmp_path, undisturbed):
 
 
 def serves(pid: int) -> bool:
-    """Whether a process runs points: it computes, unlike the fork server and the resource tracker."""
+    """True for a process that runs points: it computes, unlike the fork server and the resource tracker."""
     try:
         fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
         maps = Path(f"/proc/{pid}/cmdline").read_bytes()
