@@ -439,7 +439,7 @@ class Run:
         self.method = f"{self.method}, {method}"
         self.place[self.state.MAY_SWITCH] = self.place[self.state.STIFF_STEPS] = 0
         self.control[t.STIFFNESS] = 0.0
-        with announced(_texts(self.mechanism, method)):
+        with announced():
             self.take(method)
 
     def _energy_scale(self) -> float:

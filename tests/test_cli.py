@@ -334,13 +334,3 @@ def test_the_version_is_one(capsys):
     assert results.provenance()["version_clearance"] == cl.__version__
 
 
-def test_compiling_is_told_in_logs_too(tmp_path):
-    """Also where the output is redirected: the first run of a structure takes a while."""
-    code = (
-        "import sys; from clearance.mechanism import store; from clearance.cli import entry\n"
-        "store.is_known = lambda role, text: False\n"
-        f"sys.argv[1:] = {[*IDEAL_RUN, '-o', str(tmp_path / 'run.h5')]!r}\nentry()"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.returncode == 0
-    assert done.stderr.startswith("clearance: compiling: kernels that this machine has not compiled before")

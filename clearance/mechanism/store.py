@@ -43,7 +43,7 @@ def written(signature, write: Callable) -> Callable:
             return target.get_dummy_value()
         return target.make_tuple(builder, kind.return_type, values)
 
-    scope = {"answer": (signature, generate)}
+    scope = {"__name__": __name__, "answer": (signature, generate)}
     exec(f"def statements(context, {names}):\n    return answer", scope)  # noqa: S102
     scope["statements"] = numba.extending.intrinsic(scope["statements"])
     exec(f"def function({names}):\n    return statements({names})", scope)  # noqa: S102
