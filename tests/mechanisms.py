@@ -198,6 +198,27 @@ def parallelogram(joint=dry):
     return cl.Scene(*hinges, cl.Drive(cranks[0], speed=10.0), name="parallelogram")
 
 
+def long_branches():
+    """Two long branches on the rocker of a pushed four-bar: with a slide, a driven hinge and swapped sides."""
+    scene = pushed_four_bar()
+    parts, loads, rocker = list(scene.joints), list(scene.loads), scene.bodies[-1]
+    for name, count in (("one", 6), ("two", 5)):
+        parent = rocker.at(0.02, 0.01)
+        for i in range(count):
+            link = body(f"{name}{i}", {"near": (0, 0), "far": (0.1, 0.01)}, angle=0.3 * i - 0.5, com=(0.04, 0.01))
+            ends = (link["near"], parent) if i == 1 else (parent, link["near"])
+            kind = {2: "slide", 3: "driven"}.get(i) if name == "one" else None
+            if kind == "slide":
+                joint = cl.Prismatic(*ends, axis=(0.8, 0.6), angle=0.2, name=f"{name}-{i}")
+            else:
+                joint = cl.Revolute(*ends, name=f"{name}-{i}")
+            if kind == "driven":
+                loads.append(cl.Drive(joint, speed=2.0, name="motor"))
+            parts.append(joint)
+            parent = link["far"]
+    return cl.Scene(*parts, *loads, name="long_branches")
+
+
 ALL = {
     f.__name__: f
     for f in (
@@ -210,5 +231,6 @@ ALL = {
         reversed_arm,
         scotch_yoke,
         pushed_four_bar,
+        long_branches,
     )
 }

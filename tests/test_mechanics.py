@@ -52,7 +52,7 @@ CHOSEN = {
 
 def scenes():
     for name, make in m.ALL.items():
-        if name in ("actuator", "arm", "reversed_arm"):
+        if name in ("actuator", "arm", "reversed_arm", "long_branches"):
             yield f"{name}", make()
         else:
             for kind, hinge in CHOSEN.items():

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 
 from clearance.joints import ClearanceRevolute, Prismatic
 from clearance.loads import Drive, Force, SpringDamper, Torque, TorsionSpring
+from clearance.mechanism.branches import folded, is_zero, product, times
 from clearance.mechanism.joint_forces import Calls, JointForce, amount, clearance_force, spring
 from clearance.mechanism.kinematics import ZERO, Kinematics, Propagation, moved
 from clearance.mechanism.spatial import inertia_across, reactions_across
@@ -208,40 +209,42 @@ class Dynamics:
         return acceleration, self.reactions(applied, acceleration)
 
     def accelerations(self, applied: Applied, driven: dict) -> dict:
-        """Acceleration of every body: per island M a = f, solved by an unrolled LDL^T.
+        """Acceleration of every body: per island M a = f, solved by an unrolled LDL^T, long branches folded before.
 
         driven: accelerations of prescribed coordinates.
         """
-        bodies = self.scene.bodies
         self.trace.section = "bias accelerations"
         bias = self.propagation.field(driven, {}, self.motion)
+        self.trace.section = "branches"
+        branches = folded(self, applied.wrench, driven)
         self.trace.section = "columns and projection"
-        free = self.plan.free
+        free = [c for c in self.plan.free if c.body in branches.inertia]
         columns = [self.propagation.field({c: 1.0}, {}) for c in free]
         load = [0.0] * len(free)
         mass_matrix: dict[tuple[int, int], object] = {}
-        rest = self._unbalanced(applied, bias)
-        for body in bodies:
-            inertia, net = self._inertia(body), rest[body]
-            for axis in range(3):
-                active = [(i, c[body][axis]) for i, c in enumerate(columns) if not _zero(c[body][axis])]
-                for i, slope in active:
-                    load[i] = load[i] + slope * net[axis]
-                    weighted = inertia[axis] * slope
-                    for j, other in active:
-                        if j <= i:
-                            mass_matrix[i, j] = mass_matrix.get((i, j), 0.0) + weighted * other
+        for body, inertia in branches.inertia.items():
+            pushed = times(inertia, bias[body])
+            net = [w - p for w, p in zip(branches.wrench[body], pushed, strict=True)]
+            active = [(i, c[body]) for i, c in enumerate(columns) if not is_zero(c[body])]
+            for i, column in active:
+                load[i] = load[i] + product(column, net)
+                weighted = times(inertia, column)
+                for j, other in active:
+                    if j <= i:
+                        mass_matrix[i, j] = mass_matrix.get((i, j), 0.0) + product(weighted, other)
         self.trace.section = "independent accelerations"
         speeds = solve_blocks(mass_matrix, load)
         result = {ground: ZERO}
-        for body in bodies:
+        for body in branches.inertia:
             result[body] = tuple(
                 bias[body][axis] + self.trace.sum(c[body][axis] * s for c, s in zip(columns, speeds, strict=True))
                 for axis in range(3)
             )
+        for link in reversed(branches.links):
+            result[link.attachment.body] = link.acceleration(result[link.attachment.parent])
         return result
 
-    def _inertia(self, body) -> list:
+    def inertia(self, body) -> list:
         """Mass, mass, moment of inertia: what resists the three components of a body's acceleration."""
         number = self.kinematics.number
         return [number(f"{body.key}.mass")] * 2 + [number(f"{body.key}.inertia")]
@@ -251,7 +254,7 @@ class Dynamics:
         return {
             body: tuple(
                 w - m * a
-                for w, m, a in zip(applied.wrench.get(body, ZERO), self._inertia(body), acceleration[body], strict=True)
+                for w, m, a in zip(applied.wrench.get(body, ZERO), self.inertia(body), acceleration[body], strict=True)
             )
             for body in self.scene.bodies
         }

@@ -13,11 +13,16 @@ _INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/", "pow": "**", "and": "a
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """One kernel: outputs by their place in the vector that it fills, derived parameters by their place in `par`."""
+    """One kernel: outputs by their place in the vector that it fills, derived parameters by their place in `par`.
+
+    columns: of a matrix whose entries would be too many to write down, 0 elsewhere. The outputs are then a column of
+    it, for a unit vector dy; the kernel goes through all of them.
+    """
 
     role: str
     outputs: dict[int, object]
     slots: dict[Scalar, int]
+    columns: int = 0
 
     @property
     def target(self) -> str:
@@ -32,13 +37,35 @@ class Program:
 
     @cached_property
     def steps(self) -> list:
-        """Schedule of the operations."""
-        return scheduled(self.outputs.values(), derived)
+        """Schedule of the operations; of a matrix by columns, of those that all columns share."""
+        return scheduled(self._shared if self.columns else self.outputs.values(), derived)
+
+    @cached_property
+    def column(self) -> list:
+        """Schedule of a column."""
+        return scheduled(self.outputs.values(), derived, set(self._shared))
+
+    @cached_property
+    def _shared(self) -> list[Scalar]:
+        """Values that columns are made of and that are the same for all."""
+        moving: set[Scalar] = set()
+        shared: dict[Scalar, None] = {}
+        for node in live(self.outputs.values(), derived):
+            operands = [] if derived(node) else node.operands
+            if is_direction(node) or any(a in moving for a in operands):
+                moving.add(node)
+                shared |= dict.fromkeys(a for a in operands if a not in moving)
+        return list(shared)
 
     @cached_property
     def functions(self) -> list:
         """The functions that are called."""
         return called(self.outputs.values(), derived)
+
+
+def is_direction(node: Scalar) -> bool:
+    """True for a component of the direction that a column is taken along."""
+    return node.op == "load" and node.args[0].startswith("dy[")
 
 
 def called(outputs: Iterable, cut: Callable = lambda node: False) -> list:
@@ -154,10 +181,22 @@ def kernel_text(program: Program, names: dict[str, str]) -> str:
     writer = Writer(program.functions, program.slots, names)
     blocks = ["import math"] + ["\n".join(t) for t in map(writer.function, program.functions) if t]
     body = writer.lines(program.steps)
-    body += [f"    {program.target}[{i}] = {text(v)}" for i, v in sorted(program.outputs.items())]
+    if program.columns:
+        body += _columns_lines(program, writer)
+    else:
+        body += [f"    {program.target}[{i}] = {text(v)}" for i, v in sorted(program.outputs.items())]
     blocks.append("\n".join([f"def {program.role}(t, y, par, work, out):", *(body or ["    pass"])]))
     title = f'"""clearance kernel `{program.role}`: straight-line code of one structure only."""'
     return "\n\n".join([title, "\n\n\n".join(blocks)])
+
+
+def _columns_lines(program: Program, writer: Writer) -> list[str]:
+    """Statements that fill a matrix column by column."""
+    count = program.columns
+    lines = [f"    for column in range({count}):", f"        dy = [0.0] * {count}", "        dy[column] = 1.0"]
+    lines += writer.lines(program.column, "        ")
+    rows = (f"        {program.target}[{i * count} + column] = {text(v)}" for i, v in sorted(program.outputs.items()))
+    return [*lines, *rows]
 
 
 def function_text(function) -> str:

@@ -13,6 +13,7 @@ import textwrap
 from collections import namedtuple
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from types import ModuleType
 
 from clearance.mechanism.asking import KEEP
 from clearance.mechanism.function import Answer, Function, Inside, Loop, Opaque
@@ -345,6 +346,8 @@ class Execution:
             return value
         if hasattr(value, "__float__") and getattr(value, "ndim", 0) == 0:
             return float(value)
+        if isinstance(value, ModuleType) or getattr(value, "ndim", 0) > 0:
+            raise Untraceable(f"it uses {node.id}")
         raise ValueError(
             f"law {self.name} uses {node.id!r}: only arguments, numbers, tuples of numbers, math and plain functions "
             "are allowed"

@@ -25,12 +25,13 @@ LOGIC = {"and": "and_", "or": "or_"}
 class Lowering:
     """Writes programs into a function that is being built.
 
-    arrays: pointers to y, par, work and out; time: the value of t; address: of an opaque function, given by its caller.
+    arrays: pointers to y, par, work, out and data, where tables stand; time: the value of t; addresses: of functions
+    that cannot be traced.
     """
 
-    def __init__(self, builder: ir.IRBuilder, arrays: dict, time, address: Callable, width: int = 1):
+    def __init__(self, builder: ir.IRBuilder, arrays: dict, time, addresses: dict, width: int = 1):
         self.builder, self.module = builder, builder.module
-        self.arrays, self.time, self.address, self.width = arrays, time, address, width
+        self.arrays, self.time, self.addresses, self.width = arrays, time, addresses, width
         self.kind = DOUBLE if width == 1 else ir.VectorType(DOUBLE, width)
         self.truth = BIT if width == 1 else ir.VectorType(BIT, width)
         self.values: dict[Scalar, ir.Value] = {}
@@ -42,8 +43,34 @@ class Lowering:
         self.slots = program.slots
         self.define_all(program.functions)
         self.run(program.steps)
+        if program.columns:
+            self.fill_columns(program)
+            return
         for place, value in sorted(program.outputs.items()):
-            self.builder.store(self.value(value), self.place(program.target, place))
+            self.builder.store(self.value(value), self.place(program.target, place), align=8)
+
+    def fill_columns(self, program: Program) -> None:
+        """A matrix, column by column: each is the derivative along a unit vector."""
+        build, count = self.builder, program.columns
+        with build.goto_entry_block():
+            self.arrays["dy"] = build.alloca(DOUBLE, ir.Constant(INT64, count * self.width))
+        for i in range(count):
+            build.store(self.constant(0.0), self.place("dy", i), align=8)
+        begun, again, done = build.block, *(build.append_basic_block(n) for n in ("column", "columns_done"))
+        build.branch(again)
+        build.position_at_end(again)
+        column = build.phi(INT64)
+        column.add_incoming(ir.Constant(INT64, 0), begun)
+        build.store(self.constant(1.0), self.place("dy", column), align=8)
+        self.run(program.column)
+        for row, value in sorted(program.outputs.items()):
+            place = build.add(column, ir.Constant(INT64, row * count))
+            build.store(self.value(value), self.place(program.target, place), align=8)
+        build.store(self.constant(0.0), self.place("dy", column), align=8)
+        following = build.add(column, ir.Constant(INT64, 1))
+        column.add_incoming(following, build.block)
+        build.cbranch(build.icmp_unsigned("<", following, ir.Constant(INT64, count)), again, done)
+        build.position_at_end(done)
 
     def calls(self, function: Function, args: list[ir.Value]) -> list[ir.Value]:
         """Outputs of a function, written here."""
@@ -69,8 +96,13 @@ class Lowering:
     def value(self, value) -> ir.Value:
         return self.values[value] if isinstance(value, Scalar) else self.constant(value)
 
-    def place(self, array: str, index: int) -> ir.Value:
-        pointer = self.builder.gep(self.arrays[array], [ir.Constant(INT64, index * self.width)])
+    def place(self, array: str, index) -> ir.Value:
+        """Pointer to the numbers at a place, a number or a value."""
+        if isinstance(index, int):
+            index = ir.Constant(INT64, index * self.width)
+        elif self.width > 1:
+            index = self.builder.mul(index, ir.Constant(INT64, self.width))
+        pointer = self.builder.gep(self.arrays[array], [index])
         return pointer if self.width == 1 else self.builder.bitcast(pointer, self.kind.as_pointer())
 
     def load(self, array: str, index: int) -> ir.Value:
@@ -82,7 +114,7 @@ class Lowering:
         for step in steps:
             if isinstance(step, Branch):
                 self.branch(step)
-            elif step not in self.values:  # arguments have their values
+            else:
                 self.values[step] = self.operation(step)
 
     def branch(self, branch: Branch) -> None:
@@ -191,11 +223,10 @@ class Lowering:
             return
         count = len(function.step.arguments if isinstance(function, Loop) else function.arguments)
         kind = ir.FunctionType(self.structure(function.count), [POINTER, POINTER, *[self.kind] * count])
-        name = f"{self.module.get_unique_name(function.name)}"
-        made = ir.Function(self.module, kind, f"clearance_{name}")
+        made = ir.Function(self.module, kind, f"clearance_{len(self.functions)}_{function.name}")
         made.linkage = "internal"
         inner = Lowering(
-            ir.IRBuilder(made.append_basic_block()), {"par": made.args[0], "data": made.args[1]}, None, self.address,
+            ir.IRBuilder(made.append_basic_block()), {"par": made.args[0], "data": made.args[1]}, None, self.addresses,
             self.width,
         )  # fmt: skip
         inner.functions = self.functions
@@ -208,7 +239,7 @@ class Lowering:
     def inside(self, function, args: list) -> list[ir.Value]:
         """Outputs of a function whose statements are written here."""
         self.values |= dict(zip(function.arguments, args, strict=True))
-        self.run(scheduled(function.outputs, self.values.__contains__))
+        self.run(scheduled(function.outputs, given=set(self.values)))
         return [self.value(o) for o in function.outputs]
 
     def returned(self, values: list[ir.Value]) -> None:
@@ -246,7 +277,7 @@ class Lowering:
         build = self.builder
         with build.goto_entry_block():
             inputs, outputs = (build.alloca(DOUBLE, ir.Constant(INT64, n or 1)) for n in (len(args), function.count))
-        pointer = self.pointer(ir.Constant(INT64, self.address(function)), ir.VoidType(), [POINTER] * 3)
+        pointer = self.pointer(ir.Constant(INT64, self.addresses[function]), ir.VoidType(), [POINTER] * 3)
 
         def one(*numbers):
             self.stored(inputs, range(len(numbers)), numbers)

@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Callable
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
 
 from clearance.mechanism import store
 from clearance.mechanism.asking import answered
-from clearance.mechanism.emission import Program, function_text, kernel_text
+from clearance.mechanism.emission import Program, called, function_text, kernel_text
 from clearance.mechanism.function import Function, Opaque
 
 #: the names of `math`, on numbers of numpy: what is not defined is not a number, and no error
@@ -28,12 +29,32 @@ def kernel(program: Program) -> Callable:
 
     from clearance.mechanism.ir import Lowering
 
+    places = addresses(program.functions)
+
     def write(builder, arguments):
         time, *arrays = arguments
         arrays = dict(zip(("y", "par", "work", "out"), arrays, strict=True))
-        Lowering(builder, arrays | {"data": arrays["par"]}, time, address).write(program)
+        Lowering(builder, arrays | {"data": arrays["par"]}, time, places).write(program)
 
     return store.written(store.KERNEL_SIGNATURE, write)
+
+
+def lanes(program: Program, width: int) -> Callable:
+    """A kernel of as many mechanisms at once: f(t, y, par, work, out, data), the numbers of a place side by side.
+
+    data: the parameter vector of one of them, whose tables all read.
+    """
+    from clearance.mechanism.ir import Lowering
+
+    places = addresses(program.functions)
+
+    def write(builder, arguments):
+        arrays = dict(zip(("t", "y", "par", "work", "out", "data"), arguments, strict=True))
+        lowering = Lowering(builder, arrays, None, places, width)
+        lowering.time = lowering.load("t", 0)
+        lowering.write(program)
+
+    return store.written(store.void(*[store.VECTOR] * 6), write)
 
 
 def compiled(function: Function) -> Callable:
@@ -43,15 +64,23 @@ def compiled(function: Function) -> Callable:
 
     from clearance.mechanism.ir import Lowering
 
+    places = addresses([function, *called(function.outputs)])
+
     def write(builder, arguments):
         par, *numbers = arguments
-        return Lowering(builder, {"par": par, "data": par}, None, address).calls(function, numbers)
+        return Lowering(builder, {"par": par, "data": par}, None, places).calls(function, numbers)
 
     count = len(function.arguments)
     signature = store.numbers(function.count)(store.VECTOR, *[store.float64] * count)
     return store.written(signature, write)
 
 
+def addresses(functions: list) -> dict[Opaque, int]:
+    """Where numba has compiled the functions that cannot be traced."""
+    return {f: address(f) for f in functions if isinstance(f, Opaque)}
+
+
+@cache
 def address(function: Opaque) -> int:
     """Where numba has compiled a function that cannot be traced."""
     numbers = [f"inputs[{i}]" for i in range(function.size)]

@@ -3,7 +3,7 @@
 A contact in flight costs a comparison, and a formula that fails where it does not hold is not evaluated there.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 
 from clearance.mechanism.trace import Scalar, live
@@ -26,12 +26,17 @@ class Branch:
     otherwise: list
 
 
-def scheduled(outputs: Iterable, cut: Callable[[Scalar], bool] = lambda node: False) -> list:
-    """Steps that compute the outputs: nodes and branches, in order. Nodes where `cut` holds are inputs."""
-    outputs = list(outputs)
-    nodes = live(outputs, cut)
+def scheduled(
+    outputs: Iterable, cut: Callable[[Scalar], bool] = lambda node: False, given: Collection[Scalar] = ()
+) -> list:
+    """Steps that compute the outputs: nodes and branches, in order.
+
+    Nodes where `cut` holds are inputs, read where they are needed; given: nodes that have been computed.
+    """
+    outputs = [o for o in outputs if o not in given]
+    nodes = [n for n in live(outputs, lambda node: cut(node) or node in given) if n not in given]
     paths = _paths(nodes, outputs, cut)
-    return _Ordered(paths, cut).block((), nodes)
+    return _Ordered(paths, cut, given).block((), nodes)
 
 
 def cost(node: Scalar) -> int:
@@ -43,9 +48,10 @@ def cost(node: Scalar) -> int:
 def _paths(nodes: list[Scalar], outputs: list, cut: Callable) -> dict[Scalar, Path]:
     """Conditions under which each node is needed, outermost first, those that save little left out."""
     paths: dict[Scalar, Path] = {o: () for o in outputs if isinstance(o, Scalar)}
+    wanted = set(nodes)
 
     def need(value, path: Path) -> None:
-        if isinstance(value, Scalar):
+        if value in wanted:
             paths[value] = _common(paths[value], path) if value in paths else path
 
     for node in reversed(nodes):
@@ -77,9 +83,9 @@ def _common(a: Path, b: Path) -> Path:
 
 
 class _Ordered:
-    def __init__(self, paths: dict[Scalar, Path], cut: Callable):
+    def __init__(self, paths: dict[Scalar, Path], cut: Callable, given: Collection[Scalar]):
         self.paths, self.cut = paths, cut
-        self.done: set[Scalar] = set()
+        self.done: set[Scalar] = set(given)
 
     def block(self, prefix: Path, members: list[Scalar]) -> list:
         """Steps of the members, whose paths begin with the prefix."""

@@ -30,6 +30,9 @@ from clearance.mechanism.topology import Plan
 from clearance.mechanism.trace import Slots, Trace
 from clearance.scene import Scene
 
+#: derivatives of a Jacobian up to which its entries are written down, each by itself
+MOST_DERIVATIVES = 12_000
+
 
 @dataclass(frozen=True)
 class Channel:
@@ -257,11 +260,9 @@ class Tracing:
 
     # --- text
     def _write(self) -> None:
-        states, trace = self.states, self.trace
-        seeds = {trace.load(f"y[{i}]"): {i: 1.0} for i in range(states)}
+        trace = self.trace
         trace.section = "derivatives"
-        slopes = trace.tangent(self.state_rate[:states], seeds)
-        jacobian = {row * states + column: v for row, s in enumerate(slopes) for column, v in s.items()}
+        jacobian, columns = self._jacobian()
         self.channels, observed = self._channels()
         kept = [self.applied.joints[j].kept for j in self.remembering]
         roles = {
@@ -278,9 +279,23 @@ class Tracing:
         for outputs in values.values():
             self.slots.claim(outputs)
         self.programs = {
-            r: Program(r, dict(zip(places[r], values[r], strict=True)), self.slots.place) for r in roles
-        }  # fmt: skip
+            r: Program(
+                r, dict(zip(places[r], values[r], strict=True)), self.slots.place, columns if r == "jacobian" else 0
+            )
+            for r in roles
+        }
         self.derive = kernels.plain(derive_text(self.slots.place))["derive"]
+
+    def _jacobian(self) -> tuple[dict[int, object], int]:
+        """Entries of the Jacobian by place, and 0; where they are very many, a column of it and the number of these."""
+        trace, states = self.trace, self.states
+        leaves = [trace.load(f"y[{i}]") for i in range(states)]
+        rates = self.state_rate[:states]
+        if trace.spread(rates, leaves) > MOST_DERIVATIVES:
+            along = {leaf: {0: trace.load(f"dy[{i}]")} for i, leaf in enumerate(leaves)}
+            return {row: slope.get(0, 0.0) for row, slope in enumerate(trace.tangent(rates, along))}, states
+        slopes = trace.tangent(rates, {leaf: {i: 1.0} for i, leaf in enumerate(leaves)})
+        return {row * states + column: v for row, s in enumerate(slopes) for column, v in s.items()}, 0
 
     def _events(self) -> list:
         found = [self.applied.joints[j] for j in self.scene.clearance_joints]

@@ -326,6 +326,13 @@ class Trace:
         self.section = section
         return [of(o) for o in outputs]
 
+    def spread(self, outputs: Iterable, seeds: Iterable[Scalar]) -> int:
+        """How many derivatives `tangent` would form along as many columns as there are seeds."""
+        columns = {seed: {i} for i, seed in enumerate(seeds)}
+        for node in live(outputs):
+            columns.setdefault(node, set().union(*(columns[a] for a in node.operands)))
+        return sum(map(len, columns.values()))
+
     def _through(self, function, args, tangents) -> list[Tangents]:
         """Tangents of a call: the function's derivative by its active arguments, times theirs."""
         active = tuple(i for i, t in enumerate(tangents) if t)

@@ -1,0 +1,179 @@
+"""Kernels on the trace: matrices by columns, several mechanisms in lanes, laws that end loops or are not traced."""
+
+import math
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance.evidence.explain import explain
+from clearance.mechanism import build as building
+from clearance.mechanism import structure
+from clearance.mechanism.build import build
+from clearance.mechanism.kernels import lanes, plain_kernel
+from tests import mechanisms as m
+
+
+def moved(mechanism, seed=3):
+    """A state off the start."""
+    rng = np.random.default_rng(seed)
+    y = mechanism.y0.copy()
+    step = 0.2 * mechanism.scale * np.where(mechanism.scale > 1e-2, 0.05, 1.0)  # loops stay closed
+    y[: mechanism.size] += step * rng.uniform(-1.0, 1.0, mechanism.size)
+    return y
+
+
+def sizes(mechanism):
+    """Length of what each kernel fills."""
+    return {
+        "rhs": mechanism.y0.size,
+        "jacobian": mechanism.size**2,
+        "events": 3 * len(mechanism.scene.clearance_joints),
+        "observe": len(mechanism.structure.channels),
+    }
+
+
+def rubbing_four_bar():
+    """Every pin rubs with its own reaction, so that the efforts are solved for together."""
+    law = cl.joint_coulomb(coefficient=0.2, transition_rate=0.01)
+
+    def hinge(name, a, b):
+        return cl.Revolute(a, b, name=name, friction=law, pin_radius=0.01)
+
+    return m.pushed_four_bar(hinge)
+
+
+SCENES = {
+    "film": lambda: m.watt(m.chooser(m.film, "CE")),
+    "dry": lambda: m.watt(m.chooser(m.dry, "C", eccentricity=(8e-5, 8e-5), eccentricity_rate=(0.1, 0.0))),
+    "newton": lambda: m.stephenson(m.chooser(m.film, "C")),
+    "rubbing": rubbing_four_bar,
+    "table": lambda: cl.load_case("slider_crank", model="mixed", film="table"),
+    "branches": m.long_branches,
+}
+
+
+class TestColumns:
+    @pytest.mark.parametrize("name", ["film", "dry", "newton", "branches"])
+    def test_a_matrix_by_columns_is_that_of_its_entries(self, name, monkeypatch):
+        """1e-12 of the largest entry of a row: sums are taken in another order."""
+        found = []
+        for most in (0, 10**9):
+            monkeypatch.setattr(structure, "MOST_DERIVATIVES", most)
+            monkeypatch.setattr(building, "_structures", {})
+            mechanism = build(SCENES[name]())
+            program = mechanism.structure.programs["jacobian"]
+            assert bool(program.columns) == (most == 0)
+            for kernel in (mechanism.kernel("jacobian"), plain_kernel(program)):
+                out = np.zeros(mechanism.size**2)
+                kernel(0.01, moved(mechanism), mechanism.par, np.append(mechanism.work0, 0.0), out)
+                found.append(out.reshape(mechanism.size, -1))
+        rows = np.abs(found[0]).max(axis=1, keepdims=True) + 1e-300
+        for other in found[1:]:
+            assert (np.abs(other - found[0]) / rows).max() < 1e-12
+
+    def test_text_of_a_chain_grows_with_its_links(self):
+        """Twice the links are at most 2.2 times the operations of each kernel, from 20 links on."""
+        counts = []
+        for links in (20, 40):
+            parent, joints = cl.ground, []
+            for i in range(links):
+                link = m.body(f"b{i}", {"near": (0, 0), "far": (0.1, 0)})
+                joints.append(cl.Revolute(parent, link["near"], name=f"J{i}"))
+                parent = link["far"]
+            programs = build(cl.Scene(*joints)).structure.programs
+            counts.append({role: p.operations for role, p in programs.items() if role in ("rhs", "jacobian", "observe")})
+        assert all(counts[1][role] < 2.2 * counts[0][role] for role in counts[0])
+
+
+class TestLanes:
+    @pytest.mark.parametrize("width", [2, 8])
+    @pytest.mark.parametrize("name", SCENES)
+    def test_each_lane_is_the_scalar_kernel(self, name, width):
+        """Bit for bit, with other states and parameters in each lane."""
+        mechanism = build(SCENES[name]())
+        rng = np.random.default_rng(1)
+        head = len(mechanism.structure.index) + mechanism.structure.derived  # tables behind are for all lanes
+        states = np.array([moved(mechanism, seed) for seed in range(width)])
+        times = rng.uniform(0.0, 0.1, width)
+        for role in ("rhs", "observe") if name == "rubbing" else ("rhs", "observe", "events"):
+            count = sizes(mechanism)[role]
+            if count == 0:
+                continue
+            work = np.append(mechanism.work0, 0.0)
+            together = np.zeros(count * width)
+            par = np.tile(mechanism.par[:head], (width, 1))
+            lanes(mechanism.structure.programs[role], width)(
+                times, states.T.ravel().copy(), par.T.ravel().copy(), np.tile(work, (width, 1)).T.ravel().copy(),
+                together, mechanism.par,
+            )  # fmt: skip
+            for lane in range(width):
+                alone = np.zeros(count)
+                mechanism.kernel(role)(times[lane], states[lane], mechanism.par, work.copy(), alone)
+                np.testing.assert_array_equal(together.reshape(count, width)[:, lane], alone)
+
+
+# --- laws of users
+@cl.joint_friction
+def iterated(rate, load, gain):
+    """A law that solves s = gain tanh(rate - s / 4) until it has it."""
+    s, change = 0.0, 1.0
+    while abs(change) > 1e-14:
+        change = gain * math.tanh(rate - 0.25 * s) - s
+        s += change
+    return -s * load
+
+
+def table_of(rate, load, gain):
+    values = np.zeros(2)
+    values[0] = -gain * rate
+    return values[0] * load
+
+
+def slopes_of_table(rate, load, gain):
+    values = np.zeros(2)
+    values[0] = -gain
+    return values[0] * rate * load, values[0] * load, values[0] * rate
+
+
+table_of.slopes = slopes_of_table
+
+
+def pendulum(friction):
+    arm = m.body("arm", {"pin": (-0.1, 0.0)})
+    return cl.Scene(cl.Revolute(cl.ground, arm["pin"], name="P", friction=friction, pin_radius=0.01))
+
+
+class TestLaws:
+    def test_a_loop_that_ends_by_a_condition_is_compiled_with_its_derivative(self):
+        """Against central differences of the right-hand side, 1e-6."""
+        mechanism = build(pendulum(iterated(gain=0.8)), ledger=False)
+        y, n = mechanism.y0 + np.array([0.1, 2.0]), mechanism.size
+        work, matrix = np.append(mechanism.work0, 0.0), np.zeros(n * n)
+        mechanism.kernel("jacobian")(0.0, y, mechanism.par, work, matrix)
+        for column in range(n):
+            rates = np.zeros((2, n))
+            for rate, step in zip(rates, (1e-6, -1e-6), strict=True):
+                z = y.copy()
+                z[column] += step
+                mechanism.kernel("rhs")(0.0, z, mechanism.par, work, rate)
+            np.testing.assert_allclose(matrix.reshape(n, n)[:, column], (rates[0] - rates[1]) / 2e-6, rtol=1e-6)
+
+    def test_a_law_that_cannot_be_traced_is_compiled_by_numba(self):
+        """And `explain` says so."""
+        law = cl.joint_friction(table_of)
+        scene = pendulum(law(gain=0.3))
+        mechanism = build(scene, ledger=False)
+        found, plain = np.zeros(2), np.zeros(2)
+        y = mechanism.y0 + np.array([0.1, 2.0])
+        work = np.append(mechanism.work0, 0.0)
+        mechanism.kernel("rhs")(0.0, y, mechanism.par, work, found)
+        plain_kernel(mechanism.structure.programs["rhs"])(0.0, y, mechanism.par, work, plain)
+        np.testing.assert_allclose(found, plain, rtol=1e-14)
+        assert explain(scene)["kernels"]["rhs"]["compiled_apart"]["table_of"] == "it uses np"
+
+    def test_what_cannot_be_differentiated_is_refused_by_name(self, monkeypatch):
+        monkeypatch.delattr(table_of, "slopes")
+        monkeypatch.setattr(building, "_structures", {})
+        with pytest.raises(ValueError, match="law table_of cannot be differentiated: it uses np; give it an attribute"):
+            build(pendulum(cl.joint_friction(table_of)(gain=0.3)))
