@@ -114,7 +114,17 @@ def plain(text: str, functions: list = ()) -> dict:
     """The names that a text defines; functions: those that it calls and that have no text."""
     scope: dict = {"math": MATH, "answered": answered}
     for function in (f for f in functions if isinstance(f, Opaque)):
-        scope[function.name] = function.function
+        scope[function.name] = _in_a_tuple(function.function)
         scope |= {k.__name__: k for k in function.shape if isinstance(k, type)}
     exec(compile(text.replace("import math\n", ""), "<kernel>", "exec"), scope)  # noqa: S102
     return scope
+
+
+def _in_a_tuple(function: Callable) -> Callable:
+    """A plain function whose values come in a tuple."""
+
+    def values(*arguments):
+        value = function(*arguments)
+        return value if isinstance(value, tuple) else (value,)
+
+    return values
