@@ -2,7 +2,22 @@
 
 from collections import namedtuple
 
-from clearance.stepping.types import HAS_PREDICTOR, JACOBIAN_STATE, LAST_H, LU_STATE, inline
+from clearance.mechanism.store import COMPILED
+from clearance.stepping.record import Record, packed, reader
+from clearance.stepping.types import (
+    HAS_PREDICTOR,
+    INTEGERS,
+    JACOBIAN_STATE,
+    KERNEL,
+    LAST_H,
+    LU_STATE,
+    MATRIX,
+    STEP,
+    VECTOR,
+    complex128,
+    int64,
+    shared,
+)
 
 # entries of `clock`
 TIME, STEP_SIZE, END, LARGEST, SAMPLE_EVERY, BEGIN, CONTACT_STEP, FREE_STEP, LAST_STEP, LAST_ERROR = range(10)
@@ -26,44 +41,55 @@ CHANNEL, PAIRED, SIGN, JOINT, VALUE, WHEN, EARLIER, LAST, NEXT, MIDDLE, SEARCHED
 PEAK_COLUMNS = 11
 
 # what a run is made of: the compiled functions it calls, and its arrays
-Calls = namedtuple("Calls", "step interpolant rhs jacobian events commit observe")
-State = namedtuple(
-    "State",
-    "par work y f scale band control counts clock place contacts impacts log times rows dense vector matrix complexes "
-    "peaks best when angles turned ledger row look y_new f_new trial before after probed found",
-)
+_FIELDS = {
+    STEP: "step interpolant",
+    KERNEL: "rhs jacobian events commit observe",
+    VECTOR: "par work y f scale band control clock times vector row look y_new f_new trial before after probed found",
+    MATRIX: "contacts impacts log rows dense matrix peaks best when turned",
+    INTEGERS: "counts place ledger",
+    int64[:, ::1]: "angles",
+    complex128[:, ::1]: "complexes",
+}
+STATE = Record("of a run", {name: kind for kind, names in _FIELDS.items() for name in names.split()})
+State = namedtuple("State", STATE.fields)
+state_in = reader(STATE)
 
 
-@inline
+def words(state: State):
+    """A run's state as the compiled loop takes it: see record.py; the arrays must live as long as they are used."""
+    return packed(STATE, state) if COMPILED else state
+
+
+@shared
 def copy(source, target):
     for i in range(source.size):
         target[i] = source[i]
 
 
 # --- one step and its dense output
-@inline
-def attempt(call, s, t, h):
+@shared
+def attempt(s, t, h):
     """One step of the method from the present state; 0 if it worked (its error may still be too large)."""
     s.place[INTERPOLATED] = 0
-    return call.step(
-        call.rhs, call.jacobian, t, h, s.y, s.f, s.par, s.work, s.y_new, s.f_new, s.dense, s.scale, s.control, s.counts,
+    return s.step(
+        s.rhs, s.jacobian, t, h, s.y, s.f, s.par, s.work, s.y_new, s.f_new, s.dense, s.scale, s.control, s.counts,
         s.vector, s.matrix, s.complexes,
     )  # fmt: skip
 
 
-@inline
-def interpolate(call, s, t, h):
+@shared
+def interpolate(s, t, h):
     """Prepare the dense output of the step just made, unless it stands ready."""
     if s.place[INTERPOLATED] == 1:
         return
     s.place[INTERPOLATED] = 1
-    call.interpolant(
-        call.rhs, call.jacobian, t, h, s.y, s.f, s.par, s.work, s.y_new, s.f_new, s.dense, s.scale, s.control, s.counts,
+    s.interpolant(
+        s.rhs, s.jacobian, t, h, s.y, s.f, s.par, s.work, s.y_new, s.f_new, s.dense, s.scale, s.control, s.counts,
         s.vector, s.matrix, s.complexes,
     )  # fmt: skip
 
 
-@inline
+@shared
 def evaluate(s, theta):
     """Dense output at theta in [0, 1], into s.trial."""
     for i in range(s.y.size):
@@ -74,7 +100,7 @@ def evaluate(s, theta):
         s.trial[i] = s.dense[0, i] + value
 
 
-@inline
+@shared
 def invalidate(s):
     """Forget what the method kept from earlier steps."""
     s.counts[JACOBIAN_STATE] = s.counts[LU_STATE] = s.counts[HAS_PREDICTOR] = 0

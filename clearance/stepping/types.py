@@ -51,9 +51,15 @@ def compiled(signature):
     return decorate
 
 
+def shared(function):
+    """A helper that is compiled once, as a function that compiled ones call."""
+    wrappers = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    return njit(error_model="numpy", _nrt=False, **wrappers)(function)
+
+
 def inline(function):
     """A helper that becomes part of its callers, with their constants."""
     return njit(error_model="numpy", inline="always", _nrt=False)(function)
 
 
-__all__ = ["KERNEL", "compiled", "inline"]
+__all__ = ["KERNEL", "compiled", "inline", "shared"]
