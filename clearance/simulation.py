@@ -476,7 +476,9 @@ class Run:
     def advance(self) -> int:
         """One call of the compiled loop; `wall` and `cpu` sum the time spent there [s]."""
         began, cpu = clock_of_the_wall.perf_counter(), clock_of_the_wall.thread_time()
-        code = self.loop.run(self.state.words(self._state()), self.budget)
+        state = self._state()
+        words = self.state.words(state)
+        code = self.loop.run(words.ctypes.data if store.COMPILED else state, self.budget)
         self.cpu += clock_of_the_wall.thread_time() - cpu
         self.wall += clock_of_the_wall.perf_counter() - began
         if code == codes.STIFF:
@@ -489,7 +491,7 @@ class Run:
         names, events = self.state.State._fields, 3 * len(self.contacts)
         arrays = {name: getattr(self, name) for name in names if hasattr(self, name)}
         sizes = [self.y.size] * 3 + [events] * 4
-        names = "y_new f_new trial before after probed found".split()
+        names = ["y_new", "f_new", "trial", "before", "after", "probed", "found"]
         scratch = {n: row[:size] for n, row, size in zip(names, self.scratch, sizes, strict=True)}
         row, look = self.looks
         return self.state.State(

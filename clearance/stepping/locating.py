@@ -29,7 +29,7 @@ from clearance.stepping.state import (
     evaluate,
     interpolate,
 )
-from clearance.stepping.types import shared
+from clearance.stepping.types import inline, shared
 
 ROUNDS = 3  # parabolas for one extreme, at most
 CLOSER = 0.1  # half the width of a parabola over that of the one before
@@ -40,7 +40,7 @@ SLIVER = 1e-9  # of a step: parts of it that are not looked into
 
 
 # --- angles
-@shared
+@inline
 def unwind(s, row, ahead):
     """Make the angles of a row continuous: whole turns by the mean of the rates here and at the last step's end."""
     for k in range(s.angles.shape[0]):
@@ -49,7 +49,7 @@ def unwind(s, row, ahead):
         row[angle] += 2.0 * math.pi * math.floor((expected - row[angle]) / (2.0 * math.pi) + 0.5)
 
 
-@shared
+@inline
 def follow(s):
     """Take the angles of s.row as those of the last step's end."""
     for k in range(s.angles.shape[0]):
@@ -57,7 +57,7 @@ def follow(s):
 
 
 # --- one quantity
-@shared
+@inline
 def quantity(s, row, k):
     """Value of a row of peaks in a row of outputs, times its sign."""
     channel = int(s.peaks[k, CHANNEL])
@@ -67,14 +67,14 @@ def quantity(s, row, k):
     return s.peaks[k, SIGN] * value
 
 
-@shared
+@inline
 def asleep(s, k):
     """Rows of a contact are followed while it lasts."""
     joint = int(s.peaks[k, JOINT])
     return joint >= 0 and s.contacts[joint, TOUCHING] == 0.0
 
 
-@shared
+@inline
 def offer(s, k, value, time):
     if value > s.peaks[k, VALUE]:
         s.peaks[k, VALUE], s.peaks[k, WHEN] = value, time
@@ -96,7 +96,7 @@ def seen_inside(s, t, h, k, theta):
     return value
 
 
-@shared
+@inline
 def may_peak(s, k, per_width, per_back, curving):
     """A larger value may lie inside an interval: not where it rises or falls throughout, nor where it bends too little.
 

@@ -54,14 +54,13 @@ from clearance.stepping.state import (
     evaluate,
     interpolate,
     invalidate,
-    state_in,
+    state_at,
 )
 from clearance.stepping.types import (
     COORDINATES,
     EFFORT,
     ERROR,
     EVALUATIONS,
-    INTEGERS,
     KERNEL,
     ORDER,
     RATE,
@@ -71,8 +70,10 @@ from clearance.stepping.types import (
     STEPS,
     STIFFNESS,
     compiled,
-    shared,
+    inline,
     int64,
+    pasted,
+    shared,
 )  # fmt: skip
 
 PROBES = 8  # interior places where a step is searched for contact
@@ -248,7 +249,7 @@ def switch(s, joint, t, values):
 
 
 # --- sampling
-@shared
+@inline
 def next_sample(s):
     """Time of the next output row."""
     if s.place[SAMPLE] == s.place[SAMPLES] - 1:
@@ -329,7 +330,7 @@ def first_step(s, t):
     return 1e-3 * h
 
 
-@shared
+@inline
 def proposed(s, t):
     """The next step, stretched or halved so that the run does not end in a sliver."""
     h, left = min(s.clock[STEP_SIZE], s.clock[LARGEST]), s.clock[END] - t
@@ -387,7 +388,7 @@ def grow(s, h):
     s.clock[STEP_SIZE] = h if 1.0 <= wanted <= 1.2 else h * wanted
 
 
-@shared
+@inline
 def stiff(s):
     """Whether the method has been held up by stability for many steps; six milder ones in a row clear it."""
     if s.control[STIFFNESS] > UNSTABLE:
@@ -438,7 +439,7 @@ def begin(s):
     return status.RUNNING
 
 
-@shared
+@inline
 def in_contact(s):
     touching = 0.0
     for j in range(s.contacts.shape[0]):
@@ -446,7 +447,7 @@ def in_contact(s):
     return touching > 0.0
 
 
-@shared
+@inline
 def buffers_full(s):
     if s.place[LOGGED] == s.log.shape[0] or s.place[ROWS] == s.times.size:
         return True
@@ -485,7 +486,7 @@ def accept(s, t, h, cut):
     return True
 
 
-@shared
+@inline
 def outside(s):
     """A joint whose journal has left its film with nothing to carry it, or come too near to the wall at once; or -1.
 
@@ -497,7 +498,7 @@ def outside(s):
     return -1
 
 
-@shared
+@pasted
 def advance(s):
     """One trial step: rejected, or accepted up to its first contact event. Returns a status code."""
     t = s.clock[TIME]
@@ -558,13 +559,13 @@ def copy_state(t, y, par, work, out):
     copy(y, out)
 
 
-@compiled(int64(INTEGERS, int64))
-def run(words, budget):
+@compiled(int64(int64, int64))
+def run(address, budget):
     """Advance until done, failed, a buffer is full or `budget` trial steps are spent. Returns a status code.
 
-    words: of the run's state, see state.words.
+    address: of the run's state, see state.words.
     """
-    s = state_in(words)
+    s = state_at(address)
     answer = status.RUNNING
     if s.place[STARTED] == 0:
         answer = begin(s)

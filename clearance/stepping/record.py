@@ -7,8 +7,10 @@ at every mention. Of a record they take the address, and read of it what they me
 import numpy as np
 from numba import types
 from numba.core.cgutils import create_struct_proxy
+from numba.core.imputils import lower_constant
 from numba.core.typing.templates import AttributeTemplate
-from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
+from numba.core.typing.typeof import Purpose, typeof
+from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model, typeof_impl
 from numba.np.arrayobj import make_array, populate_array
 
 from clearance.mechanism.store import COMPILED
@@ -37,13 +39,16 @@ class Fields(AttributeTemplate):
     key = Record
 
     def generic_resolve(self, record, name):
-        return record.fields.get(name)
+        return types.int64 if name == "address" else record.fields.get(name)
 
 
 @lower_getattr_generic(Record)
 def field(context, builder, record, value, name):
     """Read one field. Nothing changes a record while compiled code runs, so one reading does for a whole function."""
-    kind, word = record.fields[name], context.get_value_type(types.intp)
+    word = context.get_value_type(types.intp)
+    if name == "address":
+        return builder.ptrtoint(value, word)
+    kind = record.fields[name]
     words = builder.bitcast(value, word.as_pointer())
 
     def read(place):
@@ -84,16 +89,55 @@ def packed(record: Record, values) -> np.ndarray:
 
 
 def reader(record: Record):
-    """For use inside compiled code: the record whose words stand in an array (in plain Python the record itself)."""
+    """For use inside compiled code: the record at an address (in plain Python the record itself)."""
     if not COMPILED:
         return lambda values: values
 
     @intrinsic
-    def record_in(context, words):
+    def record_at(context, address):
         def generate(target, builder, signature, arguments):
-            array = make_array(signature.args[0])(target, builder, arguments[0])
-            return builder.bitcast(array.data, target.get_value_type(record))
+            return builder.inttoptr(arguments[0], target.get_value_type(record))
 
-        return record(words), generate
+        return record(types.int64), generate
 
-    return record_in
+    return record_at
+
+
+# --- constants
+class Constants(types.Type):
+    """The type of one group of constant arrays and numbers; as an argument it takes no room."""
+
+    def __init__(self, group):
+        self.group = group
+        super().__init__(name=f"constants {type(group).__name__} {id(group)}")
+
+
+register_model(Constants)(models.OpaqueModel)
+
+
+@infer_getattr
+class Members(AttributeTemplate):
+    """The types of the members of a group of constants."""
+
+    key = Constants
+
+    def generic_resolve(self, constants, name):
+        return typeof(getattr(constants.group, name), Purpose.constant)
+
+
+@lower_getattr_generic(Constants)
+def member(context, builder, constants, value, name):
+    """One member, as a constant of the compiled code."""
+    found = getattr(constants.group, name)
+    return context.get_constant_generic(builder, typeof(found, Purpose.constant), found)
+
+
+@lower_constant(Constants)
+def nothing(context, builder, constants, group):
+    """What stands for the group: its members are read from its type."""
+    return context.get_dummy_value()
+
+
+def constant(group: type) -> None:
+    """Compile the objects of a class as groups of constants."""
+    typeof_impl.register(group)(lambda value, _: Constants(value))

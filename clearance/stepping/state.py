@@ -15,6 +15,7 @@ from clearance.stepping.types import (
     STEP,
     VECTOR,
     complex128,
+    inline,
     int64,
     shared,
 )
@@ -51,8 +52,16 @@ _FIELDS = {
     complex128[:, ::1]: "complexes",
 }
 STATE = Record("of a run", {name: kind for kind, names in _FIELDS.items() for name in names.split()})
-State = namedtuple("State", STATE.fields)
-state_in = reader(STATE)
+state_at = reader(STATE)
+
+
+class State(namedtuple("State", STATE.fields)):
+    """A run's functions and arrays."""
+
+    @property
+    def address(self) -> "State":
+        """What plain Python takes for its address."""
+        return self
 
 
 def words(state: State):
@@ -60,21 +69,18 @@ def words(state: State):
     return packed(STATE, state) if COMPILED else state
 
 
-@shared
+@inline
 def copy(source, target):
     for i in range(source.size):
         target[i] = source[i]
 
 
 # --- one step and its dense output
-@shared
+@inline
 def attempt(s, t, h):
     """One step of the method from the present state; 0 if it worked (its error may still be too large)."""
     s.place[INTERPOLATED] = 0
-    return s.step(
-        s.rhs, s.jacobian, t, h, s.y, s.f, s.par, s.work, s.y_new, s.f_new, s.dense, s.scale, s.control, s.counts,
-        s.vector, s.matrix, s.complexes,
-    )  # fmt: skip
+    return s.step(s.address, t, h)
 
 
 @shared
@@ -83,10 +89,7 @@ def interpolate(s, t, h):
     if s.place[INTERPOLATED] == 1:
         return
     s.place[INTERPOLATED] = 1
-    s.interpolant(
-        s.rhs, s.jacobian, t, h, s.y, s.f, s.par, s.work, s.y_new, s.f_new, s.dense, s.scale, s.control, s.counts,
-        s.vector, s.matrix, s.complexes,
-    )  # fmt: skip
+    s.interpolant(s.address, t, h)
 
 
 @shared
@@ -100,7 +103,7 @@ def evaluate(s, theta):
         s.trial[i] = s.dense[0, i] + value
 
 
-@shared
+@inline
 def invalidate(s):
     """Forget what the method kept from earlier steps."""
     s.counts[JACOBIAN_STATE] = s.counts[LU_STATE] = s.counts[HAS_PREDICTOR] = 0
