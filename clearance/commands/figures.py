@@ -5,7 +5,6 @@ import dataclasses
 import os
 import time
 from collections.abc import Callable
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from fnmatch import fnmatch
 from multiprocessing import get_context
 from pathlib import Path
@@ -106,6 +105,8 @@ def _draw(options, names: list[str], folder: Path) -> list:
 
 def _side_by_side(options, names: list[str], folder: Path, line: Line, done: Callable) -> None:
     """Draw figures in as many processes as there are workers, in their order."""
+    from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+
     from clearance.paper_figures import gallery
 
     with ProcessPoolExecutor(options.workers, get_context("spawn")) as pool:

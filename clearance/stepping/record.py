@@ -4,6 +4,9 @@ Compiled functions take a named tuple of arrays word by word: seven words an arr
 at every mention. Of a record they take the address, and read of it what they mention.
 """
 
+import sys
+from importlib import import_module
+
 import numpy as np
 from numba import types
 from numba.core.cgutils import create_struct_proxy
@@ -11,11 +14,26 @@ from numba.core.imputils import lower_constant
 from numba.core.typing.templates import AttributeTemplate
 from numba.core.typing.typeof import Purpose, typeof
 from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model, typeof_impl
+from numba.np import linalg
 from numba.np.arrayobj import make_array, populate_array
 
 from clearance.mechanism.store import COMPILED
 
-WORD = 8  # bytes
+
+def _load_array_functions() -> None:
+    """Load numba's array functions without scipy.linalg, a tenth of a start: nothing here multiplies matrices.
+
+    They look whether scipy brings a BLAS, which it does; each use of it looks once more.
+    """
+    look, linalg.ensure_blas = linalg.ensure_blas, lambda: None
+    try:
+        import_module("numba.np.arraymath")
+    finally:
+        linalg.ensure_blas = look
+
+
+if "scipy.linalg" not in sys.modules:
+    _load_array_functions()
 
 
 class Record(types.Type):
