@@ -425,8 +425,8 @@ class Run:
         kernels = [mechanism.kernel(role if role in self.roles else "rhs") for role in order]
         if not self.outputs:
             kernels[-1] = self.loop.copy_state
-        self.functions = [store.address(f, t.STEP) for f in (stepper.step, stepper.interpolant)]
-        self.functions += [store.address(k, t.KERNEL) for k in kernels]
+        self.functions = {n: store.address(getattr(stepper, n), t.STEP) for n in ("step", "interpolant")}
+        self.functions |= {n: store.address(k, t.KERNEL) for n, k in zip(order, kernels, strict=True)}
         self.control[t.ORDER] = stepper.ORDER
         states, size = self.counts[t.STATES], self.y.size
         self.matrix = np.zeros((stepper.ROWS + states, max(size, 1)))
@@ -477,18 +477,27 @@ class Run:
     def advance(self) -> int:
         """One call of the compiled loop; `wall` and `cpu` sum the time spent there [s]."""
         began, cpu = clock_of_the_wall.perf_counter(), clock_of_the_wall.thread_time()
-        code = self.loop.run(
-            *self.functions, self.mechanism.par, self.work, self.y, self.f, self.scale, self.band, self.control,
-            self.counts, self.clock, self.place, self.contacts, self.impacts, self.log, self.times, self.rows,
-            self.dense, self.vector, self.matrix, self.complexes, self.peaks, self.best, self.when, self.angles,
-            self.turned, self.ledger, self.looks, self.scratch, self.budget,
-        )  # fmt: skip
+        state = self._state()
+        words = self.state.words(state)
+        code = self.loop.run(words.ctypes.data if store.COMPILED else state, self.budget)
         self.cpu += clock_of_the_wall.thread_time() - cpu
         self.wall += clock_of_the_wall.perf_counter() - began
         if code == codes.STIFF:
             self._become_implicit()
             return codes.RUNNING
         return code
+
+    def _state(self):
+        """What the compiled loop works on."""
+        names, events = self.state.State._fields, 3 * len(self.contacts)
+        arrays = {name: getattr(self, name) for name in names if hasattr(self, name)}
+        sizes = [self.y.size] * 3 + [events] * 4
+        names = ["y_new", "f_new", "trial", "before", "after", "probed", "found"]
+        scratch = {n: row[:size] for n, row, size in zip(names, self.scratch, sizes, strict=True)}
+        row, look = self.looks
+        return self.state.State(
+            **self.functions, **arrays, **scratch, par=self.mechanism.par, row=row, look=look
+        )
 
     def trajectory(self) -> tuple[np.ndarray, np.ndarray, int]:
         """Run to the end in memory: times, rows (states, where the run has no outputs) and the last status code."""

@@ -25,7 +25,12 @@ LAYERS = [
 BESIDE = ("cases", "postprocess", "paper_figures")
 MODULES = [p for folder in ("clearance", *BESIDE) for p in sorted((ROOT / folder).rglob("*.py"))]
 ONLY_IN = {
-    "numba": {"clearance.mechanism.store", "clearance.compiling", "clearance.evidence.peers"},
+    "numba": {
+        "clearance.mechanism.store",
+        "clearance.stepping.record",
+        "clearance.compiling",
+        "clearance.evidence.peers",
+    },
     "skfem": {"clearance.film.fem"},
     "scipy": {
         "clearance.evidence.peers",

@@ -6,7 +6,6 @@ import os
 import time
 from collections import deque
 from collections.abc import Callable
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from fnmatch import fnmatch
 from multiprocessing import active_children, get_context
 from pathlib import Path
@@ -108,6 +107,8 @@ def _draw(options, names: list[str], folder: Path) -> list:
 
 def _side_by_side(options, names: list[str], folder: Path, line: Line, done: Callable) -> None:
     """Draw figures in as many processes as there are workers, in their order; an interrupt ends all at once."""
+    from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+
     from clearance.paper_figures import gallery
 
     waiting, drawing, more = deque(names), {}, (options.quick, options.fresh, None, options.results)

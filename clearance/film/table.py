@@ -309,7 +309,11 @@ def _errors(key: Key, numbers: np.ndarray) -> tuple[float, ...]:
     return tuple(float(e) for e in errors)
 
 
-# --- store
+# --- package and store
+#: tables that come with the package: `python -m clearance.film.shipped` makes them
+SHIPPED = Path(__file__).with_name("tables")
+
+
 def path_of(key: Key) -> Path:
     """File of a table, beside the kernels."""
     return store.folder() / f"clearance_film_{key.name()}.npz"
@@ -317,18 +321,21 @@ def path_of(key: Key) -> Path:
 
 @lru_cache(maxsize=32)
 def table(key: Key) -> Table:
-    """The table of a key: of this process, of the store, or built now. A damaged file is built again, with a warning.
+    """The table of a key: of this process, of the package, of the store, or built now.
+
+    A damaged file, or one made of something else, is built again, with a warning.
 
     Several processes may ask at once: the first builds, the others wait for it.
     """
     path = path_of(key)
-    if (found := _read(path, key)) is not None:
-        return found
+    for place in (SHIPPED / path.name, path):
+        if (found := _read(place, key)) is not None:
+            return found
     with store.alone(path):
         found = _read(path, key, told=True)
         if found is None:
             found = build(key)
-            _write(path, found)
+            _write(path, key, found)
     return found
 
 
@@ -342,7 +349,7 @@ def between(key: Key) -> Table:
     """
     corners = [(1.0, key)]
     for name in ("slenderness", "thickness"):
-        corners = [corner for share, k in corners for corner in _neighbours(share, k, name)]
+        corners = [corner for share, k in corners for corner in neighbours(share, k, name)]
     found = [(share, table(k)) for share, k in corners]
     if len(found) == 1:
         return found[0][1]
@@ -351,7 +358,7 @@ def between(key: Key) -> Table:
     return Table(numbers, *(max(e) + 0.5 * BESIDE**2 for e in zip(*(t.errors for _, t in found), strict=True)))
 
 
-def _neighbours(share: float, key: Key, name: str) -> list[tuple[float, Key]]:
+def neighbours(share: float, key: Key, name: str) -> list[tuple[float, Key]]:
     """One entry of a key on its grid: itself where it has three digits, else its two neighbours, with their shares."""
     value = getattr(key, name)
     if value == 0.0 or math.isclose(value, float(f"{value:.3g}"), rel_tol=1e-9):
@@ -369,27 +376,29 @@ def _read(path: Path, key: Key, told: bool = False) -> Table | None:
     try:
         with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
             found = Table(file["numbers"], *(float(e) for e in file["errors"]))
-            whole = str(file["digest"]) == digest(found.numbers)
+            whole = str(file["digest"]) == digest(key, found)
         if found.numbers.shape != (key.size,) or not whole:
-            raise ValueError("numbers are missing or changed")
+            raise ValueError("not what its key makes")
         return found
     except Exception as reason:  # noqa: BLE001 - whatever is wrong with the file, it can be made again
         if not told:
-            LOG.warning(f"film table {path} is damaged ({type(reason).__name__}); it is built again")
+            LOG.warning(f"film table {path} is damaged or of another film ({type(reason).__name__}); it is built again")
         return None
 
 
-def digest(numbers: np.ndarray) -> str:
-    return hashlib.sha256(np.ascontiguousarray(numbers).tobytes()).hexdigest()
+def digest(key: Key, made: Table) -> str:
+    """Of what a table was made from and of what it holds."""
+    content = np.concatenate([made.numbers, made.errors]).tobytes()
+    return hashlib.sha256(key.name().encode() + content).hexdigest()
 
 
-def _write(path: Path, found: Table) -> None:
+def _write(path: Path, key: Key, found: Table) -> None:
     """Under a temporary name first, so that nobody ever reads half a table. A store that is full costs time only."""
     temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with open(temporary, "wb") as file:
-            np.savez(file, numbers=found.numbers, errors=found.errors, digest=digest(found.numbers))
+            np.savez(file, numbers=found.numbers, errors=found.errors, digest=digest(key, found))
         os.replace(temporary, path)
     except OSError as reason:
         with suppress(OSError):

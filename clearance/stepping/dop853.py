@@ -3,7 +3,8 @@
 import math
 
 from clearance.stepping import tableaus
-from clearance.stepping.types import ERROR, EVALUATIONS, RTOL, STATES, STEP_SIGNATURE, STIFFNESS, compiled, inline
+from clearance.stepping.state import state_at
+from clearance.stepping.types import ERROR, EVALUATIONS, RTOL, STATES, STEP_SIGNATURE, STIFFNESS, compiled, pasted
 
 A, B, C, D, E3, E5 = tableaus.A, tableaus.B, tableaus.C, tableaus.D, tableaus.E3, tableaus.E5
 ORDER = 8
@@ -16,7 +17,7 @@ FIFTH = 0.15
 ROWS = 17
 
 
-@inline
+@pasted
 def stages(rhs, t, h, y, par, work, k, first, last, states):
     """Slopes k[first] to k[last - 1] from those before them; none reads the ledger, so trial states leave it out."""
     trial = k[16]
@@ -30,7 +31,7 @@ def stages(rhs, t, h, y, par, work, k, first, last, states):
 
 
 @compiled(STEP_SIGNATURE)
-def step(rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, k, complexes):
+def step(address, t, h):
     """One step from y with f = y' to y_new with f_new; the error over tolerance goes to control[ERROR]. 0 if finite.
 
     The estimate is the product of those of orders 5 and 3 that Hairer, Norsett and Wanner (1993, II.10) take. Where a
@@ -39,6 +40,10 @@ def step(rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, contr
     control[STIFFNESS]: step times the largest eigenvalue felt, from the last two slopes (Hairer and Wanner, Solving
     Ordinary Differential Equations II (1996), IV.2); the method is unstable above about 6.1.
     """
+    s = state_at(address)
+    rhs = s.rhs
+    y, f, par, work, y_new, f_new, k = s.y, s.f, s.par, s.work, s.y_new, s.f_new, s.matrix
+    scale, control, counts = s.scale, s.control, s.counts
     size, states = y.size, counts[STATES]
     for i in range(size):
         k[0, i] = f[i]
@@ -77,14 +82,14 @@ def step(rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, contr
 
 
 @compiled(STEP_SIGNATURE)
-def interpolant(
-    rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, k, complexes
-):
+def interpolant(address, t, h):
     """Dense output of the step just made: three more evaluations."""
-    size = y.size
+    s = state_at(address)
+    y, f, y_new, f_new, dense, k = s.y, s.f, s.y_new, s.f_new, s.dense, s.matrix
+    size, counts = y.size, s.counts
     for i in range(size):
         k[STAGES, i] = f_new[i]
-    stages(rhs, t, h, y, par, work, k, STAGES + 1, 16, counts[STATES])
+    stages(s.rhs, t, h, y, s.par, s.work, k, STAGES + 1, 16, counts[STATES])
     counts[EVALUATIONS] += 3
     for i in range(size):
         change = y_new[i] - y[i]

@@ -3,10 +3,10 @@
 The diagonal holds the inverse pivots: a division costs as much as a whole row. The pivot rows are kept as numbers.
 """
 
-from clearance.stepping.types import inline
+from clearance.stepping.types import shared
 
 
-@inline
+@shared
 def rate_matrix(a, vector, g, p, n):
     """Rows of a become g - J_u - J_q / g: the matrix of the rates u of n - p states, for q' = u and the Jacobian J.
 
@@ -22,7 +22,7 @@ def rate_matrix(a, vector, g, p, n):
         a[i, i] += g
 
 
-@inline
+@shared
 def factor(a, pivots, n):
     """Overwrite a[:n, :n] by its LU factors."""
     for k in range(n):
@@ -44,7 +44,7 @@ def factor(a, pivots, n):
                     a[i, j] -= a[i, k] * a[k, j]
 
 
-@inline
+@shared
 def solve(a, pivots, b, n):
     """Solve in place with factors from `factor`."""
     for k in range(n):

@@ -29,7 +29,7 @@ from clearance.stepping.state import (
     evaluate,
     interpolate,
 )
-from clearance.stepping.types import inline
+from clearance.stepping.types import inline, shared
 
 ROUNDS = 3  # parabolas for one extreme, at most
 CLOSER = 0.1  # half the width of a parabola over that of the one before
@@ -80,17 +80,17 @@ def offer(s, k, value, time):
         s.peaks[k, VALUE], s.peaks[k, WHEN] = value, time
 
 
-@inline
-def observe_inside(call, s, t, h, theta):
+@shared
+def observe_inside(s, t, h, theta):
     """Outputs at theta of the last step, into s.look."""
     evaluate(s, theta)
-    call.observe(t + theta * h, s.trial, s.par, s.work, s.look)
+    s.observe(t + theta * h, s.trial, s.par, s.work, s.look)
 
 
-@inline
-def seen_inside(call, s, t, h, k, theta):
+@shared
+def seen_inside(s, t, h, k, theta):
     """Value of a row of peaks at theta of the last step, taken in."""
-    observe_inside(call, s, t, h, theta)
+    observe_inside(s, t, h, theta)
     value = quantity(s, s.look, k)
     offer(s, k, value, t + theta * h)
     return value
@@ -114,8 +114,8 @@ def may_peak(s, k, per_width, per_back, curving):
     return abs(slope) <= change and (max(last, now) - s.peaks[k, VALUE]) * per_width + 0.25 * change > 0.0
 
 
-@inline
-def refine(call, s, t, h, k, low, high):
+@shared
+def refine(s, t, h, k, low, high):
     """Largest value inside [low, high] of a step: summits of parabolas through three places ever closer to it."""
     width = high - low
     a, b, c = low, low + 0.5 * width, high
@@ -133,18 +133,18 @@ def refine(call, s, t, h, k, low, high):
             if abs(summit - b) > REACH * width or not ends + 2.0 * rise > s.peaks[k, VALUE]:
                 return
         summit = min(max(summit, low + EDGE * width), high - EDGE * width)
-        value = seen_inside(call, s, t, h, k, summit)
+        value = seen_inside(s, t, h, k, summit)
         if n > 0 and abs(summit - b) < SETTLED * span:
             return
         span *= CLOSER
         a, b, c = max(low, summit - span), summit, min(high, summit + span)
-        at_a, at_b = seen_inside(call, s, t, h, k, a), value
-        at_c = seen_inside(call, s, t, h, k, c)
+        at_a, at_b = seen_inside(s, t, h, k, a), value
+        at_c = seen_inside(s, t, h, k, c)
 
 
 # --- looks
-@inline
-def look_into(call, s, t, h, low, high, row):
+@shared
+def look_into(s, t, h, low, high, row):
     """Extremes between low and high of the last step; row: outputs at high."""
     width, back, searched = (high - low) * h, s.clock[INTERVAL], False
     per_width, per_back = 1.0 / width, 1.0 / back if back > 0.0 else 0.0
@@ -157,19 +157,19 @@ def look_into(call, s, t, h, low, high, row):
         if may_peak(s, k, per_width, per_back, curving):
             s.peaks[k, SEARCHED], searched = 1.0, True
     if searched:
-        interpolate(call, s, t, h)
-        observe_inside(call, s, t, h, 0.5 * (low + high))
+        interpolate(s, t, h)
+        observe_inside(s, t, h, 0.5 * (low + high))
         for k in range(s.peaks.shape[0]):
             s.peaks[k, MIDDLE] = quantity(s, s.look, k)
         for k in range(s.peaks.shape[0]):
             if s.peaks[k, SEARCHED] > 0.0:
-                refine(call, s, t, h, k, low, high)
+                refine(s, t, h, k, low, high)
     for k in range(s.peaks.shape[0]):
         s.peaks[k, EARLIER], s.peaks[k, LAST] = s.peaks[k, LAST], s.peaks[k, NEXT]
     s.clock[INTERVAL] = width
 
 
-@inline
+@shared
 def end_stretch(s, time):
     """Keep the extremes of a stretch; the next begins with the values at its end."""
     for k in range(s.peaks.shape[0]):
@@ -179,10 +179,10 @@ def end_stretch(s, time):
     s.place[STRETCHES] += 1
 
 
-@inline
-def look(call, s, t, h):
+@shared
+def look(s, t, h):
     """Take in the step just made: its end into s.row, its extremes, stretch by stretch."""
-    call.observe(t + h, s.y_new, s.par, s.work, s.row)
+    s.observe(t + h, s.y_new, s.par, s.work, s.row)
     unwind(s, s.row, h)
     follow(s)
     low = 0.0
@@ -192,19 +192,19 @@ def look(call, s, t, h):
             break
         theta = (boundary - t) / h
         if theta > low + SLIVER:
-            interpolate(call, s, t, h)
-            observe_inside(call, s, t, h, theta)
-            look_into(call, s, t, h, low, theta, s.look)
+            interpolate(s, t, h)
+            observe_inside(s, t, h, theta)
+            look_into(s, t, h, low, theta, s.look)
             low = theta
         end_stretch(s, boundary)
     if low < 1.0 - SLIVER:
-        look_into(call, s, t, h, low, 1.0, s.row)
+        look_into(s, t, h, low, 1.0, s.row)
 
 
-@inline
-def look_again(call, s, t):
+@shared
+def look_again(s, t):
     """Outputs where a phase begins: values may have jumped, slopes have."""
-    call.observe(t, s.y, s.par, s.work, s.row)
+    s.observe(t, s.y, s.par, s.work, s.row)
     unwind(s, s.row, 0.0)
     for k in range(s.peaks.shape[0]):
         s.peaks[k, LAST] = quantity(s, s.row, k)
@@ -213,16 +213,16 @@ def look_again(call, s, t):
     s.clock[INTERVAL] = 0.0
 
 
-@inline
-def begin_looking(call, s, t):
+@shared
+def begin_looking(s, t):
     """Outputs at the start of the run; the angles there are as they come."""
-    call.observe(t, s.y, s.par, s.work, s.row)
+    s.observe(t, s.y, s.par, s.work, s.row)
     follow(s)
-    look_again(call, s, t)
+    look_again(s, t)
 
 
 # --- contacts
-@inline
+@shared
 def contact_peak(s, joint, which):
     """Largest normal force (which = 0) or penetration (1) of the contact that ends; the next one begins with none."""
     row = int(s.contacts[joint, PEAKS])

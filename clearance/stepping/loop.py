@@ -49,22 +49,19 @@ from clearance.stepping.state import (
     TIME,
     TOUCHING,
     WATCHED,
-    Calls,
-    State,
     attempt,
     copy,
     evaluate,
     interpolate,
     invalidate,
+    state_at,
 )
 from clearance.stepping.types import (
     COORDINATES,
     EFFORT,
     ERROR,
     EVALUATIONS,
-    INTEGERS,
     KERNEL,
-    MATRIX,
     ORDER,
     RATE,
     REJECTED,
@@ -72,13 +69,11 @@ from clearance.stepping.types import (
     STATES,
     STEPS,
     STIFFNESS,
-    VECTOR,
     compiled,
-    complex128,
     inline,
     int64,
-    kernel_at,
-    step_at,
+    pasted,
+    shared,
 )  # fmt: skip
 
 PROBES = 8  # interior places where a step is searched for contact
@@ -98,20 +93,20 @@ NEWTON_FAILED = 0.5  # the step after one whose equations could not be solved
 UNSTABLE, STIFF_ENOUGH = 6.1, 200  # stiffness at DOP853's stability limit, and steps there that call for a change
 GOOD_RATE = 0.2  # a rate of convergence that Newton's method should not exceed in the next step
 
-@inline
-def probe(call, s, t, h, theta):
+@shared
+def probe(s, t, h, theta):
     """Penetration, its rate and the contact force of every joint at theta of the last step, into s.found."""
     evaluate(s, theta)
-    call.events(t + theta * h, s.trial, s.par, s.work, s.found)
+    s.events(t + theta * h, s.trial, s.par, s.work, s.found)
 
 
 # --- contact events
-@inline
-def summit(call, s, t, h, joint, low, high, wanted):
+@shared
+def summit(s, t, h, joint, low, high, wanted):
     """theta of the deepest (for wanted < 0: the shallowest) place between two probes: the rate changes its sign."""
     for _ in range(50):
         middle = 0.5 * (low + high)
-        probe(call, s, t, h, middle)
+        probe(s, t, h, middle)
         if s.found[3 * joint + 1] * wanted > 0.0:
             low = middle
         else:
@@ -119,14 +114,14 @@ def summit(call, s, t, h, joint, low, high, wanted):
     return 0.5 * (low + high)
 
 
-@inline
-def crossing(call, s, t, h, joint, low, high, wanted):
+@shared
+def crossing(s, t, h, joint, low, high, wanted):
     """theta between low and high where the penetration of a joint changes its sign (wanted: the sign at high)."""
     for _ in range(60):
         if high - low < 1e-15:
             break
         middle = 0.5 * (low + high)
-        probe(call, s, t, h, middle)
+        probe(s, t, h, middle)
         if s.found[3 * joint] * wanted > 0.0:
             high = middle
         else:
@@ -134,7 +129,7 @@ def crossing(call, s, t, h, joint, low, high, wanted):
     return high
 
 
-@inline
+@shared
 def near_contact(s, h):
     """Whether any contact could start or end inside a step, from values and rates at its ends."""
     for j in range(s.contacts.shape[0]):
@@ -150,56 +145,56 @@ def near_contact(s, h):
     return False
 
 
-@inline
-def event_of(call, s, t, h, joint, low, high):
+@shared
+def event_of(s, t, h, joint, low, high):
     """theta of the first start or end of one joint's contact between two probes, 2.0 if none.
 
     s.probed holds the values at low. A touch that begins and ends between the probes shows by its rate changing sign.
     """
     wanted = -1.0 if s.contacts[joint, TOUCHING] > 0.0 else 1.0
-    probe(call, s, t, h, high)
+    probe(s, t, h, high)
     value, end = s.found[3 * joint] * wanted, high
     if value <= s.band[joint] and s.probed[3 * joint + 1] * wanted > 0.0 and s.found[3 * joint + 1] * wanted < 0.0:
-        end = summit(call, s, t, h, joint, low, high, wanted)
-        probe(call, s, t, h, end)
+        end = summit(s, t, h, joint, low, high, wanted)
+        probe(s, t, h, end)
         value = s.found[3 * joint] * wanted
     if value <= s.band[joint]:
         return 2.0
-    return crossing(call, s, t, h, joint, low, end, wanted)
+    return crossing(s, t, h, joint, low, end, wanted)
 
 
-@inline
-def first_event(call, s, t, h):
+@shared
+def first_event(s, t, h):
     """(joint, theta) of the first contact start or end inside the last step; joint -1 if there is none."""
     joints = s.contacts.shape[0]
-    probe(call, s, t, h, 0.0)
+    probe(s, t, h, 0.0)
     copy(s.found, s.probed)
     for p in range(PROBES):
         best_joint, best = -1, 2.0
         for j in range(joints):
             if s.contacts[j, KIND] == CONTACT:
-                theta = event_of(call, s, t, h, j, p / PROBES, (p + 1) / PROBES)
+                theta = event_of(s, t, h, j, p / PROBES, (p + 1) / PROBES)
                 if theta < best:
                     best_joint, best = j, theta
         if best_joint >= 0:
             return best_joint, best
-        probe(call, s, t, h, (p + 1) / PROBES)
+        probe(s, t, h, (p + 1) / PROBES)
         copy(s.found, s.probed)
     return -1, 2.0
 
 
-@inline
-def nudge(call, s, t, shift):
+@shared
+def nudge(s, t, shift):
     """Move the end of the step by a time so short that the tangent is exact to rounding."""
     for i in range(s.y.size):
         s.y_new[i] += shift * s.f_new[i]
-    call.rhs(t, s.y_new, s.par, s.work, s.f_new)
+    s.rhs(t, s.y_new, s.par, s.work, s.f_new)
     s.counts[EVALUATIONS] += 1
-    call.events(t, s.y_new, s.par, s.work, s.after)
+    s.events(t, s.y_new, s.par, s.work, s.after)
 
 
-@inline
-def aligned(call, s, t, h, event, theta):
+@shared
+def aligned(s, t, h, event, theta):
     """Make the step again so that it ends on the event. Returns (its size, whether the event is at its end).
 
     The size is that of the step made last, moved by no more than `nudge` can: clock and state never part. It is 0 where
@@ -213,10 +208,10 @@ def aligned(call, s, t, h, event, theta):
         invalidate(s)
         if size <= RESOLVED * max(abs(t), h):
             return 0.0, True
-        if attempt(call, s, t, size) != 0 or s.control[ERROR] > 1.0:
+        if attempt(s, t, size) != 0 or s.control[ERROR] > 1.0:
             return -size, False
         made = size
-        call.events(t + size, s.y_new, s.par, s.work, s.after)
+        s.events(t + size, s.y_new, s.par, s.work, s.after)
         value, rate = wanted * s.after[3 * event], wanted * s.after[3 * event + 1]
         if abs(value) <= 1e-2 * s.band[event]:
             return size, True
@@ -226,7 +221,7 @@ def aligned(call, s, t, h, event, theta):
             low = size
         shift = -value / rate if rate > 0.0 else math.inf
         if abs(shift) < min(1e-6, 1e-3 * s.control[RTOL]) * size:
-            nudge(call, s, t + size, shift)
+            nudge(s, t + size, shift)
             return size + shift, True
         if not low < size + shift < high:
             if not passed or high - low <= RESOLVED * max(abs(t), h):
@@ -236,7 +231,7 @@ def aligned(call, s, t, h, event, theta):
     return made, value > 0.0
 
 
-@inline
+@shared
 def switch(s, joint, t, values):
     """Start or end the contact of a joint; `values` are the contact quantities at this moment."""
     contact = s.contacts[joint]
@@ -262,8 +257,8 @@ def next_sample(s):
     return s.clock[BEGIN] + s.place[SAMPLE] * s.clock[SAMPLE_EVERY]
 
 
-@inline
-def sample(call, s, t, h):
+@shared
+def sample(s, t, h):
     """Observe at every grid time up to the end of the last step (h = 0: at the start); False if the buffer is full."""
     while s.place[SAMPLE] < s.place[SAMPLES]:
         at = next_sample(s)
@@ -278,7 +273,7 @@ def sample(call, s, t, h):
         else:
             evaluate(s, (at - t) / h)
         row = s.rows[s.place[ROWS]]
-        call.observe(at, s.trial, s.par, s.work, row)
+        s.observe(at, s.trial, s.par, s.work, row)
         unwind(s, row, at - t)
         s.times[s.place[ROWS]] = at
         s.place[ROWS] += 1
@@ -287,7 +282,7 @@ def sample(call, s, t, h):
 
 
 # --- step sizes
-@inline
+@shared
 def weigh_films(s, found):
     """Natural sizes of the eccentricity of pure film joints and of its rate: less than usual where the film is thin.
 
@@ -312,8 +307,8 @@ def weigh_films(s, found):
             s.scale[p + first + k] = min(usual, FILM_ERROR * contact[PULL] / (damping * rtol))
 
 
-@inline
-def first_step(call, s, t):
+@shared
+def first_step(s, t):
     """A first step from the size of y, y' and y'' (Hairer, Norsett, Wanner 1993, section II.4)."""
     states, rtol = s.counts[STATES], s.control[RTOL]
     size, rate, bend = 0.0, 0.0, 0.0
@@ -326,7 +321,7 @@ def first_step(call, s, t):
         h = min(h, 0.01 * math.sqrt(size / rate))
     for i in range(s.y.size):
         s.trial[i] = s.y[i] + h * s.f[i]
-    call.rhs(t + h, s.trial, s.par, s.work, s.f_new)
+    s.rhs(t + h, s.trial, s.par, s.work, s.f_new)
     for i in range(states):
         bend += ((s.f_new[i] - s.f[i]) / (rtol * (s.scale[i] + abs(s.y[i])))) ** 2
     largest = max(math.sqrt(rate / max(states, 1)), math.sqrt(bend / max(states, 1)) / h)
@@ -344,7 +339,7 @@ def proposed(s, t):
     return 0.5 * left if 1.9 * h >= left else h
 
 
-@inline
+@shared
 def shrink(s, h, factor, code):
     """Reject a step; the reason is kept for the message, should steps become too small."""
     s.counts[REJECTED] += 1
@@ -353,8 +348,8 @@ def shrink(s, h, factor, code):
     s.clock[STEP_SIZE] = h * factor
 
 
-@inline
-def refuse(call, s, t, h):
+@shared
+def refuse(s, t, h):
     """Reject a step whose error is too large. Refused again, the order of its error is doubted.
 
     Where a contact ends inside the step, the next one ends about there.
@@ -362,8 +357,8 @@ def refuse(call, s, t, h):
     power = 1.0 / s.control[ORDER] if s.place[REFUSALS] == 0 else DOUBTED
     factor = max(SHRINK, SAFETY * s.control[ERROR] ** -power)
     if in_contact(s):
-        call.events(t, s.y, s.par, s.work, s.before)
-        call.events(t + h, s.y_new, s.par, s.work, s.after)
+        s.events(t, s.y, s.par, s.work, s.before)
+        s.events(t + h, s.y_new, s.par, s.work, s.after)
         for j in range(s.contacts.shape[0]):
             if s.contacts[j, TOUCHING] > 0.0 and s.after[3 * j] < 0.0 and s.before[3 * j] > 0.0:
                 fall = s.before[3 * j] - s.after[3 * j]
@@ -371,7 +366,7 @@ def refuse(call, s, t, h):
     shrink(s, h, factor, 1)
 
 
-@inline
+@shared
 def grow(s, h):
     """The step after an accepted one, from its error and from how the error grew since the step before.
 
@@ -406,40 +401,40 @@ def stiff(s):
     return s.place[STIFF_STEPS] >= STIFF_ENOUGH
 
 
-@inline
-def change_phase(call, s, event, t):
+@shared
+def change_phase(s, event, t):
     """Switch a contact and choose the next step: the one the last such phase began with, or a fresh first step."""
     switch(s, event, t, s.after)
-    call.rhs(t, s.y, s.par, s.work, s.f)
+    s.rhs(t, s.y, s.par, s.work, s.f)
     kept = s.clock[CONTACT_STEP if in_contact(s) else FREE_STEP]
-    s.clock[STEP_SIZE] = kept if kept > 0.0 else first_step(call, s, t)
+    s.clock[STEP_SIZE] = kept if kept > 0.0 else first_step(s, t)
     s.clock[LAST_STEP] = 0.0
     invalidate(s)
     if s.place[WATCHED] == 1:
-        look_again(call, s, t)
+        look_again(s, t)
 
 
 # --- the loop
-@inline
-def begin(call, s):
+@shared
+def begin(s):
     """First evaluation, contacts that exist at the start, first output row, first step."""
     t = s.clock[TIME]
     if s.contacts.shape[0] > 0:
-        call.events(t, s.y, s.par, s.work, s.before)
+        s.events(t, s.y, s.par, s.work, s.before)
         for j in range(s.contacts.shape[0]):
             if s.contacts[j, KIND] == CONTACT:
                 s.work[j] = FREE
                 if s.before[3 * j] > 0.0:
                     switch(s, j, t, s.before)
         weigh_films(s, s.before)
-    call.rhs(t, s.y, s.par, s.work, s.f)
+    s.rhs(t, s.y, s.par, s.work, s.f)
     for i in range(s.f.size):
         if not math.isfinite(s.f[i]):
             return status.NOT_FINITE
     if s.place[WATCHED] == 1:
-        begin_looking(call, s, t)
-    sample(call, s, t, 0.0)
-    s.clock[STEP_SIZE] = first_step(call, s, t)
+        begin_looking(s, t)
+    sample(s, t, 0.0)
+    s.clock[STEP_SIZE] = first_step(s, t)
     s.place[STARTED] = 1
     return status.RUNNING
 
@@ -459,19 +454,19 @@ def buffers_full(s):
     return s.place[EVENTS] + s.contacts.shape[0] > s.impacts.shape[0]
 
 
-@inline
-def accept(call, s, t, h, cut):
+@shared
+def accept(s, t, h, cut):
     """Take the step just made: sample, look for extremes, advance, log; `cut`: an event ended it.
 
     False if the output buffer is full (the step is made again).
     """
     if s.place[SAMPLE] < s.place[SAMPLES] and next_sample(s) <= t + h:
-        interpolate(call, s, t, h)
-    if not sample(call, s, t, h):
+        interpolate(s, t, h)
+    if not sample(s, t, h):
         return False
     s.clock[TIME] = s.clock[END] if t + h >= s.clock[END] else t + h
     if s.place[WATCHED] == 1:
-        look(call, s, t, h)
+        look(s, t, h)
     if s.clock[LAST_STEP] == 0.0 and not cut:  # the first step of a phase: where the next such phase starts
         s.clock[CONTACT_STEP if in_contact(s) else FREE_STEP] = h
     copy(s.y_new, s.y)
@@ -485,9 +480,9 @@ def accept(call, s, t, h, cut):
         row[LOG_COLUMNS + i] = s.row[s.ledger[i]]
     s.place[LOGGED] += 1
     if s.place[COMMITS] > 0:
-        call.commit(s.clock[TIME], s.y, s.par, s.work, s.work)
+        s.commit(s.clock[TIME], s.y, s.par, s.work, s.work)
         if s.place[REMEMBERING] > 0:  # what was remembered changed the film
-            call.rhs(s.clock[TIME], s.y, s.par, s.work, s.f)
+            s.rhs(s.clock[TIME], s.y, s.par, s.work, s.f)
     return True
 
 
@@ -503,8 +498,8 @@ def outside(s):
     return -1
 
 
-@inline
-def advance(call, s):
+@pasted
+def advance(s):
     """One trial step: rejected, or accepted up to its first contact event. Returns a status code."""
     t = s.clock[TIME]
     h = proposed(s, t)
@@ -513,44 +508,44 @@ def advance(call, s):
         if refusal == DOMAIN_LEFT:
             return status.FILM_LEFT
         return status.NOT_FINITE if refusal == 2 else status.STEP_TOO_SMALL
-    code = attempt(call, s, t, h)
+    code = attempt(s, t, h)
     if code != 0:
         shrink(s, h, NEWTON_FAILED, code)
         return status.RUNNING
     if s.control[ERROR] > 1.0:
-        refuse(call, s, t, h)
+        refuse(s, t, h)
         return status.RUNNING
     event, theta = -1, 2.0
     if s.contacts.shape[0] > 0:
-        call.events(t, s.y, s.par, s.work, s.before)
-        call.events(t + h, s.y_new, s.par, s.work, s.after)
+        s.events(t, s.y, s.par, s.work, s.before)
+        s.events(t + h, s.y_new, s.par, s.work, s.after)
         s.place[FAILED_JOINT] = outside(s)
         if s.place[FAILED_JOINT] >= 0:
             invalidate(s)
             shrink(s, h, SHRINK, DOMAIN_LEFT)
             return status.RUNNING
         if near_contact(s, h):
-            interpolate(call, s, t, h)
-            event, theta = first_event(call, s, t, h)
+            interpolate(s, t, h)
+            event, theta = first_event(s, t, h)
     cut, proposal = event >= 0, h
     if cut:
-        h, reached = aligned(call, s, t, h, event, theta)
+        h, reached = aligned(s, t, h, event, theta)
         if h < 0.0:
             shrink(s, -h, 0.5, 1)
             return status.RUNNING
         if h == 0.0:
-            call.events(t, s.y, s.par, s.work, s.after)
-            change_phase(call, s, event, t)
+            s.events(t, s.y, s.par, s.work, s.after)
+            change_phase(s, event, t)
             s.place[FLIPS] += 1
             return status.STEP_TOO_SMALL if s.place[FLIPS] > FLIP_LIMIT else status.RUNNING
         if not reached:
             event = -1
-    if not accept(call, s, t, h, cut):
+    if not accept(s, t, h, cut):
         invalidate(s)
         return status.RUNNING
     grow(s, h)
     if event >= 0:
-        change_phase(call, s, event, s.clock[TIME])
+        change_phase(s, event, s.clock[TIME])
     elif cut:
         s.clock[STEP_SIZE] = proposal
     if stiff(s) and s.place[MAY_SWITCH] == 1:
@@ -564,43 +559,22 @@ def copy_state(t, y, par, work, out):
     copy(y, out)
 
 
-LOOP_SIGNATURE = int64(
-    int64, int64, int64, int64, int64, int64, int64, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR,
-    INTEGERS, VECTOR, INTEGERS, MATRIX, MATRIX, MATRIX, VECTOR, MATRIX, MATRIX, VECTOR, MATRIX, complex128[:, ::1],
-    MATRIX, MATRIX, MATRIX, int64[:, ::1], MATRIX, INTEGERS, MATRIX, MATRIX, int64,
-)  # fmt: skip
-
-
-@compiled(LOOP_SIGNATURE)
-def run(
-    step, interpolant, rhs, jacobian, events, commit, observe, par, work, y, f, scale, band, control, counts,
-    clock, place, contacts, impacts, log, times, rows, dense, vector, matrix, complexes,
-    peaks, best, when, angles, turned, ledger, looks, scratch, budget,
-):  # fmt: skip
+@compiled(int64(int64, int64))
+def run(address, budget):
     """Advance until done, failed, a buffer is full or `budget` trial steps are spent. Returns a status code.
 
-    Functions come as their addresses, see store.address.
+    address: of the run's state, see state.words.
     """
-    size, events_size = y.size, 3 * contacts.shape[0]
-    call = Calls(
-        step_at(step), step_at(interpolant), kernel_at(rhs), kernel_at(jacobian), kernel_at(events), kernel_at(commit),
-        kernel_at(observe),
-    )  # fmt: skip
-    s = State(
-        par, work, y, f, scale, band, control, counts, clock, place, contacts, impacts, log, times, rows, dense, vector,
-        matrix, complexes, peaks, best, when, angles, turned, ledger, looks[0], looks[1], scratch[0, :size],
-        scratch[1, :size], scratch[2, :size], scratch[3, :events_size], scratch[4, :events_size],
-        scratch[5, :events_size], scratch[6, :events_size],
-    )  # fmt: skip
+    s = state_at(address)
     answer = status.RUNNING
-    if place[STARTED] == 0:
-        answer = begin(call, s)
+    if s.place[STARTED] == 0:
+        answer = begin(s)
     for _ in range(budget):
         if answer != status.RUNNING or buffers_full(s):
             return answer
-        if clock[TIME] >= clock[END]:
+        if s.clock[TIME] >= s.clock[END]:
             return status.DONE
-        if counts[STEPS] + counts[REJECTED] >= place[STEP_LIMIT]:
+        if s.counts[STEPS] + s.counts[REJECTED] >= s.place[STEP_LIMIT]:
             return status.TOO_MANY_STEPS
-        answer = advance(call, s)
+        answer = advance(s)
     return answer

@@ -13,6 +13,8 @@ collocation, afterwards.
 import math
 
 from clearance.stepping.linear import factor, rate_matrix, solve
+from clearance.stepping.record import constant
+from clearance.stepping.tableaus import Collocation
 from clearance.stepping.types import (
     CONVERGENCE,
     COORDINATES,
@@ -31,8 +33,10 @@ from clearance.stepping.types import (
     RTOL,
     STATES,
     inline,
+    pasted,
 )  # fmt: skip
 
+constant(Collocation)  # a scheme's tables are known where its stepper is compiled
 ITERATIONS = 10
 SAFETY = 0.9  # of the error tolerance
 
@@ -250,9 +254,12 @@ def slopes(k, h, f_new, m, size):
         f_new[i] = total / h
 
 
-@inline
-def advance(k, rhs, jacobian, t, h, y, f, par, work, y_new, f_new, scale, control, counts, vector, m, complexes):
+@pasted
+def advance(k, run, t, h):
     """One step from y with f = y' to y_new with f_new; error over tolerance in control[ERROR]. 0 if it worked."""
+    rhs = run.rhs
+    y, f, par, work, control, counts = run.y, run.f, run.par, run.work, run.control, run.counts
+    y_new, f_new, scale, vector, m, complexes = run.y_new, run.f_new, run.scale, run.vector, run.matrix, run.complexes
     size, n, stages = y.size, counts[STATES], k.c.size
     weight = m[4 * stages + WEIGHT]
     for i in range(n):
@@ -261,7 +268,7 @@ def advance(k, rhs, jacobian, t, h, y, f, par, work, y_new, f_new, scale, contro
     for _attempt in range(2):
         fresh = counts[JACOBIAN_STATE] != 1
         if fresh:
-            jacobian(t, y, par, work, vector)
+            run.jacobian(t, y, par, work, vector)
             counts[JACOBIANS] += 1
             counts[JACOBIAN_STATE], counts[LU_STATE] = 1, 0
         if counts[LU_STATE] != 1 or control[LAST_H] != h:

@@ -1,6 +1,7 @@
 """Radau IIA of order 5 as a stepper; see radau.py."""
 
 from clearance.stepping import radau
+from clearance.stepping.state import state_at
 from clearance.stepping.tableaus import RADAU5
 from clearance.stepping.types import STEP_SIGNATURE, compiled
 
@@ -10,16 +11,13 @@ ROWS = 4 * STAGES + radau.LU  # scratch: rows of `matrix`, beside one per state
 
 
 @compiled(STEP_SIGNATURE)
-def step(rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, m, complexes):
+def step(address, t, h):
     """One step of order 5."""
-    return radau.advance(
-        RADAU5, rhs, jacobian, t, h, y, f, par, work, y_new, f_new, scale, control, counts, vector, m, complexes
-    )
+    return radau.advance(RADAU5, state_at(address), t, h)
 
 
 @compiled(STEP_SIGNATURE)
-def interpolant(
-    rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, m, complexes
-):
+def interpolant(address, t, h):
     """Dense output: the collocation polynomial."""
-    return radau.interpolate(RADAU5, y, dense, m)
+    s = state_at(address)
+    return radau.interpolate(RADAU5, s.y, s.dense, s.matrix)

@@ -10,6 +10,7 @@ import math
 
 from clearance.stepping import tableaus
 from clearance.stepping.linear import factor, rate_matrix, solve
+from clearance.stepping.state import state_at
 from clearance.stepping.types import (
     COORDINATES,
     ERROR,
@@ -22,7 +23,7 @@ from clearance.stepping.types import (
     STATES,
     STEP_SIGNATURE,
     compiled,
-    inline,
+    pasted,
 )  # fmt: skip
 
 A, C, NODES = tableaus.RODAS_A, tableaus.RODAS_C, tableaus.RODAS_NODES
@@ -37,14 +38,14 @@ TRIAL, RATE_OF_TIME, SLOPE, PIVOTS, LU = 8, 9, 10, 11, 12
 ROWS = LU
 
 
-@inline
+@pasted
 def factorise(vector, m, g, p, n):
     """LU of the matrix of the rates."""
     rate_matrix(m[LU : LU + n - p], vector, g, p, n)
     factor(m[LU : LU + n - p], m[PIVOTS], n - p)
 
 
-@inline
+@pasted
 def solved(vector, m, s, g, p, n):
     """Row s of m becomes the solution of (g - J) x = row s."""
     right = m[s]
@@ -60,7 +61,7 @@ def solved(vector, m, s, g, p, n):
         right[i] = (right[i] + right[p + i]) / g
 
 
-@inline
+@pasted
 def stages(rhs, t, h, y, f, par, work, vector, m, p, n):
     """All stages; the last is the error estimate, the trial state and the last stage make the new state."""
     g, trial = 1.0 / (GAMMA * h), m[TRIAL]
@@ -83,7 +84,7 @@ def stages(rhs, t, h, y, f, par, work, vector, m, p, n):
         solved(vector, m, s, g, p, n)
 
 
-@inline
+@pasted
 def dense_output(y, y_new, dense, m, n):
     """Rows of the nested form."""
     for i in range(n):
@@ -97,7 +98,7 @@ def dense_output(y, y_new, dense, m, n):
         dense[5, i] = dense[6, i] = dense[7, i] = 0.0
 
 
-@inline
+@pasted
 def ledger(rhs, t, h, y, y_new, par, work, dense, m, n):
     """The energy integrals and their dense output, from the powers at three places of the dense output of the rest."""
     trial = m[TRIAL]
@@ -124,11 +125,15 @@ def ledger(rhs, t, h, y, y_new, par, work, dense, m, n):
 
 
 @compiled(STEP_SIGNATURE)
-def step(rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, m, complexes):
+def step(address, t, h):
     """One step from y with f = y' to y_new with f_new; error over tolerance in control[ERROR]. 0 if finite."""
+    s = state_at(address)
+    rhs = s.rhs
+    y, f, par, work, y_new, f_new = s.y, s.f, s.par, s.work, s.y_new, s.f_new
+    dense, scale, control, counts, vector, m = s.dense, s.scale, s.control, s.counts, s.vector, s.matrix
     size, n, p = y.size, counts[STATES], counts[COORDINATES]
     if counts[JACOBIAN_STATE] != 1:
-        jacobian(t, y, par, work, vector)
+        s.jacobian(t, y, par, work, vector)
         counts[JACOBIANS] += 1
         later = DIFFERENCE * h
         rhs(t + later, y, par, work, m[RATE_OF_TIME])
@@ -163,8 +168,6 @@ def step(rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, contr
 
 
 @compiled(STEP_SIGNATURE)
-def interpolant(
-    rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, m, complexes
-):
+def interpolant(address, t, h):
     """The step has made its dense output, order 4, already."""
     return 0

@@ -2,7 +2,23 @@
 
 from collections import namedtuple
 
-from clearance.stepping.types import HAS_PREDICTOR, JACOBIAN_STATE, LAST_H, LU_STATE, inline
+from clearance.mechanism.store import COMPILED
+from clearance.stepping.record import Record, packed, reader
+from clearance.stepping.types import (
+    HAS_PREDICTOR,
+    INTEGERS,
+    JACOBIAN_STATE,
+    KERNEL,
+    LAST_H,
+    LU_STATE,
+    MATRIX,
+    STEP,
+    VECTOR,
+    complex128,
+    inline,
+    int64,
+    shared,
+)
 
 # entries of `clock`
 TIME, STEP_SIZE, END, LARGEST, SAMPLE_EVERY, BEGIN, CONTACT_STEP, FREE_STEP, LAST_STEP, LAST_ERROR = range(10)
@@ -26,12 +42,31 @@ CHANNEL, PAIRED, SIGN, JOINT, VALUE, WHEN, EARLIER, LAST, NEXT, MIDDLE, SEARCHED
 PEAK_COLUMNS = 11
 
 # what a run is made of: the compiled functions it calls, and its arrays
-Calls = namedtuple("Calls", "step interpolant rhs jacobian events commit observe")
-State = namedtuple(
-    "State",
-    "par work y f scale band control counts clock place contacts impacts log times rows dense vector matrix complexes "
-    "peaks best when angles turned ledger row look y_new f_new trial before after probed found",
-)
+_FIELDS = {
+    STEP: "step interpolant",
+    KERNEL: "rhs jacobian events commit observe",
+    VECTOR: "par work y f scale band control clock times vector row look y_new f_new trial before after probed found",
+    MATRIX: "contacts impacts log rows dense matrix peaks best when turned",
+    INTEGERS: "counts place ledger",
+    int64[:, ::1]: "angles",
+    complex128[:, ::1]: "complexes",
+}
+STATE = Record("of a run", {name: kind for kind, names in _FIELDS.items() for name in names.split()})
+state_at = reader(STATE)
+
+
+class State(namedtuple("State", STATE.fields)):
+    """A run's functions and arrays."""
+
+    @property
+    def address(self) -> "State":
+        """What plain Python takes for its address."""
+        return self
+
+
+def words(state: State):
+    """A run's state as the compiled loop takes it: see record.py; the arrays must live as long as they are used."""
+    return packed(STATE, state) if COMPILED else state
 
 
 @inline
@@ -42,28 +77,22 @@ def copy(source, target):
 
 # --- one step and its dense output
 @inline
-def attempt(call, s, t, h):
+def attempt(s, t, h):
     """One step of the method from the present state; 0 if it worked (its error may still be too large)."""
     s.place[INTERPOLATED] = 0
-    return call.step(
-        call.rhs, call.jacobian, t, h, s.y, s.f, s.par, s.work, s.y_new, s.f_new, s.dense, s.scale, s.control, s.counts,
-        s.vector, s.matrix, s.complexes,
-    )  # fmt: skip
+    return s.step(s.address, t, h)
 
 
-@inline
-def interpolate(call, s, t, h):
+@shared
+def interpolate(s, t, h):
     """Prepare the dense output of the step just made, unless it stands ready."""
     if s.place[INTERPOLATED] == 1:
         return
     s.place[INTERPOLATED] = 1
-    call.interpolant(
-        call.rhs, call.jacobian, t, h, s.y, s.f, s.par, s.work, s.y_new, s.f_new, s.dense, s.scale, s.control, s.counts,
-        s.vector, s.matrix, s.complexes,
-    )  # fmt: skip
+    s.interpolant(s.address, t, h)
 
 
-@inline
+@shared
 def evaluate(s, theta):
     """Dense output at theta in [0, 1], into s.trial."""
     for i in range(s.y.size):

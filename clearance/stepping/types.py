@@ -10,13 +10,10 @@ VECTOR = float64[::1]
 MATRIX = float64[:, ::1]
 INTEGERS = int64[::1]
 
-#: (rhs, jacobian, t, h, y, f, par, work, y_new, f_new, dense, scale, control, counts, vector, matrix, complex matrix)
-STEP_SIGNATURE = int64(
-    KERNEL, KERNEL, float64, float64, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, MATRIX, VECTOR, VECTOR, INTEGERS,
-    VECTOR, MATRIX, complex128[:, ::1],
-)  # fmt: skip
+#: (address of the run's state, t, h)
+STEP_SIGNATURE = int64(int64, float64, float64)
 STEP = types.FunctionType(STEP_SIGNATURE)
-kernel_at, step_at = caller(KERNEL), caller(STEP)
+kernel_at = caller(KERNEL)
 
 #: rows of the dense output: y(theta) = d0 + theta (d1 + (1 - theta) (d2 + theta (d3 + ...)))
 DENSE_ROWS = 8
@@ -51,9 +48,23 @@ def compiled(signature):
     return decorate
 
 
+#: of helpers, which only compiled functions call
+HELPER = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+
+def shared(function):
+    """A helper that its callers call."""
+    return njit(**HELPER)(function)
+
+
 def inline(function):
-    """A helper that becomes part of its callers, with their constants."""
+    """A helper that becomes part of its callers, with their constants. It is put in by LLVM: numba takes far longer."""
+    return njit(forceinline=True, **HELPER)(function)
+
+
+def pasted(function):
+    """A helper that numba puts into its callers, before anything is compiled: for few callers, or for constants."""
     return njit(error_model="numpy", inline="always", _nrt=False)(function)
 
 
-__all__ = ["KERNEL", "compiled", "inline"]
+__all__ = ["KERNEL", "compiled", "inline", "pasted", "shared"]

@@ -1,0 +1,161 @@
+"""Records of arrays and functions that compiled code reads where they stand, one field at a time.
+
+Compiled functions take a named tuple of arrays word by word: seven words an array, hundreds in all, at every call and
+at every mention. Of a record they take the address, and read of it what they mention.
+"""
+
+import sys
+from importlib import import_module
+
+import numpy as np
+from numba import types
+from numba.core.cgutils import create_struct_proxy
+from numba.core.imputils import lower_constant
+from numba.core.typing.templates import AttributeTemplate
+from numba.core.typing.typeof import Purpose, typeof
+from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model, typeof_impl
+from numba.np import linalg
+from numba.np.arrayobj import make_array, populate_array
+
+from clearance.mechanism.store import COMPILED
+
+
+def _load_array_functions() -> None:
+    """Load numba's array functions without scipy.linalg, a tenth of a start: nothing here multiplies matrices.
+
+    They look whether scipy brings a BLAS, which it does; each use of it looks once more.
+    """
+    look, linalg.ensure_blas = linalg.ensure_blas, lambda: None
+    try:
+        import_module("numba.np.arraymath")
+    finally:
+        linalg.ensure_blas = look
+
+
+if "scipy.linalg" not in sys.modules:
+    _load_array_functions()
+
+
+class Record(types.Type):
+    """The type of a record. fields: name -> an array in C order, or a function."""
+
+    def __init__(self, name: str, fields: dict):
+        self.fields, self.places, words = fields, {}, 0
+        for field, kind in fields.items():
+            self.places[field] = words
+            words += 1 + getattr(kind, "ndim", 0)
+        super().__init__(name=f"record {name}")
+
+
+register_model(Record)(models.OpaqueModel)
+
+
+@infer_getattr
+class Fields(AttributeTemplate):
+    """The types of a record's fields."""
+
+    key = Record
+
+    def generic_resolve(self, record, name):
+        return types.int64 if name == "address" else record.fields.get(name)
+
+
+@lower_getattr_generic(Record)
+def field(context, builder, record, value, name):
+    """Read one field. Nothing changes a record while compiled code runs, so one reading does for a whole function."""
+    word = context.get_value_type(types.intp)
+    if name == "address":
+        return builder.ptrtoint(value, word)
+    kind = record.fields[name]
+    words = builder.bitcast(value, word.as_pointer())
+
+    def read(place):
+        found = builder.load(builder.gep(words, [word(place)]))
+        found.set_metadata("invariant.load", builder.module.add_metadata([]))
+        return found
+
+    first = record.places[name]
+    if isinstance(kind, types.FunctionType):
+        function = create_struct_proxy(kind)(context, builder)
+        function.jit_addr = builder.inttoptr(read(first), function.jit_addr.type)
+        return function._getvalue()
+    shape = [read(first + 1 + axis) for axis in range(kind.ndim)]
+    size = context.get_abi_sizeof(context.get_data_type(kind.dtype))
+    strides = [word(size)]
+    for length in reversed(shape[1:]):
+        strides.insert(0, builder.mul(length, strides[0]))
+    array = make_array(kind)(context, builder)
+    data = builder.inttoptr(read(first), context.get_data_type(kind.dtype).as_pointer())
+    populate_array(array, data=data, shape=shape, strides=strides, itemsize=size, meminfo=None)
+    return array._getvalue()
+
+
+def packed(record: Record, values) -> np.ndarray:
+    """The words of a record of these values: arrays and addresses of functions, in the order of its fields.
+
+    They hold no array alive. Raises ValueError for an array that is not in C order.
+    """
+    words = []
+    for name, value in zip(record.fields, values, strict=True):
+        if isinstance(value, np.ndarray):
+            if not value.flags.c_contiguous:
+                raise ValueError(f"{name} must be in C order")
+            words += [value.__array_interface__["data"][0], *value.shape]
+        else:
+            words.append(value)
+    return np.array(words, dtype=np.int64)
+
+
+def reader(record: Record):
+    """For use inside compiled code: the record at an address (in plain Python the record itself)."""
+    if not COMPILED:
+        return lambda values: values
+
+    @intrinsic
+    def record_at(context, address):
+        def generate(target, builder, signature, arguments):
+            return builder.inttoptr(arguments[0], target.get_value_type(record))
+
+        return record(types.int64), generate
+
+    return record_at
+
+
+# --- constants
+class Constants(types.Type):
+    """The type of one group of constant arrays and numbers; as an argument it takes no room."""
+
+    def __init__(self, group):
+        self.group = group
+        super().__init__(name=f"constants {type(group).__name__} {id(group)}")
+
+
+register_model(Constants)(models.OpaqueModel)
+
+
+@infer_getattr
+class Members(AttributeTemplate):
+    """The types of the members of a group of constants."""
+
+    key = Constants
+
+    def generic_resolve(self, constants, name):
+        return typeof(getattr(constants.group, name), Purpose.constant)
+
+
+@lower_getattr_generic(Constants)
+def member(context, builder, constants, value, name):
+    """One member, as a constant of the compiled code."""
+    found = getattr(constants.group, name)
+    return context.get_constant_generic(builder, typeof(found, Purpose.constant), found)
+
+
+@lower_constant(Constants)
+def nothing(context, builder, constants, group):
+    """What stands for the group: its members are read from its type."""
+    return context.get_dummy_value()
+
+
+def constant(group: type) -> None:
+    """Compile the objects of a class as groups of constants."""
+    typeof_impl.register(group)(lambda value, _: Constants(value))
