@@ -50,6 +50,7 @@ def killed_at(path, stretches: int) -> None:
     assert not path.exists()
 
 
+@pytest.mark.slow
 def test_a_killed_run_goes_on_and_gives_the_same_file(tmp_path):
     scene = cl.load_case("slider_crank", model="dry")
     whole = cl.simulate(scene, turns=TURNS, samples_per_turn=200, path=tmp_path / "whole.h5", compression=1)

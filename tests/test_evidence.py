@@ -19,6 +19,8 @@ from clearance.evidence.variants import rebuilt, reduced
 from clearance.simulation import METHODS
 from tests.test_stepping import ball
 
+pytestmark = pytest.mark.slow
+
 
 def oil():
     return cl.load_case("slider_crank", model="lubricated", viscosity=0.04)

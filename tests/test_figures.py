@@ -123,6 +123,7 @@ def test_a_file_is_no_folder(tmp_path, capsys):
 LONG = {"evidence_physics", "evidence_ablation", "evidence_work_precision", "evidence_films", "evidence_stress"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(set(NAMES) - LONG))
 def test_every_script_draws_a_preview(name, tmp_path, capsys):
     status, figures = drawn(tmp_path, name, "--quick")

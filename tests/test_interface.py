@@ -102,7 +102,7 @@ def test_contacts_take_what_the_joint_determines(name):
     free = {"restitution": 0.9, "dissipation": 0.1, "damping": 5.0}
     given = {n: free[n] for n in free if n in law.given}
     if name == "kelvin_voigt":  # its stiffness [N/m] follows from no joint
-        with pytest.raises(TypeError, match="missing \\['stiffness'\\]"):
+        with pytest.raises(TypeError, match="missing stiffness"):
             law(**given)
         return
     found = pin(law(**given), length=0.02).contact

@@ -15,6 +15,8 @@ from clearance.evidence.lyapunov import Exponent, lyapunov
 from clearance.laws.law import signal
 from clearance.mechanism.build import build
 
+pytestmark = pytest.mark.slow
+
 
 @signal
 def cosine(time, amplitude, frequency):

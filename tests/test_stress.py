@@ -17,6 +17,8 @@ from clearance.evidence import pictures, stress
 from clearance.evidence.stress import Cell, judge, matrix
 from tests import mechanisms as m
 
+pytestmark = pytest.mark.slow
+
 #: shorter than the command's, and without what needs minutes
 REDUCED = [
     dataclasses.replace(c, turns=min(c.turns, 0.3))

@@ -24,7 +24,8 @@ from clearance.inverse.motion import Geometry, Pairs
 from clearance.joints import Prismatic
 from clearance.loads import Drive
 from clearance.mechanism.assembly import assemble
-from clearance.mechanism.emission import Program, kernel_text
+from clearance.mechanism.emission import kernel_text
+from clearance.mechanism.structure import Structure
 from clearance.results import Record, save_tables
 from clearance.scene import Scene
 
@@ -305,9 +306,8 @@ def counted_operations(solver: Explicit, times: np.ndarray, channels: Iterable[i
     Iterations count as often as they are made; changes of sign, comparisons and copies do not count.
     """
     structure, m, count = solver.structure, solver.mechanism, Counting()
-    observe = structure.programs["observe"]
-    look = count.function(replace(observe, outputs={i: observe.outputs[i] for i in channels}))
-    keep = count.function(structure.programs["commit"])
+    look = count.function("observe", observing(structure, channels))
+    keep = count.function("commit", structure.texts["commit"])
     state, par, work = ([count.number(v) for v in x] for x in (m.y0, m.par, np.append(m.work0, 0.0)))
     out = [0.0] * len(solver.channels)
     for i, time in enumerate(times):
@@ -319,6 +319,12 @@ def counted_operations(solver: Explicit, times: np.ndarray, channels: Iterable[i
         if structure.commits:
             keep(count.number(time), state, par, work, work)
     return Operations(*(count.tally[kind] / len(times) for kind in KINDS))
+
+
+def observing(structure: Structure, channels: Iterable[int]) -> str:
+    """Text of the kernel that observes some channels only."""
+    program = structure.programs["observe"]
+    return kernel_text(replace(program, outputs={i: program.outputs[i] for i in channels}), {})
 
 
 class Counting:
@@ -342,15 +348,18 @@ class Counting:
         def method(*numbers):
             if kind is not None:
                 self.tally[kind] += 1
-            return self.number(plain(*numbers))
+            try:
+                return self.number(plain(*numbers))
+            except (ZeroDivisionError, ValueError):  # of a value that a condition then leaves out
+                return self.number(math.nan)
 
         return method
 
-    def function(self, program: Program) -> Callable:
-        """The kernel of a program."""
+    def function(self, name: str, text: str) -> Callable:
+        """The function of a text."""
         scope = {"math": self.math}
-        exec(kernel_text(program, {}).replace("import math\n", ""), scope)  # noqa: S102
-        return scope[program.role]
+        exec(text.replace("import math\n", ""), scope)  # noqa: S102
+        return scope[name]
 
 
 # --- showing

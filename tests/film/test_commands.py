@@ -125,6 +125,7 @@ class TestSnapshots:
             films.snapshots(result)
 
 
+@pytest.mark.slow
 class TestStudies:
     def test_convergence(self, tmp_path, capsys):
         """One grid is of second order (1.5 to 2.5), extrapolation and finite elements gain: 4 times at like meshes."""

@@ -287,6 +287,7 @@ def test_own_bounds_hold():
 
 
 # --- static torque not below the kinetic one, and its own best of many starts
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "least"), [(8, 0.0898), (10, 0.0832), (19, 0.0971), (7, 0.0830)])
 def test_hard_draws_of_the_bench_end_at_the_best_of_thirty_starts(seed, least):
     """The NRMSE of thirty starts on all samples; five plain starts ended at 0.1206 for seed 8, static < kinetic."""
@@ -341,6 +342,7 @@ def test_axes_are_fitted_apart_where_no_trial_couples_them():
 
 
 # --- networks
+@pytest.mark.slow
 def test_a_network_fits_the_bench_at_least_as_well_as_the_stribeck_function(tmp_path):
     """Measured 0.070 beside 0.083 for two units; at 200 Hz, which is quick."""
     data = bench(rate_of_samples=200.0).of("training")

@@ -9,6 +9,8 @@ import pytest
 from clearance.identify import fit, learn, models
 from clearance.identify.records import Measurement, Trial
 
+pytestmark = pytest.mark.slow
+
 TINY = {"hidden": 4, "window": 50, "lead": 20, "batch": 4, "epochs": 40, "patience": 40, "rate": 0.03}
 
 

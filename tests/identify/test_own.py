@@ -124,6 +124,7 @@ def noisy_path(name: str, true: dict, time: np.ndarray) -> np.ndarray:
     return path + 0.5e-6 * np.random.default_rng(1).standard_normal(path.shape)
 
 
+@pytest.mark.slow
 def test_the_guides_contact(tmp_path, monkeypatch):
     """Stiffness and damping of a contact from 61 points of a path: within 1 %, two of the widths of their intervals.
 
@@ -140,6 +141,7 @@ def test_the_guides_contact(tmp_path, monkeypatch):
     assert not fitted.doubts
 
 
+@pytest.mark.slow
 def test_the_guides_journal(tmp_path, monkeypatch, capsys):
     """Thresholds of a mixed joint from the path of its journal with 0.5 um of noise: inside their 95 % intervals."""
     monkeypatch.chdir(tmp_path)

@@ -11,6 +11,8 @@ from clearance.identify import learn, models, studies, variants
 from clearance.identify.bench import bench
 from clearance.identify.fit import fit, nrmse
 
+pytestmark = pytest.mark.slow
+
 WHITE = ("lugre3d", "lugre1d", "curve")
 
 

@@ -11,7 +11,8 @@ from clearance.paper_figures import chain_operations
 import clearance as cl
 from clearance.evidence import routes
 from clearance.inverse.explicit import Explicit
-from clearance.mechanism.rubbing import eliminated
+from clearance.mechanism.emission import function_text
+from clearance.mechanism.loops import solver
 from tests import mechanisms
 
 TIMES = np.linspace(0.0, 10.0, 120)
@@ -92,8 +93,8 @@ class TestOperations:
         """Counted while the package's own elimination runs on a full matrix."""
         size, count = 3 * bodies, routes.Counting()
         rng = np.random.default_rng(bodies)
-        work = [count.number(v) for v in rng.standard_normal(size * (size + 1))]
-        eliminated(work, 0, size)
+        numbers = [count.number(v) for v in rng.standard_normal(size * (size + 1))]
+        count.function(f"solve_{size}", function_text(solver(size)))((), *numbers)
         formula = routes.dense_operations(bodies, 0)
         assert count.tally["divisions"] == formula.divisions
         assert count.tally["multiplications"] == formula.multiplications - 3 * bodies
@@ -118,7 +119,7 @@ class TestOperations:
         solver = Explicit(scene)
         row, m, count = solver.rows([0.0])[0][0], solver.mechanism, routes.Counting()
         wanted = routes.needed_channels(solver)
-        look = count.function("observe", routes.pruned(solver.structure.texts["observe"], set(wanted)))
+        look = count.function("observe", routes.observing(solver.structure, wanted))
         out = [None] * row.size
         numbers = ([count.number(v) for v in x] for x in (m.y0, m.par, np.append(m.work0, 0.0)))
         look(count.number(0.0), *numbers, out)
@@ -213,7 +214,7 @@ class TestShowing:
         assert len(lines) == 2 + len(study.routes)
         assert {line.count("|") for line in lines} == {7}
         text = "\n".join(routes.describe(study))
-        assert "14 times as many" in text
+        assert "15 times as many" in text
         assert "n = 21" in text
         assert "friction in ground-g: the routes without friction are compared with the ideal efforts" in text
 

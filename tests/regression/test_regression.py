@@ -26,6 +26,7 @@ def test_run_is_as_its_reference(name):
     assert all(value <= 1.0 for value in off.values()), worst(off)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MOVABLE)
 def test_a_thousandth_is_noticed(name):
     """One parameter a thousandth larger: at least three times what is allowed, in some channel."""

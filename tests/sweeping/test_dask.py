@@ -46,6 +46,7 @@ def cluster(tmp_path):
         process.wait()
 
 
+@pytest.mark.slow
 def test_a_cluster_gives_the_same_files_and_survives_a_worker(tmp_path, cluster):
     address, workers = cluster
     here = cl.sweep(

@@ -360,6 +360,7 @@ def children(pid: int) -> list[int]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for worker processes in /proc")
 @pytest.mark.parametrize("after", [1, 7, 20])
 def test_a_killed_driver_loses_no_finished_run(after, tmp_path, undisturbed):
@@ -392,6 +393,7 @@ def zombie(pid: int) -> bool:
         return True
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for worker processes in /proc")
 def test_killed_workers_are_replaced(tmp_path, undisturbed):
     driver = subprocess.Popen([sys.executable, "-c", DRIVE, str(tmp_path / "out")])
@@ -420,6 +422,7 @@ def serves(pid: int) -> bool:
     return b"forkserver" in maps and b"forkserver" in Path(f"/proc/{grandchild}/cmdline").read_bytes()
 
 
+@pytest.mark.slow
 def test_a_point_that_kills_its_worker_is_given_up(tmp_path):
     (tmp_path / "deadly.py").write_text(
         FAILS.replace("import math", "import math, os").replace("raise ValueError", "os.kill(os.getpid(), 9)  # ")
@@ -431,6 +434,7 @@ def test_a_point_that_kills_its_worker_is_given_up(tmp_path):
     assert found.reason[1] == "its worker died: killed by SIGKILL"
 
 
+@pytest.mark.slow
 def test_a_full_disk_stops_the_sweep_and_keeps_what_is_done(tmp_path):
     """A limit on the size of files stands for the full disk: writing a run's file fails half way."""
     code = (
