@@ -12,15 +12,17 @@ import math
 import textwrap
 from collections import namedtuple
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from types import ModuleType
 
 from clearance.mechanism.asking import KEEP
 from clearance.mechanism.function import Answer, Function, Inside, Loop, Opaque
-from clearance.mechanism.trace import COMPARISONS, FLAT, UNARY, Scalar, Trace, is_number
+from clearance.mechanism.trace import COMPARISONS, FLAT, UNARY, Scalar, Trace, defined, is_number
 
 BINARY = ("atan2", "hypot", "copysign", "pow")
 UNROLLED = 64  # passes of a loop over a range that are written out
+COUNTER, STOP = "<counter>", "<stop>"  # variables of a counted loop, under names that no function has
 OPERATORS = {"Lt": "lt", "LtE": "le", "Gt": "gt", "GtE": "ge", "Eq": "eq", "NotEq": "ne"}
 assert set(OPERATORS.values()) == set(COMPARISONS)
 
@@ -77,7 +79,18 @@ def definition(function: Callable) -> ast.FunctionDef:
 def outputs_of(function: Callable) -> int:
     """Number of values that a function returns, by its source."""
     returned = [n.value for n in ast.walk(definition(function)) if isinstance(n, ast.Return)]
-    return max((len(v.elts) if isinstance(v, ast.Tuple) else 1 for v in returned), default=0)
+    return max((_count(function, value) for value in returned), default=0)
+
+
+def _count(function: Callable, value: ast.expr | None) -> int:
+    if isinstance(value, ast.Tuple):
+        return len(value.elts)
+    called = function.__globals__.get(value.func.id) if _is_call(value) else None
+    return outputs_of(called) if inspect.isfunction(called) and called is not function else 1
+
+
+def _is_call(value: ast.expr | None) -> bool:
+    return isinstance(value, ast.Call) and isinstance(value.func, ast.Name)
 
 
 def fingerprint(function: Callable) -> tuple:
@@ -97,6 +110,15 @@ def fingerprint(function: Callable) -> tuple:
 
 def _name(function: Callable) -> str:
     return function.__name__.lstrip("_")
+
+
+@dataclass(frozen=True)
+class Counted:
+    """A range whose values are counted as the loop goes."""
+
+    start: object
+    stop: object
+    step: int
 
 
 @dataclass
@@ -243,9 +265,11 @@ class Execution:
     def _for(self, node, variables, exits):
         if node.orelse or not isinstance(node.target, ast.Name):
             raise self.unreadable(node)
-        values = self._passes(node.iter, variables)
+        passes = self._passes(node.iter, variables)
+        if isinstance(passes, Counted):
+            return self._counted(node, passes, variables)
         left: list[Exit] = []  # ways out of the loop
-        for value in values:
+        for value in passes:
             variables[node.target.id] = value
             inside: list[Exit] = []
             end = self.block(node.body, variables, inside)
@@ -255,15 +279,30 @@ class Execution:
         return self._left(variables, left, exits)
 
     def _passes(self, node, variables):
+        """The values that a loop goes through; those of a range that is not fixed, or long, are counted."""
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "range":
             bounds = [self.value(a, variables) for a in node.args]
-            if all(is_number(b) for b in bounds) and len(range(*map(int, bounds))) <= UNROLLED:
-                return range(*map(int, bounds))
-            raise Untraceable(f"its loop over {ast.unparse(node)} has more than {UNROLLED} or unknown passes")
+            start, stop, step = (0, *bounds, 1) if len(bounds) == 1 else (*bounds, 1)[:3]
+            if not is_number(step):
+                raise Untraceable(f"the step of {ast.unparse(node)} is not fixed")
+            if is_number(start) and is_number(stop) and len(range(start, stop, step)) <= UNROLLED:
+                return range(start, stop, step)
+            return Counted(start, stop, step)
         values = self.value(node, variables)
         if isinstance(values, tuple):
             return values
         raise self.unreadable(node)
+
+    def _counted(self, node, counted: "Counted", variables: dict) -> dict:
+        """A loop over a range as one that ends by a condition."""
+        name = node.target.id
+        variables = {name: counted.start} | variables | {COUNTER: counted.start, STOP: counted.stop}
+        target, counter = ast.Name(name, ast.Store()), ast.Name(COUNTER, ast.Load())
+        order = ast.Lt() if counted.step > 0 else ast.Gt()
+        test = ast.Compare(counter, [order], [ast.Name(STOP, ast.Load())])
+        onward = ast.AugAssign(ast.Name(COUNTER, ast.Store()), ast.Add(), ast.Constant(counted.step))
+        body = [ast.Assign([target], counter), onward, *node.body]
+        return self._while(ast.While(test, body, []), variables, [])
 
     def _gone_on(self, end: dict | None, inside: list[Exit], left: list[Exit]) -> dict | None:
         """The variables that the next pass begins with; ways out of the loop are noted."""
@@ -439,7 +478,7 @@ class Execution:
     def _built_in(self, name: str, arguments: list):
         trace = self.trace
         if all(is_number(a) for a in arguments):
-            return getattr(math, name, None)(*arguments) if hasattr(math, name) else getattr(builtins, name)(*arguments)
+            return defined(getattr(math, name, None) or getattr(builtins, name), *arguments)
         if name in ("max", "min"):
             value = arguments[0]
             for other in arguments[1:]:
@@ -466,7 +505,8 @@ class Execution:
         if function in self.callers:
             raise ValueError(f"law {self.name} calls itself (through {function.__name__}); write a loop")
         if all(_fixed(a) for a in arguments):
-            return function(*arguments)
+            with suppress(ArithmeticError, ValueError):  # of a side that a condition may leave out
+                return function(*arguments)
         key = function, tuple(_mapped(a, lambda v: None) for a in arguments)
         if key not in self.helpers:
             self.helpers[key] = self._traced(function, arguments)

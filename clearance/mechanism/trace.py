@@ -100,6 +100,15 @@ def is_number(value) -> bool:
     return not isinstance(value, Scalar)
 
 
+def defined(function: Callable, *numbers):
+    """A function of numbers, not a number where Python raises: a condition may leave the value out."""
+    try:
+        value = function(*numbers)
+    except (ArithmeticError, ValueError):
+        return math.nan
+    return math.nan if isinstance(value, complex) else value
+
+
 class Trace:
     """A growing list of operations, each written once."""
 
@@ -192,10 +201,10 @@ class Trace:
 
     def div(self, a, b):
         if is_number(a) and is_number(b):
-            return a / b
+            return defined(operator.truediv, a, b)
         a, b = self.numeric(a), self.numeric(b)
         if is_number(b):
-            return self.mul(a, 1.0 / b)
+            return self.mul(a, defined(operator.truediv, 1.0, b))
         if is_number(a):
             return 0.0 if a == 0.0 else self._node("div", float(a), b)
         if a is b:
@@ -207,19 +216,19 @@ class Trace:
     def power(self, a, b):
         """a to the power of b; small whole exponents as products, 1/2 as a root."""
         if is_number(a) and is_number(b):
-            return a**b
+            return defined(operator.pow, a, b)
         if is_number(b) and b in (0, 1, 2, 3, 4):
             return [lambda: 1.0, lambda: a, lambda: a * a, lambda: a * a * a, lambda: (a * a) * (a * a)][int(b)]()
         return self.sqrt(a) if is_number(b) and b == 0.5 else self.binary("pow", a, b)
 
     def function(self, name: str, a):
         """A function of one number: one of UNARY or FLAT."""
-        return float(getattr(math, name)(a)) if is_number(a) else self._node(name, a)
+        return float(defined(getattr(math, name), a)) if is_number(a) else self._node(name, a)
 
     def binary(self, name: str, a, b):
         """pow, atan2, hypot or copysign."""
         if is_number(a) and is_number(b):
-            return getattr(math, name)(a, b)
+            return defined(getattr(math, name), a, b)
         return self._node(name, self.number(a), self.number(b))
 
     def sqrt(self, a):
