@@ -1,4 +1,6 @@
-"""Kernels on the trace: matrices by columns, several mechanisms in lanes, laws that end loops or are not traced."""
+"""Kernels on the trace: matrices by columns, several mechanisms in lanes, laws that end loops or
+are not traced.
+"""
 
 import math
 
@@ -45,7 +47,9 @@ def rubbing_four_bar():
 
 SCENES = {
     "film": lambda: m.watt(m.chooser(m.film, "CE")),
-    "dry": lambda: m.watt(m.chooser(m.dry, "C", eccentricity=(8e-5, 8e-5), eccentricity_rate=(0.1, 0.0))),
+    "dry": lambda: m.watt(
+        m.chooser(m.dry, "C", eccentricity=(8e-5, 8e-5), eccentricity_rate=(0.1, 0.0))
+    ),
     "newton": lambda: m.stephenson(m.chooser(m.film, "C")),
     "rubbing": rubbing_four_bar,
     "table": lambda: cl.load_case("slider_crank", model="mixed", film="table"),
@@ -82,7 +86,9 @@ class TestColumns:
                 joints.append(cl.Revolute(parent, link["near"], name=f"J{i}"))
                 parent = link["far"]
             programs = build(cl.Scene(*joints)).structure.programs
-            counts.append({role: programs[role].operations for role in ("rhs", "jacobian", "observe")})
+            counts.append(
+                {role: programs[role].operations for role in ("rhs", "jacobian", "observe")}
+            )
         assert all(counts[1][role] < 2.2 * counts[0][role] for role in counts[0])
 
 
@@ -93,7 +99,9 @@ class TestLanes:
         """Bit for bit, with other states and parameters in each lane."""
         mechanism = build(SCENES[name]())
         rng = np.random.default_rng(1)
-        head = len(mechanism.structure.index) + mechanism.structure.derived  # tables behind are for all lanes
+        head = (
+            len(mechanism.structure.index) + mechanism.structure.derived
+        )  # tables behind are for all lanes
         states = np.array([moved(mechanism, seed) for seed in range(width)])
         times = rng.uniform(0.0, 0.1, width)
         for role in ("rhs", "observe") if name == "rubbing" else ("rhs", "observe", "events"):
@@ -141,7 +149,9 @@ table_of.slopes = slopes_of_table
 
 def pendulum(friction):
     arm = m.body("arm", {"pin": (-0.1, 0.0)})
-    return cl.Scene(cl.Revolute(cl.ground, arm["pin"], name="P", friction=friction, pin_radius=0.01))
+    return cl.Scene(
+        cl.Revolute(cl.ground, arm["pin"], name="P", friction=friction, pin_radius=0.01)
+    )
 
 
 class TestLaws:
@@ -157,7 +167,9 @@ class TestLaws:
                 z = y.copy()
                 z[column] += step
                 mechanism.kernel("rhs")(0.0, z, mechanism.par, work, rate)
-            np.testing.assert_allclose(matrix.reshape(n, n)[:, column], (rates[0] - rates[1]) / 2e-6, rtol=1e-6)
+            np.testing.assert_allclose(
+                matrix.reshape(n, n)[:, column], (rates[0] - rates[1]) / 2e-6, rtol=1e-6
+            )
 
     def test_a_law_that_cannot_be_traced_is_compiled_by_numba(self):
         """And `explain` says so."""
@@ -175,5 +187,8 @@ class TestLaws:
     def test_what_cannot_be_differentiated_is_refused_by_name(self, monkeypatch):
         monkeypatch.delattr(table_of, "slopes")
         monkeypatch.setattr(building, "_structures", {})
-        with pytest.raises(ValueError, match="law table_of cannot be differentiated: it uses np; give it an attribute"):
+        with pytest.raises(
+            ValueError,
+            match="law table_of cannot be differentiated: it uses np; give it an attribute",
+        ):
             build(pendulum(cl.joint_friction(table_of)(gain=0.3)))

@@ -1,6 +1,7 @@
 """Long branches of hinges and slides, folded link by link into the bodies that they hang on.
 
-A link that hangs on its parent moves with a = X a_p + S q'' + b. With q'' from S^T (I a - f) = 0 the parent feels
+A link that hangs on its parent moves with a = X a_p + S q'' + b. With q'' from S^T (I a - f) = 0
+the parent feels
 
     I_p += X^T (I - I S S^T I / D) X,   f_p += X^T (f' - I S u / D),   D = S^T I S,  u = S^T f',  f' = f - I b
 
@@ -35,7 +36,9 @@ def times(matrix: list, twist) -> tuple:
 
 @dataclass
 class Link:
-    """A folded body: twists by its parent's, its coordinate's twist, and what gives the coordinate's acceleration."""
+    """A folded body: twists by its parent's, its coordinate's twist, and what gives the
+    coordinate's acceleration.
+    """
 
     attachment: Attachment
     carried: list  # columns of X
@@ -57,7 +60,9 @@ class Link:
 
 @dataclass
 class Folded:
-    """Links, from the ends on; of the other bodies inertia (3, 3) and wrench, with those of the links on them."""
+    """Links, from the ends on; of the other bodies inertia (3, 3) and wrench, with those of the
+    links on them.
+    """
 
     inertia: dict[Body, list]
     wrench: dict[Body, tuple]
@@ -67,20 +72,28 @@ class Folded:
         """Fold a link into its parent."""
         body, parent = link.attachment.body, link.attachment.parent
         inertia = self.inertia.pop(body)
-        force = tuple(w - p for w, p in zip(self.wrench.pop(body), times(inertia, link.rest), strict=True))
+        force = tuple(
+            w - p for w, p in zip(self.wrench.pop(body), times(inertia, link.rest), strict=True)
+        )
         if link.axis is not None:
             link.pushed = times(inertia, link.axis)
             link.inverse = 1.0 / product(link.axis, link.pushed)
             link.load = product(link.axis, force)
             share = [p * link.inverse for p in link.pushed]
-            inertia = [[inertia[i][j] - share[max(i, j)] * link.pushed[min(i, j)] for j in range(3)] for i in range(3)]
+            inertia = [
+                [inertia[i][j] - share[max(i, j)] * link.pushed[min(i, j)] for j in range(3)]
+                for i in range(3)
+            ]
             force = tuple(f - s * link.load for f, s in zip(force, share, strict=True))
         self.links.append(link)
         if parent is ground:
             return
         columns = [times(inertia, c) for c in link.carried]
         self.inertia[parent] = [
-            [old + product(link.carried[min(i, j)], columns[max(i, j)]) for j, old in enumerate(row)]
+            [
+                old + product(link.carried[min(i, j)], columns[max(i, j)])
+                for j, old in enumerate(row)
+            ]
             for i, row in enumerate(self.inertia[parent])
         ]
         self.wrench[parent] = tuple(
@@ -89,13 +102,17 @@ class Folded:
 
 
 def long_branches(plan: Plan) -> list[Attachment]:
-    """Attachments that nothing but others of the same kind hangs on, from the ends on; none where they are few."""
+    """Attachments that nothing but others of the same kind hangs on, from the ends on; none where
+    they are few.
+    """
     needed: set[Body] = set()
     hanging = []
     for group in reversed(plan.groups):
         (first, *more) = group.attachments
         if more or group.closures or first.joint is None or first.body in needed:
-            needed |= {a.parent for a in group.attachments} | {b for j in group.closures for b in j.bodies()}
+            needed |= {a.parent for a in group.attachments} | {
+                b for j in group.closures for b in j.bodies()
+            }
         else:
             hanging.append(first)
     depth: dict[Body, int] = {}
@@ -105,9 +122,14 @@ def long_branches(plan: Plan) -> list[Attachment]:
 
 
 def folded(dynamics, wrench: dict, driven: dict) -> Folded:
-    """All bodies of a scene, its long branches folded. driven: accelerations of prescribed coordinates."""
+    """All bodies of a scene, its long branches folded. driven: accelerations of prescribed
+    coordinates.
+    """
     carry, bodies = dynamics.kinematics.carried, dynamics.scene.bodies
-    result = Folded({b: _diagonal(dynamics.inertia(b)) for b in bodies}, {b: wrench.get(b, ZERO) for b in bodies})
+    result = Folded(
+        {b: _diagonal(dynamics.inertia(b)) for b in bodies},
+        {b: wrench.get(b, ZERO) for b in bodies},
+    )
     for one in long_branches(dynamics.plan):
         (coordinate,) = one.coordinates
         columns = [carry(one, {one.parent: unit}, [0.0], (0.0, 0.0)) for unit in UNITS]

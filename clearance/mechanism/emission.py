@@ -1,4 +1,6 @@
-"""A kernel as Python: what `explain` shows, what result files keep, and the plain reference of the compiled one."""
+"""A kernel as Python: what `explain` shows, what result files keep, and the plain reference of the
+compiled one.
+"""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -8,15 +10,25 @@ from clearance.mechanism.function import Answer, Function, Loop, Opaque
 from clearance.mechanism.schedule import Branch, scheduled
 from clearance.mechanism.trace import COMPARISONS, Scalar, derived, live, text
 
-_INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/", "pow": "**", "and": "and", "or": "or", **COMPARISONS}
+_INFIX = {
+    "add": "+",
+    "sub": "-",
+    "mul": "*",
+    "div": "/",
+    "pow": "**",
+    "and": "and",
+    "or": "or",
+    **COMPARISONS,
+}
 
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """One kernel: outputs by their place in the vector that it fills, derived parameters by their place in `par`.
+    """One kernel: outputs by their place in the vector that it fills, derived parameters by their
+    place in `par`.
 
-    columns: of a matrix whose entries would be too many to write down, 0 elsewhere. The outputs are then a column of
-    it, for a unit vector dy; the kernel goes through all of them.
+    columns: of a matrix whose entries would be too many to write down, 0 elsewhere. The outputs are
+    then a column of it, for a unit vector dy; the kernel goes through all of them.
     """
 
     role: str
@@ -33,7 +45,9 @@ class Program:
     def operations(self) -> int:
         """Operations, with those of the functions that are called."""
         nodes = [n for n in live(self.outputs.values(), derived) if n not in self.slots]
-        return sum(n.args[0].operations if n.op == "call" else n.op not in ("load", "item") for n in nodes)
+        return sum(
+            n.args[0].operations if n.op == "call" else n.op not in ("load", "item") for n in nodes
+        )
 
     @cached_property
     def steps(self) -> list:
@@ -89,7 +103,9 @@ def _collect(function, collected: dict) -> None:
 class Writer:
     """Python statements of schedules; functions get names of their own."""
 
-    def __init__(self, functions: list, slots: dict | None = None, names: dict[str, str] | None = None):
+    def __init__(
+        self, functions: list, slots: dict | None = None, names: dict[str, str] | None = None
+    ):
         self.slots, self.names = slots or {}, names or {}
         self.called: dict[object, str] = {}
         for function in functions:
@@ -166,7 +182,12 @@ class Writer:
             names = [a.args[0] for a in function.step.arguments]
             step = f"{self.called[function.step]}({', '.join(['par', *names])})"
             state = ", ".join(names[: function.count])
-            lines = ["    again = True", "    while again:", f"        again, {state} = {step}", f"    return {state},"]
+            lines = [
+                "    again = True",
+                "    while again:",
+                f"        again, {state} = {step}",
+                f"    return {state},",
+            ]
         else:
             names = [a.args[0] for a in function.arguments]
             inner = Writer([])
@@ -184,8 +205,12 @@ def kernel_text(program: Program, names: dict[str, str]) -> str:
     if program.columns:
         body += _columns_lines(program, writer)
     else:
-        body += [f"    {program.target}[{i}] = {text(v)}" for i, v in sorted(program.outputs.items())]
-    blocks.append("\n".join([f"def {program.role}(t, y, par, work, out):", *(body or ["    pass"])]))
+        body += [
+            f"    {program.target}[{i}] = {text(v)}" for i, v in sorted(program.outputs.items())
+        ]
+    blocks.append(
+        "\n".join([f"def {program.role}(t, y, par, work, out):", *(body or ["    pass"])])
+    )
     title = f'"""clearance kernel `{program.role}`: straight-line code of one structure only."""'
     return "\n\n".join([title, "\n\n\n".join(blocks)])
 
@@ -193,9 +218,16 @@ def kernel_text(program: Program, names: dict[str, str]) -> str:
 def _columns_lines(program: Program, writer: Writer) -> list[str]:
     """Statements that fill a matrix column by column."""
     count = program.columns
-    lines = [f"    for column in range({count}):", f"        dy = [0.0] * {count}", "        dy[column] = 1.0"]
+    lines = [
+        f"    for column in range({count}):",
+        f"        dy = [0.0] * {count}",
+        "        dy[column] = 1.0",
+    ]
     lines += writer.lines(program.column, "        ")
-    rows = (f"        {program.target}[{i * count} + column] = {text(v)}" for i, v in sorted(program.outputs.items()))
+    rows = (
+        f"        {program.target}[{i * count} + column] = {text(v)}"
+        for i, v in sorted(program.outputs.items())
+    )
     return [*lines, *rows]
 
 
@@ -203,7 +235,9 @@ def function_text(function) -> str:
     """Source of a function and all that it calls."""
     functions = called(function.outputs) if isinstance(function, Function) else []
     writer = Writer([function, *functions])
-    return "import math\n\n\n" + "\n\n\n".join("\n".join(writer.function(f)) for f in [*functions, function])
+    return "import math\n\n\n" + "\n\n\n".join(
+        "\n".join(writer.function(f)) for f in [*functions, function]
+    )
 
 
 def derive_text(slots: dict[Scalar, int]) -> str:

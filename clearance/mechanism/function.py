@@ -1,6 +1,7 @@
 """Functions on the trace: arguments, outputs, and the exact derivative, which is a function again.
 
-A function has a trace of its own. Short ones become part of what calls them, long ones are compiled as functions.
+A function has a trace of its own. Short ones become part of what calls them, long ones are compiled
+as functions.
 """
 
 from collections.abc import Callable
@@ -19,10 +20,14 @@ class Function:
     name: as it stands in texts; two functions may share one. The leaves are x0, x1, ...
     """
 
-    def __init__(self, name: str, trace: Trace | None = None, arguments: list[Scalar] | None = None):
+    def __init__(
+        self, name: str, trace: Trace | None = None, arguments: list[Scalar] | None = None
+    ):
         self.name, self.trace, self.arguments = name, trace or Trace(), arguments or []
         self.outputs: list = []
-        self.values_of: Function | None = None  # of a derivative: the function whose values it returns too
+        self.values_of: Function | None = (
+            None  # of a derivative: the function whose values it returns too
+        )
         self._slopes: dict[tuple[int, ...], Function] = {}
 
     @classmethod
@@ -44,7 +49,9 @@ class Function:
         return len(self.outputs)
 
     def slopes(self, active: tuple[int, ...]) -> "Function":
-        """The function that returns the values and, output by output, their derivatives by the active arguments."""
+        """The function that returns the values and, output by output, their derivatives by the
+        active arguments.
+        """
         if active not in self._slopes:
             self._slopes[active] = self._differentiated(active)
             self._slopes[active].values_of = self
@@ -52,15 +59,22 @@ class Function:
 
     def _differentiated(self, active: tuple[int, ...]) -> "Function":
         made = Function(f"{self.name}_d{''.join(map(str, active))}", self.trace, self.arguments)
-        rows = self.trace.tangent(self.outputs, {self.arguments[a]: {i: 1.0} for i, a in enumerate(active)})
-        made.outputs = [*self.outputs, *(row.get(i, 0.0) for row in rows for i in range(len(active)))]
+        rows = self.trace.tangent(
+            self.outputs, {self.arguments[a]: {i: 1.0} for i, a in enumerate(active)}
+        )
+        made.outputs = [
+            *self.outputs,
+            *(row.get(i, 0.0) for row in rows for i in range(len(active))),
+        ]
         return made
 
     @property
     def operations(self) -> int:
         """Operations of the values, those of called functions with them."""
         nodes = live(self.outputs)
-        return sum(n.args[0].operations if n.op == "call" else n.op not in ("load", "item") for n in nodes)
+        return sum(
+            n.args[0].operations if n.op == "call" else n.op not in ("load", "item") for n in nodes
+        )
 
     @cached_property
     def short(self) -> bool:
@@ -69,7 +83,9 @@ class Function:
 
 
 class Inside(Function):
-    """A function whose arguments stand for values of the trace around it, in the order in which they are met."""
+    """A function whose arguments stand for values of the trace around it, in the order in which
+    they are met.
+    """
 
     def __init__(self, name: str):
         super().__init__(name)
@@ -90,7 +106,8 @@ class Inside(Function):
 
 
 class Loop:
-    """A function that repeats a step while its first output holds: (again, state...) = step(state..., given...).
+    """A function that repeats a step while its first output holds: (again, state...) =
+    step(state..., given...).
 
     It takes a state and what the step is given, and returns the state of the end.
     """
@@ -110,7 +127,9 @@ class Loop:
         return SHORT + self.step.operations
 
     def slopes(self, active: tuple[int, ...]) -> Function:
-        """The function that returns state and derivatives by the active arguments: a loop that carries both."""
+        """The function that returns state and derivatives by the active arguments: a loop that
+        carries both.
+        """
         if active not in self._slopes:
             self._slopes[active] = self._differentiated(active)
         return self._slopes[active]
@@ -118,36 +137,56 @@ class Loop:
     def _differentiated(self, active: tuple[int, ...]) -> Function:
         step, count, width = self.step, self.count, len(active)
         size = len(step.arguments)
-        carried = [[step.trace.load(f"x{size + i * width + a}") for a in range(width)] for i in range(count)]
+        carried = [
+            [step.trace.load(f"x{size + i * width + a}") for a in range(width)]
+            for i in range(count)
+        ]
         seeds = {x: dict(enumerate(row)) for x, row in zip(step.arguments, carried, strict=False)}
         seeds |= {step.arguments[i]: {a: 1.0} for a, i in enumerate(active) if i >= count}
         rows = step.trace.tangent(step.outputs[1:], seeds)
-        leaves = [*step.arguments[:count], *(x for row in carried for x in row), *step.arguments[count:]]
+        leaves = [
+            *step.arguments[:count],
+            *(x for row in carried for x in row),
+            *step.arguments[count:],
+        ]
         wide = Function(f"{step.name}_d", step.trace, leaves)
         wide.outputs = [*step.outputs, *(row.get(a, 0.0) for row in rows for a in range(width))]
 
         def build(trace, arguments):
             start = [float(i == a) for i in range(count) for a in active]
-            return trace.call(Loop(f"{self.name}_d", wide), [*arguments[:count], *start, *arguments[count:]])
+            return trace.call(
+                Loop(f"{self.name}_d", wide), [*arguments[:count], *start, *arguments[count:]]
+            )
 
         return Function.of(f"{self.name}_d{''.join(map(str, active))}", size, build)
 
 
 class Opaque:
-    """A plain function that cannot be traced: numba compiles it, and kernels call it by its address.
+    """A plain function that cannot be traced: numba compiles it, and kernels call it by its
+    address.
 
-    shape: kinds of its arguments (see `Law.kinds`); reason: why it is not traced. derivative: a function of the same
-    arguments that returns values and, output by output, derivatives by the leading arguments, if it brings one.
+    shape: kinds of its arguments (see `Law.kinds`); reason: why it is not traced. derivative: a
+    function of the same arguments that returns values and, output by output, derivatives by the
+    leading arguments, if it brings one.
     """
 
     values_of, operations = None, SHORT + 1
 
-    def __init__(self, function: Callable, shape: tuple, count: int, reason: str, derivative: "Opaque | None" = None):
+    def __init__(
+        self,
+        function: Callable,
+        shape: tuple,
+        count: int,
+        reason: str,
+        derivative: "Opaque | None" = None,
+    ):
         self.name, self.function, self.shape = function.__name__, function, shape
         self.count, self.reason, self.derivative = count, reason, derivative
 
     def slopes(self, active: tuple[int, ...]) -> Function:
-        """Values and derivatives by the active arguments. Raises ValueError where the function brings none."""
+        """Values and derivatives by the active arguments. Raises ValueError where the function
+        brings none.
+        """
         if self.derivative is None:
             raise ValueError(
                 f"law {self.name} cannot be differentiated: {self.reason}; give it an attribute `slopes`, a function "
@@ -157,7 +196,9 @@ class Opaque:
 
         def build(trace, arguments):
             values = trace.call(self.derivative, arguments)
-            picked = [values[self.count + k * leading + a] for k in range(self.count) for a in active]
+            picked = [
+                values[self.count + k * leading + a] for k in range(self.count) for a in active
+            ]
             return [*values[: self.count], *picked]
 
         return Function.of(f"{self.name}_d{''.join(map(str, active))}", self.size, build)
@@ -165,10 +206,14 @@ class Opaque:
     @property
     def size(self) -> int:
         """Number of arguments, those of named tuples one by one."""
-        return sum(1 if kind == "number" else len(kind._fields) for kind in self.shape if kind != "data")
+        return sum(
+            1 if kind == "number" else len(kind._fields) for kind in self.shape if kind != "data"
+        )
 
     def listed(self, args: list) -> list:
-        """Arguments of the plain function, from those of the call; `par` stands for the parameter vector."""
+        """Arguments of the plain function, from those of the call; `par` stands for the parameter
+        vector.
+        """
         rest, listed = list(args), []
         for kind in self.shape:
             if kind == "data":
@@ -181,10 +226,12 @@ class Opaque:
 
 
 class Answer:
-    """What Python answers to a kernel, through a block of the parameter vector (mechanism/asking.py).
+    """What Python answers to a kernel, through a block of the parameter vector
+    (mechanism/asking.py).
 
-    Arguments: where the block begins, then its inputs. outputs: how many of its values are wanted; by: the inputs that
-    their derivatives are wanted by. With `keep` the block is to remember its inputs and gives zeros.
+    Arguments: where the block begins, then its inputs. outputs: how many of its values are wanted;
+    by: the inputs that their derivatives are wanted by. With `keep` the block is to remember its
+    inputs and gives zeros.
     """
 
     operations, values_of, name = SHORT + 1, None, "answered"
@@ -218,7 +265,9 @@ class Answer:
 
 # --- one trace of everything
 def merged(trace: Trace, outputs: list) -> list:
-    """The same outputs with one call where a function and its derivative are called with the same arguments."""
+    """The same outputs with one call where a function and its derivative are called with the same
+    arguments.
+    """
     calls = {n.args: n for n in live(outputs) if n.op == "call"}
     pairs = ((calls.get((n.args[0].values_of, *n.args[1:])), n) for n in calls.values())
     better = {first: n for first, n in pairs if first is not None}
@@ -248,7 +297,7 @@ def _remade(trace: Trace, node: Scalar, made: dict):
         return node
     trace.section = node.section
     if node.op in ("call", "item"):
-        return trace._node(node.op, *args)
+        return trace.node(node.op, *args)
     return trace.copied(node, args)
 
 
@@ -285,7 +334,9 @@ class Expansion:
         section = trace.section
         if trace is self.trace:  # texts say which law begins here
             trace.section = f"{section}: {function.name}"
-        values = self._copied(function.outputs, trace, dict(zip(function.arguments, args, strict=True)))
+        values = self._copied(
+            function.outputs, trace, dict(zip(function.arguments, args, strict=True))
+        )
         trace.section = section
         return values
 
@@ -300,7 +351,9 @@ class Expansion:
                 made = Function(function.name)
                 arguments = [made.argument() for _ in function.arguments]
                 leaves = dict(zip(function.arguments, arguments, strict=True))
-                made.outputs = merged(made.trace, self._copied(function.outputs, made.trace, leaves))
+                made.outputs = merged(
+                    made.trace, self._copied(function.outputs, made.trace, leaves)
+                )
             made.values_of = function.values_of and self.function(function.values_of)
             self._functions[function] = made
         return self._functions[function]

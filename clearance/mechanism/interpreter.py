@@ -1,8 +1,8 @@
 """Plain functions executed on traced scalars: a law stays the function that its author wrote.
 
-The source is read, not the name: arithmetic, `math`, abs, max, min, if, for, while and helper functions. Branches
-become selects, a loop over a range is unrolled, and a loop that ends by a condition stays one. Numbers of the
-function's module or closure are taken as they stand.
+The source is read, not the name: arithmetic, `math`, abs, max, min, if, for, while and helper
+functions. Branches become selects, a loop over a range is unrolled, and a loop that ends by a
+condition stays one. Numbers of the function's module or closure are taken as they stand.
 """
 
 import ast
@@ -22,7 +22,10 @@ from clearance.mechanism.trace import COMPARISONS, FLAT, UNARY, Scalar, Trace, d
 
 BINARY = ("atan2", "hypot", "copysign", "pow")
 UNROLLED = 64  # passes of a loop over a range that are written out
-COUNTER, STOP = "<counter>", "<stop>"  # variables of a counted loop, under names that no function has
+COUNTER, STOP = (
+    "<counter>",
+    "<stop>",
+)  # variables of a counted loop, under names that no function has
 OPERATORS = {"Lt": "lt", "LtE": "le", "Gt": "gt", "GtE": "ge", "Eq": "eq", "NotEq": "ne"}
 assert set(OPERATORS.values()) == set(COMPARISONS)
 
@@ -37,8 +40,8 @@ class Untraceable(ValueError):
 def traced(function: Callable, shape: tuple = ()) -> Function | Opaque:
     """A plain function on the trace.
 
-    shape: of each argument "number", "data" (the parameter vector) or a named tuple type; default: numbers. Raises
-    ValueError naming the function for what is not allowed in one.
+    shape: of each argument "number", "data" (the parameter vector) or a named tuple type; default:
+    numbers. Raises ValueError naming the function for what is not allowed in one.
     """
     tree = definition(function)
     shape = shape or ("number",) * len(tree.args.args)
@@ -61,7 +64,9 @@ def traced(function: Callable, shape: tuple = ()) -> Function | Opaque:
 def _opaque(function: Callable, shape: tuple, reason: str) -> Opaque:
     """What numba compiles, with the derivative that it brings."""
     slopes = getattr(function, "slopes", None)
-    return Opaque(function, shape, outputs_of(function), reason, slopes and _opaque(slopes, shape, reason))
+    return Opaque(
+        function, shape, outputs_of(function), reason, slopes and _opaque(slopes, shape, reason)
+    )
 
 
 def definition(function: Callable) -> ast.FunctionDef:
@@ -70,8 +75,15 @@ def definition(function: Callable) -> ast.FunctionDef:
     try:
         node = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
     except (OSError, TypeError, SyntaxError):
-        raise ValueError(f"law {name}: no source found; define it with def in a file, not at a prompt") from None
-    if not isinstance(node, ast.FunctionDef) or node.args.vararg or node.args.kwarg or node.args.kwonlyargs:
+        raise ValueError(
+            f"law {name}: no source found; define it with def in a file, not at a prompt"
+        ) from None
+    if (
+        not isinstance(node, ast.FunctionDef)
+        or node.args.vararg
+        or node.args.kwarg
+        or node.args.kwonlyargs
+    ):
         raise ValueError(f"law {name} must be a function defined with def and plain arguments")
     return node
 
@@ -94,7 +106,9 @@ def _is_call(value: ast.expr | None) -> bool:
 
 
 def fingerprint(function: Callable) -> tuple:
-    """Equal for functions that do the same: their code and the numbers and functions they read from outside."""
+    """Equal for functions that do the same: their code and the numbers and functions they read from
+    outside.
+    """
     outer = {**function.__globals__, **inspect.getclosurevars(function).nonlocals}
     code, read = function.__code__, []
     for name in (*code.co_names, *code.co_freevars):
@@ -123,7 +137,9 @@ class Counted:
 
 @dataclass
 class Exit:
-    """A way out of a block: "return", "break" or "continue", where the condition holds and no earlier one did."""
+    """A way out of a block: "return", "break" or "continue", where the condition holds and no
+    earlier one did.
+    """
 
     kind: str
     condition: object
@@ -132,7 +148,9 @@ class Exit:
 
 @dataclass
 class Execution:
-    """One function's statements, executed on a trace. helpers: functions that have been traced for their calls."""
+    """One function's statements, executed on a trace. helpers: functions that have been traced for
+    their calls.
+    """
 
     trace: Trace
     function: Callable
@@ -260,7 +278,10 @@ class Execution:
     def _merged(self, condition, first: dict, second: dict) -> dict:
         """Variables that both have, of the first where the condition holds."""
         names = [n for n in first if n in second]
-        return {n: first[n] if first[n] is second[n] else self.select(condition, first[n], second[n]) for n in names}
+        return {
+            n: first[n] if first[n] is second[n] else self.select(condition, first[n], second[n])
+            for n in names
+        }
 
     def _for(self, node, variables, exits):
         if node.orelse or not isinstance(node.target, ast.Name):
@@ -279,8 +300,14 @@ class Execution:
         return self._left(variables, left, exits)
 
     def _passes(self, node, variables):
-        """The values that a loop goes through; those of a range that is not fixed, or long, are counted."""
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "range":
+        """The values that a loop goes through; those of a range that is not fixed, or long, are
+        counted.
+        """
+        if (
+            isinstance(node, ast.Call)
+            and isinstance(node.func, ast.Name)
+            and node.func.id == "range"
+        ):
             bounds = [self.value(a, variables) for a in node.args]
             start, stop, step = (0, *bounds, 1) if len(bounds) == 1 else (*bounds, 1)[:3]
             if not is_number(step):
@@ -300,7 +327,9 @@ class Execution:
         target, counter = ast.Name(name, ast.Store()), ast.Name(COUNTER, ast.Load())
         order = ast.Lt() if counted.step > 0 else ast.Gt()
         test = ast.Compare(counter, [order], [ast.Name(STOP, ast.Load())])
-        onward = ast.AugAssign(ast.Name(COUNTER, ast.Store()), ast.Add(), ast.Constant(counted.step))
+        onward = ast.AugAssign(
+            ast.Name(COUNTER, ast.Store()), ast.Add(), ast.Constant(counted.step)
+        )
         body = [ast.Assign([target], counter), onward, *node.body]
         return self._while(ast.While(test, body, []), variables, [])
 
@@ -324,7 +353,13 @@ class Execution:
             if one.kind == "break":
                 ended = self.trace.either(ended, one.condition)
             else:
-                exits.append(Exit("return", self.trace.both(one.condition, self.trace.negation(ended)), one.payload))
+                exits.append(
+                    Exit(
+                        "return",
+                        self.trace.both(one.condition, self.trace.negation(ended)),
+                        one.payload,
+                    )
+                )
         for one in reversed([e for e in left if e.kind == "break"]):
             end = one.payload if end is None else self._merged(one.condition, one.payload, end)
         return end
@@ -332,7 +367,9 @@ class Execution:
     def _while(self, node, variables, exits):
         """A loop on the trace: the variables that its body sets are its state."""
         enter = self.trace.truth(self.value(node.test, variables))
-        stored = {n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+        stored = {
+            n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
+        }
         names = sorted(n for n in stored if n in variables)
         step = Inside(f"{_name(self.function)}_step")
         state = {n: step.argument() for n in names}
@@ -455,7 +492,9 @@ class Execution:
         condition = self.trace.truth(self.value(node.test, variables))
         if is_number(condition):
             return self.value(node.body if condition else node.orelse, variables)
-        return self.select(condition, self.value(node.body, variables), self.value(node.orelse, variables))
+        return self.select(
+            condition, self.value(node.body, variables), self.value(node.orelse, variables)
+        )
 
     def _of_call(self, node, variables):
         if node.keywords:
@@ -482,7 +521,9 @@ class Execution:
         if name in ("max", "min"):
             value = arguments[0]
             for other in arguments[1:]:
-                value = trace.select(trace.compare("gt" if name == "max" else "lt", value, other), value, other)
+                value = trace.select(
+                    trace.compare("gt" if name == "max" else "lt", value, other), value, other
+                )
             return value
         if name in BINARY:
             return trace.power(*arguments) if name == "pow" else trace.binary(name, *arguments)
@@ -501,9 +542,13 @@ class Execution:
         return tuple(self.trace.call(answer, [start, *inputs]))
 
     def _helped(self, function: Callable, arguments: list):
-        """A helper's values: it is a function of its traced arguments, the others are what they are."""
+        """A helper's values: it is a function of its traced arguments, the others are what they
+        are.
+        """
         if function in self.callers:
-            raise ValueError(f"law {self.name} calls itself (through {function.__name__}); write a loop")
+            raise ValueError(
+                f"law {self.name} calls itself (through {function.__name__}); write a loop"
+            )
         if all(_fixed(a) for a in arguments):
             with suppress(ArithmeticError, ValueError):  # of a side that a condition may leave out
                 return function(*arguments)

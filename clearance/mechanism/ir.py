@@ -1,7 +1,9 @@
-"""A kernel as LLVM IR, of one number or of W numbers side by side: as many mechanisms in step, one in each lane.
+"""A kernel as LLVM IR, of one number or of W numbers side by side: as many mechanisms in step, one
+in each lane.
 
-In lanes a value is a vector; arrays hold the W numbers of a place side by side. Functions without a vector form (sines,
-powers, called functions of numba) are taken lane by lane. A branch is entered where any lane needs it.
+In lanes a value is a vector; arrays hold the W numbers of a place side by side. Functions without a
+vector form (sines, powers, called functions of numba) are taken lane by lane. A branch is entered
+where any lane needs it.
 """
 
 from collections.abc import Callable
@@ -17,7 +19,14 @@ DOUBLE, INT64, BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 POINTER = DOUBLE.as_pointer()
 ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 ORDERED = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "=="}
-INTRINSICS = {"sqrt", "fabs", "floor", "ceil", "trunc", "copysign"}  # with a vector form in every processor
+INTRINSICS = {
+    "sqrt",
+    "fabs",
+    "floor",
+    "ceil",
+    "trunc",
+    "copysign",
+}  # with a vector form in every processor
 LIBRARY = {"sin", "cos", "exp", "log", "pow"}  # LLVM's own names for what the C library computes
 LOGIC = {"and": "and_", "or": "or_"}
 
@@ -25,8 +34,8 @@ LOGIC = {"and": "and_", "or": "or_"}
 class Lowering:
     """Writes programs into a function that is being built.
 
-    arrays: pointers to y, par, work, out and data, where tables stand; time: the value of t; addresses: of functions
-    that cannot be traced.
+    arrays: pointers to y, par, work, out and data, where tables stand; time: the value of t;
+    addresses: of functions that cannot be traced.
     """
 
     def __init__(self, builder: ir.IRBuilder, arrays: dict, time, addresses: dict, width: int = 1):
@@ -56,7 +65,10 @@ class Lowering:
             self.arrays["dy"] = build.alloca(DOUBLE, ir.Constant(INT64, count * self.width))
         for i in range(count):
             build.store(self.constant(0.0), self.place("dy", i), align=8)
-        begun, again, done = build.block, *(build.append_basic_block(n) for n in ("column", "columns_done"))
+        begun, again, done = (
+            build.block,
+            *(build.append_basic_block(n) for n in ("column", "columns_done")),
+        )
         build.branch(again)
         build.position_at_end(again)
         column = build.phi(INT64)
@@ -79,7 +91,9 @@ class Lowering:
 
     def define_all(self, functions: list) -> None:
         """The functions that are called, those first that others call."""
-        steps = {f.step for f in functions if isinstance(f, Loop)}  # written where they are repeated
+        steps = {
+            f.step for f in functions if isinstance(f, Loop)
+        }  # written where they are repeated
         for function in functions:
             if function not in steps:
                 self.define(function)
@@ -118,7 +132,9 @@ class Lowering:
                 self.values[step] = self.operation(step)
 
     def branch(self, branch: Branch) -> None:
-        """Both sides, each where any lane needs it; what leaves a side is undefined where it was not entered."""
+        """Both sides, each where any lane needs it; what leaves a side is undefined where it was
+        not entered.
+        """
         condition = self.values[branch.condition]
         for holds, steps in ((True, branch.then), (False, branch.otherwise)):
             if not steps:
@@ -188,7 +204,9 @@ class Lowering:
 
     def looked_up(self, index: ir.Value) -> ir.Value:
         """The number of the parameters at an index: tables stand there once for all lanes."""
-        return self.builder.load(self.builder.gep(self.arrays["data"], [self.builder.fptosi(index, INT64)]))
+        return self.builder.load(
+            self.builder.gep(self.arrays["data"], [self.builder.fptosi(index, INT64)])
+        )
 
     def lanes(self, function: Callable, args: list[ir.Value]) -> ir.Value:
         """A function of single numbers, lane by lane."""
@@ -215,14 +233,18 @@ class Lowering:
             return self.opaque(function, args)
         if isinstance(function, Answer):
             return self.answer(function, args)
-        return self.builder.call(self.functions[function], [self.arrays["par"], self.arrays["data"], *args])
+        return self.builder.call(
+            self.functions[function], [self.arrays["par"], self.arrays["data"], *args]
+        )
 
     def define(self, function) -> None:
         """A function of the module: what several places call, or what is long."""
         if isinstance(function, Opaque | Answer):
             return
         count = len(function.step.arguments if isinstance(function, Loop) else function.arguments)
-        kind = ir.FunctionType(self.structure(function.count), [POINTER, POINTER, *[self.kind] * count])
+        kind = ir.FunctionType(
+            self.structure(function.count), [POINTER, POINTER, *[self.kind] * count]
+        )
         made = ir.Function(self.module, kind, f"clearance_{len(self.functions)}_{function.name}")
         made.linkage = "internal"
         inner = Lowering(
@@ -276,13 +298,21 @@ class Lowering:
         """A function of numba at its address: (inputs, data, outputs), pointers all."""
         build = self.builder
         with build.goto_entry_block():
-            inputs, outputs = (build.alloca(DOUBLE, ir.Constant(INT64, n or 1)) for n in (len(args), function.count))
-        pointer = self.pointer(ir.Constant(INT64, self.addresses[function]), ir.VoidType(), [POINTER] * 3)
+            inputs, outputs = (
+                build.alloca(DOUBLE, ir.Constant(INT64, n or 1))
+                for n in (len(args), function.count)
+            )
+        pointer = self.pointer(
+            ir.Constant(INT64, self.addresses[function]), ir.VoidType(), [POINTER] * 3
+        )
 
         def one(*numbers):
             self.stored(inputs, range(len(numbers)), numbers)
             build.call(pointer, [inputs, self.arrays["data"], outputs])
-            return [build.load(build.gep(outputs, [ir.Constant(INT64, k)])) for k in range(function.count)]
+            return [
+                build.load(build.gep(outputs, [ir.Constant(INT64, k)]))
+                for k in range(function.count)
+            ]
 
         return self.together(one, args, function.count)
 
@@ -292,7 +322,9 @@ class Lowering:
 
         def one(start, *numbers):
             block = build.gep(self.arrays["data"], [build.fptosi(start, INT64)])
-            self.stored(block, range(1, 2 + len(numbers)), [ir.Constant(DOUBLE, answer.wanted), *numbers])
+            self.stored(
+                block, range(1, 2 + len(numbers)), [ir.Constant(DOUBLE, answer.wanted), *numbers]
+            )
             place = build.fptosi(build.load(block), INT64)
             pointer = self.pointer(place, DOUBLE, [INT64])
             zero = build.call(pointer, [build.ptrtoint(block, INT64)])

@@ -40,7 +40,8 @@ def kernel(program: Program) -> Callable:
 
 
 def lanes(program: Program, width: int) -> Callable:
-    """A kernel of as many mechanisms at once: f(t, y, par, work, out, data), the numbers of a place side by side.
+    """A kernel of as many mechanisms at once: f(t, y, par, work, out, data), the numbers of a place
+    side by side.
 
     data: the parameter vector of one of them, whose tables all read.
     """

@@ -1,6 +1,8 @@
-"""The order in which values are computed: what only one side of a condition needs waits for that condition.
+"""The order in which values are computed: what only one side of a condition needs waits for that
+condition.
 
-A contact in flight costs a comparison, and a formula that fails where it does not hold is not evaluated there.
+A contact in flight costs a comparison, and a formula that fails where it does not hold is not
+evaluated there.
 """
 
 from collections.abc import Callable, Collection, Iterable
@@ -9,9 +11,34 @@ from dataclasses import dataclass
 from clearance.mechanism.trace import Scalar, live
 
 #: cost of an operation where it is not 1, and of what a branch must save to be worth one
-COSTS = {"load": 0, "item": 0, "call": 100, "div": 4, "sqrt": 5, "lookup": 2, "fabs": 0, "copysign": 1}
+COSTS = {
+    "load": 0,
+    "item": 0,
+    "call": 100,
+    "div": 4,
+    "sqrt": 5,
+    "lookup": 2,
+    "fabs": 0,
+    "copysign": 1,
+}
 FUNCTION, WORTH = 20, 12
-SIMPLE = {"add", "sub", "mul", "neg", "select", "lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not", "floor"}
+SIMPLE = {
+    "add",
+    "sub",
+    "mul",
+    "neg",
+    "select",
+    "lt",
+    "le",
+    "gt",
+    "ge",
+    "eq",
+    "ne",
+    "and",
+    "or",
+    "not",
+    "floor",
+}
 SIMPLE |= {"trunc", "ceil"}
 
 Path = tuple[tuple[Scalar, bool], ...]
@@ -27,11 +54,14 @@ class Branch:
 
 
 def scheduled(
-    outputs: Iterable, cut: Callable[[Scalar], bool] = lambda node: False, given: Collection[Scalar] = ()
+    outputs: Iterable,
+    cut: Callable[[Scalar], bool] = lambda node: False,
+    given: Collection[Scalar] = (),
 ) -> list:
     """Steps that compute the outputs: nodes and branches, in order.
 
-    Nodes where `cut` holds are inputs, read where they are needed; given: nodes that have been computed.
+    Nodes where `cut` holds are inputs, read where they are needed; given: nodes that have been
+    computed.
     """
     outputs = [o for o in outputs if o not in given]
     nodes = [n for n in live(outputs, lambda node: cut(node) or node in given) if n not in given]
@@ -46,7 +76,8 @@ def cost(node: Scalar) -> int:
 
 
 def _paths(nodes: list[Scalar], outputs: list, cut: Callable) -> dict[Scalar, Path]:
-    """Conditions under which each node is needed, outermost first, those that save little left out."""
+    """Conditions under which each node is needed, outermost first, those that save little left out.
+    """
     paths: dict[Scalar, Path] = {o: () for o in outputs if isinstance(o, Scalar)}
     wanted = set(nodes)
 
@@ -70,7 +101,10 @@ def _paths(nodes: list[Scalar], outputs: list, cut: Callable) -> dict[Scalar, Pa
     for node, path in paths.items():
         for depth in range(1, len(path) + 1):
             saved[path[:depth]] = saved.get(path[:depth], 0) + (0 if cut(node) else cost(node))
-    return {n: tuple(p[i] for i in range(len(p)) if saved[p[: i + 1]] >= WORTH) for n, p in paths.items()}
+    return {
+        n: tuple(p[i] for i in range(len(p)) if saved[p[: i + 1]] >= WORTH)
+        for n, p in paths.items()
+    }
 
 
 def _common(a: Path, b: Path) -> Path:

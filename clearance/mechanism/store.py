@@ -1,7 +1,8 @@
-"""Where numba stands: code written as LLVM IR, functions called by address, and the folder of what is compiled once.
+"""Where numba stands: code written as LLVM IR, functions called by address, and the folder of what
+is compiled once.
 
-The store keeps what is dear and the same for all scenes: film tables, and what numba caches of the time loop. Set
-CLEARANCE_STORE to put it elsewhere.
+The store keeps what is dear and the same for all scenes: film tables, and what numba caches of the
+time loop. Set CLEARANCE_STORE to put it elsewhere.
 """
 
 import os
@@ -19,17 +20,21 @@ from clearance.locks import Lock
 VECTOR = float64[::1]
 KERNEL_SIGNATURE = void(float64, VECTOR, VECTOR, VECTOR, VECTOR)
 KERNEL = types.FunctionType(KERNEL_SIGNATURE)
-OPTIONS = {"error_model": "numpy", "_nrt": False}  # nothing in a kernel allocates: arrays need no counting
+OPTIONS = {
+    "error_model": "numpy",
+    "_nrt": False,
+}  # nothing in a kernel allocates: arrays need no counting
 COMPILED = not numba.config.DISABLE_JIT
 
 _addresses: dict[Callable, int] = {}
 
 
 def written(signature, write: Callable) -> Callable:
-    """A compiled function whose code is LLVM IR: write(builder, arguments) puts it into the function being built.
+    """A compiled function whose code is LLVM IR: write(builder, arguments) puts it into the
+    function being built.
 
-    Arguments are numbers, and pointers to the numbers of arrays; it returns the numbers that the function returns, in
-    a tuple, or None. Numba's front end sees one call only.
+    Arguments are numbers, and pointers to the numbers of arrays; it returns the numbers that the
+    function returns, in a tuple, or None. Numba's front end sees one call only.
     """
     names = ", ".join(f"a{i}" for i in range(len(signature.args)))
 
@@ -56,15 +61,19 @@ def numbers(count: int):
 
 
 def address(function: Callable, kind: types.FunctionType):
-    """What compiled code needs to call a compiled function: its address (in plain Python the function itself).
+    """What compiled code needs to call a compiled function: its address (in plain Python the
+    function itself).
 
-    Numba would take the function itself too, but spends 40 microseconds on each at every call from Python.
+    Numba would take the function itself too, but spends 40 microseconds on each at every call from
+    Python.
     """
     if not COMPILED:
         return function
     if function not in _addresses:
         compiled = function.get_compile_result(kind.signature)
-        _addresses[function] = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
+        _addresses[function] = compiled.library.get_pointer_to_function(
+            compiled.fndesc.llvm_func_name
+        )
     return _addresses[function]
 
 
@@ -86,12 +95,18 @@ def caller(kind: types.FunctionType) -> Callable:
 
 
 def opaque_address(function: Callable, arguments: list[str], count: int) -> int:
-    """Address of a plain function compiled by numba, called as f(inputs, data, outputs), pointers to numbers.
+    """Address of a plain function compiled by numba, called as f(inputs, data, outputs), pointers
+    to numbers.
 
-    arguments: expressions of its arguments, where inputs[i] is a number and `data` the parameter vector; count: of the
-    values that it returns. Helper functions of its module are compiled with it. Raises ValueError where numba cannot.
+    arguments: expressions of its arguments, where inputs[i] is a number and `data` the parameter
+    vector; count: of the values that it returns. Helper functions of its module are compiled with
+    it. Raises ValueError where numba cannot.
     """
-    values = [f"    outputs[{i}] = values[{i}]" for i in range(count)] if count > 1 else ["    outputs[0] = values"]
+    values = (
+        [f"    outputs[{i}] = values[{i}]" for i in range(count)]
+        if count > 1
+        else ["    outputs[0] = values"]
+    )
     lines = ["def call(inputs, place, outputs):", "    data = carray(place, (BEYOND,))"]
     lines += [f"    values = law({', '.join(arguments)})", *values]
     scope = {"law": _with_helpers(function), "carray": numba.carray, "BEYOND": 1 << 40}
@@ -110,9 +125,13 @@ def opaque_address(function: Callable, arguments: list[str], count: int) -> int:
 def _with_helpers(function: Callable) -> Callable:
     """A plain function compiled with those of its module that it calls."""
     names = set(function.__code__.co_names)
-    helpers = {n: v for n, v in function.__globals__.items() if n in names and isinstance(v, FunctionType)}
+    helpers = {
+        n: v for n, v in function.__globals__.items() if n in names and isinstance(v, FunctionType)
+    }
     outer = function.__globals__ | {n: _with_helpers(v) for n, v in helpers.items()}
-    copy = FunctionType(function.__code__, outer, function.__name__, function.__defaults__, function.__closure__)
+    copy = FunctionType(
+        function.__code__, outer, function.__name__, function.__defaults__, function.__closure__
+    )
     return njit(error_model="numpy")(copy)
 
 
@@ -127,7 +146,8 @@ def folder() -> Path:
 
 @contextmanager
 def alone(path: Path) -> Iterator[None]:
-    """One process at a time, where the system has file locks; they end with the process that holds them.
+    """One process at a time, where the system has file locks; they end with the process that holds
+    them.
 
     Elsewhere two may make the same file of the store, and either will do.
     """

@@ -1,9 +1,10 @@
 """Traced scalars: arithmetic on them writes down a graph of operations.
 
-Mechanics written with `+ - * /`, `sqrt`, `sin`, `cos` runs on plain floats or on traced scalars alike; so do laws,
-whose source the interpreter executes. A trace folds constants, drops structural zeros, shares common terms and
-differentiates forward with sparse seeds. What depends on parameters only becomes a derived parameter, see `Slots`.
-The graph is written as Python by `emission` and as LLVM IR by `ir`.
+Mechanics written with `+ - * /`, `sqrt`, `sin`, `cos` runs on plain floats or on traced scalars
+alike; so do laws, whose source the interpreter executes. A trace folds constants, drops structural
+zeros, shares common terms and differentiates forward with sparse seeds. What depends on parameters
+only becomes a derived parameter, see `Slots`. The graph is written as Python by `emission` and as
+LLVM IR by `ir`.
 """
 
 import math
@@ -42,8 +43,8 @@ BOOLEAN = {*COMPARISONS, "and", "or", "not"}
 class Scalar:
     """One traced number or truth value.
 
-    fixed: depends on parameters only, so it can be computed once per parameter set. rule: of a call, what
-    differentiates it in place of its function.
+    fixed: depends on parameters only, so it can be computed once per parameter set. rule: of a
+    call, what differentiates it in place of its function.
     """
 
     __slots__ = ("trace", "index", "op", "args", "fixed", "section", "rule")
@@ -101,7 +102,8 @@ def is_number(value) -> bool:
 
 
 def defined(function: Callable, *numbers):
-    """A function of numbers, not a number where Python raises: a condition may leave the value out."""
+    """A function of numbers, not a number where Python raises: a condition may leave the value out.
+    """
     try:
         value = function(*numbers)
     except (ArithmeticError, ValueError):
@@ -117,7 +119,8 @@ class Trace:
         self.section = ""
         self._nodes: dict[tuple, Scalar] = {}
 
-    def _node(self, op, *args) -> Scalar:
+    def node(self, op, *args) -> Scalar:
+        """The one node of an operation on operands."""
         key = (op, *(("v", a.index) if isinstance(a, Scalar) else a for a in args))
         if key in self._nodes:
             return self._nodes[key]
@@ -125,7 +128,11 @@ class Trace:
         if op == "load":
             fixed = args[0].startswith("par[")
         else:
-            fixed = op not in ("call", "item", "lookup") and bool(operands) and all(a.fixed for a in operands)
+            fixed = (
+                op not in ("call", "item", "lookup")
+                and bool(operands)
+                and all(a.fixed for a in operands)
+            )
         node = Scalar(self, len(self.nodes), op, args, fixed, self.section)
         self.nodes.append(node)
         self._nodes[key] = node
@@ -134,11 +141,11 @@ class Trace:
     # --- sources
     def load(self, text: str) -> Scalar:
         """A named input: "t", "y[3]", "par[7]", or an argument of a function."""
-        return self._node("load", text)
+        return self.node("load", text)
 
     def lookup(self, index) -> Scalar:
         """The number of the parameter vector at a traced index, truncated."""
-        return self._node("lookup", index if isinstance(index, Scalar) else float(index))
+        return self.node("lookup", index if isinstance(index, Scalar) else float(index))
 
     # --- arithmetic, with folding
     def add(self, a, b):
@@ -148,12 +155,12 @@ class Trace:
             a, b = b, a
         a, b = self.numeric(a), self.numeric(b)
         if is_number(b):
-            return a if b == 0.0 else self._node("add", a, float(b))
+            return a if b == 0.0 else self.node("add", a, float(b))
         if b.op == "neg":
             return self.sub(a, b.args[0])
         if a.op == "neg":
             return self.sub(b, a.args[0])
-        return self._node("add", *sorted((a, b), key=lambda s: s.index))
+        return self.node("add", *sorted((a, b), key=lambda s: s.index))
 
     def sub(self, a, b):
         if is_number(a) and is_number(b):
@@ -167,7 +174,7 @@ class Trace:
             return 0.0
         if b.op == "neg":
             return self.add(a, b.args[0])
-        return self._node("sub", a if isinstance(a, Scalar) else float(a), b)
+        return self.node("sub", a if isinstance(a, Scalar) else float(a), b)
 
     def neg(self, a):
         if is_number(a):
@@ -177,7 +184,7 @@ class Trace:
             return a.args[0]
         if a.op == "sub":
             return self.sub(a.args[1], a.args[0])
-        return self._node("neg", a)
+        return self.node("neg", a)
 
     def mul(self, a, b):
         if is_number(a) and is_number(b):
@@ -190,14 +197,14 @@ class Trace:
                 return 0.0
             if b == 1.0:
                 return a
-            return self.neg(a) if b == -1.0 else self._node("mul", a, float(b))
+            return self.neg(a) if b == -1.0 else self.node("mul", a, float(b))
         if a.op == "neg" and b.op == "neg":
             return self.mul(a.args[0], b.args[0])
         if a.op == "neg":
             return self.neg(self.mul(a.args[0], b))
         if b.op == "neg":
             return self.neg(self.mul(a, b.args[0]))
-        return self._node("mul", *sorted((a, b), key=lambda s: s.index))
+        return self.node("mul", *sorted((a, b), key=lambda s: s.index))
 
     def div(self, a, b):
         if is_number(a) and is_number(b):
@@ -206,30 +213,36 @@ class Trace:
         if is_number(b):
             return self.mul(a, defined(operator.truediv, 1.0, b))
         if is_number(a):
-            return 0.0 if a == 0.0 else self._node("div", float(a), b)
+            return 0.0 if a == 0.0 else self.node("div", float(a), b)
         if a is b:
             return 1.0
         if b.fixed and not a.fixed:
             return self.mul(a, self.div(1.0, b))  # the reciprocal is a derived parameter
-        return self._node("div", a, b)
+        return self.node("div", a, b)
 
     def power(self, a, b):
         """a to the power of b; small whole exponents as products, 1/2 as a root."""
         if is_number(a) and is_number(b):
             return defined(operator.pow, a, b)
         if is_number(b) and b in (0, 1, 2, 3, 4):
-            return [lambda: 1.0, lambda: a, lambda: a * a, lambda: a * a * a, lambda: (a * a) * (a * a)][int(b)]()
+            return [
+                lambda: 1.0,
+                lambda: a,
+                lambda: a * a,
+                lambda: a * a * a,
+                lambda: (a * a) * (a * a),
+            ][int(b)]()
         return self.sqrt(a) if is_number(b) and b == 0.5 else self.binary("pow", a, b)
 
     def function(self, name: str, a):
         """A function of one number: one of UNARY or FLAT."""
-        return float(defined(getattr(math, name), a)) if is_number(a) else self._node(name, a)
+        return float(defined(getattr(math, name), a)) if is_number(a) else self.node(name, a)
 
     def binary(self, name: str, a, b):
         """pow, atan2, hypot or copysign."""
         if is_number(a) and is_number(b):
             return defined(getattr(math, name), a, b)
-        return self._node(name, self.number(a), self.number(b))
+        return self.node(name, self.number(a), self.number(b))
 
     def sqrt(self, a):
         return self.function("sqrt", a)
@@ -248,7 +261,7 @@ class Trace:
         """lt, le, gt, ge, eq or ne of two numbers."""
         if is_number(a) and is_number(b):
             return getattr(operator, op)(a, b)
-        return self._node(op, self.number(a), self.number(b))
+        return self.node(op, self.number(a), self.number(b))
 
     def truth(self, a):
         """A value as a condition: a number is true unless it is zero."""
@@ -257,30 +270,31 @@ class Trace:
     def negation(self, a):
         if is_number(a):
             return not a
-        return a.args[0] if a.op == "not" else self._node("not", a)
+        return a.args[0] if a.op == "not" else self.node("not", a)
 
     def both(self, a, b):
         if is_number(a) or is_number(b):
             a, b = (a, b) if is_number(a) else (b, a)
             return b if a else False
-        return a if a is b else self._node("and", a, b)
+        return a if a is b else self.node("and", a, b)
 
     def either(self, a, b):
         if is_number(a) or is_number(b):
             a, b = (a, b) if is_number(a) else (b, a)
             return True if a else b
-        return a if a is b else self._node("or", a, b)
+        return a if a is b else self.node("or", a, b)
 
     def numeric(self, a):
         """A truth value as 1 or 0; a number as it is."""
-        return self._node("select", a, 1.0, 0.0) if isinstance(a, Scalar) and a.boolean else a
+        return self.node("select", a, 1.0, 0.0) if isinstance(a, Scalar) and a.boolean else a
 
     def number(self, a):
         """An operand: traced, or a float."""
         return self.numeric(a) if isinstance(a, Scalar) else float(a)
 
     def select(self, condition, a, b):
-        """a where the condition holds, else b; a number for a condition holds where it is positive."""
+        """a where the condition holds, else b; a number for a condition holds where it is positive.
+        """
         if is_number(condition):
             return a if condition > 0.0 else b
         condition = condition if condition.boolean else self.compare("gt", condition, 0.0)
@@ -288,7 +302,7 @@ class Trace:
             return a
         if condition.op == "not":
             condition, a, b = condition.args[0], b, a
-        return self._node("select", condition, self.number(a), self.number(b))
+        return self.node("select", condition, self.number(a), self.number(b))
 
     def sum(self, values: Iterable):
         total = 0.0
@@ -300,11 +314,14 @@ class Trace:
     def call(self, function, args: list, rule: Callable | None = None) -> list:
         """Outputs of a function (see function.py).
 
-        rule(args, tangents of args) -> tangents of outputs differentiates it, by default its own derivative.
+        rule(args, tangents of args) -> tangents of outputs differentiates it, by default its own
+        derivative.
         """
-        node = self._node("call", function, *(a if isinstance(a, Scalar) else float(a) for a in args))
+        node = self.node(
+            "call", function, *(a if isinstance(a, Scalar) else float(a) for a in args)
+        )
         node.rule = rule
-        return [self._node("item", node, i) for i in range(function.count)]
+        return [self.node("item", node, i) for i in range(function.count)]
 
     # --- differentiation
     def tangent(self, outputs: Iterable, seeds: Mapping[Scalar, Tangents]) -> list[Tangents]:
@@ -369,7 +386,9 @@ class Trace:
         return _without_zeros(row)
 
     def _partials(self, node, active) -> list:
-        """Partial derivatives of one operation with respect to its arguments (only the active ones matter)."""
+        """Partial derivatives of one operation with respect to its arguments (only the active ones
+        matter).
+        """
         op, args = node.op, node.args
         if not any(active) or op in FLAT or op == "lookup":
             return [0.0] * len(args)
@@ -442,7 +461,9 @@ def live(outputs: Iterable, cut: Callable[[Scalar], bool] = lambda node: False) 
 
 
 class Slots:
-    """Derived parameters: values of parameters only, computed once and read from `par` behind the numbers."""
+    """Derived parameters: values of parameters only, computed once and read from `par` behind the
+    numbers.
+    """
 
     def __init__(self, offset: int):
         self.offset = offset

@@ -1,9 +1,9 @@
 """Start and step of large mechanisms: `python tests/benchmarks/sizes.py [--update]`.
 
-Chains of hinged links, ladders of four-bar windows with one degree of freedom, chains with lubricated joints. Each
-runs in a process of its own. First call: CPU seconds from the scene to compiled kernels (imports and the time loop,
-which are the same for all, left out). Later calls: the same scene with other numbers. Exponents are those of the last
-doubling.
+Chains of hinged links, ladders of four-bar windows with one degree of freedom, chains with
+lubricated joints. Each runs in a process of its own. First call: CPU seconds from the scene to
+compiled kernels (imports and the time loop, which are the same for all, left out). Later calls: the
+same scene with other numbers. Exponents are those of the last doubling.
 """
 
 import json
@@ -62,7 +62,9 @@ def lubricated(count: int, length: float = 0.1) -> cl.Scene:
         film = {"film": cl.pinkus_sternlicht(), "lubricant": cl.Lubricant(0.05), "length": 0.02}
         if i < count:
             joints.append(
-                cl.ClearanceRevolute(parent, body["near"], name=f"J{i}", radius=0.01, clearance=1e-4, **film)
+                cl.ClearanceRevolute(
+                    parent, body["near"], name=f"J{i}", radius=0.01, clearance=1e-4, **film
+                )
             )
         else:
             joints.append(cl.Revolute(parent, body["near"], name=f"J{i}"))
@@ -108,7 +110,9 @@ def measured(kind: str, count: int) -> dict:
 def row(kind: str, count: int) -> dict:
     """The costs, from a fresh process."""
     command = [sys.executable, __file__, "--one", kind, str(count)]
-    return json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()[-1])
+    return json.loads(
+        subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()[-1]
+    )
 
 
 def tables() -> list[str]:
@@ -128,7 +132,9 @@ def tables() -> list[str]:
             math.log(rows[last][name] / rows[before][name]) / math.log(last / before)
             for name in ("operations", "first", "later", "memory", "step")
         ]
-        lines.append(f"| exponent of {before} to {last} | " + " | ".join(f"{p:.2f}" for p in power) + " |")
+        lines.append(
+            f"| exponent of {before} to {last} | " + " | ".join(f"{p:.2f}" for p in power) + " |"
+        )
     return lines
 
 
