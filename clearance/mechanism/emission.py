@@ -167,7 +167,8 @@ class Writer:
     def _call(self, function, args: list[str]) -> str:
         name = self.called[function]
         if isinstance(function, Answer):
-            return f"answered(par, {args[0]}, {function.wanted}, ({', '.join(args[1:])},), {function.places})"
+            inputs = f"({', '.join(args[1:])},)"
+            return f"answered(par, {args[0]}, {function.wanted}, {inputs}, {function.places})"
         if not isinstance(function, Opaque):
             return f"{name}({', '.join(['par', *args])})"
         return f"{name}({', '.join(function.listed(args))})"

@@ -189,8 +189,9 @@ class Opaque:
         """
         if self.derivative is None:
             raise ValueError(
-                f"law {self.name} cannot be differentiated: {self.reason}; give it an attribute `slopes`, a function "
-                "of the same arguments that returns values and derivatives by the leading arguments"
+                f"law {self.name} cannot be differentiated: {self.reason}; give it an attribute "
+                "`slopes`, a function of the same arguments that returns values and derivatives by "
+                "the leading arguments"
             )
         leading = self.derivative.count // self.count - 1
 

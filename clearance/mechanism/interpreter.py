@@ -425,8 +425,8 @@ class Execution:
         if isinstance(value, ModuleType) or getattr(value, "ndim", 0) > 0:
             raise Untraceable(f"it uses {node.id}")
         raise ValueError(
-            f"law {self.name} uses {node.id!r}: only arguments, numbers, tuples of numbers, math and plain functions "
-            "are allowed"
+            f"law {self.name} uses {node.id!r}: only arguments, numbers, tuples of numbers, math and "
+            "plain functions are allowed"
         )
 
     def _of_tuple(self, node, variables):

@@ -247,10 +247,9 @@ class Lowering:
         )
         made = ir.Function(self.module, kind, f"clearance_{len(self.functions)}_{function.name}")
         made.linkage = "internal"
-        inner = Lowering(
-            ir.IRBuilder(made.append_basic_block()), {"par": made.args[0], "data": made.args[1]}, None, self.addresses,
-            self.width,
-        )  # fmt: skip
+        arrays = {"par": made.args[0], "data": made.args[1]}
+        builder = ir.IRBuilder(made.append_basic_block())
+        inner = Lowering(builder, arrays, None, self.addresses, self.width)
         inner.functions = self.functions
         (inner.repeat if isinstance(function, Loop) else inner.body)(function, made.args[2:])
         self.functions[function] = made

@@ -12,14 +12,23 @@ from clearance.mechanism.asking import answered
 from clearance.mechanism.emission import Program, called, function_text, kernel_text
 from clearance.mechanism.function import Function, Opaque
 
+#: functions that numpy and math call alike
+SAME = ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "log1p", "expm1")
+SAME += ("hypot", "copysign", "floor", "ceil", "trunc")
 #: the names of `math`, on numbers of numpy: what is not defined is not a number, and no error
 MATH = SimpleNamespace(
-    nan=math.nan, inf=math.inf, sqrt=np.sqrt, exp=np.exp, log=np.log, sin=np.sin, cos=np.cos, tan=np.tan,
-    asin=np.arcsin, acos=np.arccos, atan=np.arctan, atan2=np.arctan2, sinh=np.sinh, cosh=np.cosh, tanh=np.tanh,
-    asinh=np.arcsinh, atanh=np.arctanh, log1p=np.log1p, expm1=np.expm1, hypot=np.hypot, copysign=np.copysign,
-    floor=np.floor, ceil=np.ceil, trunc=np.trunc,
-    erf=lambda x: np.float64(math.erf(x)), erfc=lambda x: np.float64(math.erfc(x)),
-)  # fmt: skip
+    nan=math.nan,
+    inf=math.inf,
+    asin=np.arcsin,
+    acos=np.arccos,
+    atan=np.arctan,
+    atan2=np.arctan2,
+    asinh=np.arcsinh,
+    atanh=np.arctanh,
+    erf=lambda x: np.float64(math.erf(x)),
+    erfc=lambda x: np.float64(math.erfc(x)),
+    **{name: getattr(np, name) for name in SAME},
+)
 
 
 def kernel(program: Program) -> Callable:
