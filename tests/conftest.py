@@ -1,4 +1,4 @@
-"""Shared by all tests: one kernel store for the session, so that no test compiles what another one has."""
+"""Shared by all tests: one store of film tables for the session, so that no test builds what another one has."""
 
 import os
 import tempfile

@@ -3,6 +3,8 @@ are not traced.
 """
 
 import math
+import multiprocessing
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -192,3 +194,33 @@ class TestLaws:
             match="law table_of cannot be differentiated: it uses np; give it an attribute",
         ):
             build(pendulum(cl.joint_friction(table_of)(gain=0.3)))
+
+
+# --- many at once
+def ends(model: str) -> list[float]:
+    """The last state of a short run."""
+    scene = cl.load_case("slider_crank", model=model)
+    result = cl.simulate(scene, until=5e-3, samples=3)
+    return [float(result[b.name].theta[-1]) for b in scene.bodies]
+
+
+MODELS = ["dry", "lubricated", "ideal"] * 2
+
+
+class TestAtOnce:
+    def test_threads_start_scenes_at_once(self, monkeypatch):
+        """Equal and different structures, none built before: the numbers of one after another."""
+        wanted = [ends(model) for model in MODELS]
+        monkeypatch.setattr(building, "_structures", {})
+        with ThreadPoolExecutor(4) as pool:
+            assert list(pool.map(ends, MODELS)) == wanted
+
+    @pytest.mark.slow
+    @pytest.mark.parametrize("start", ["fork", "spawn", "forkserver"])
+    def test_processes_start_scenes_at_once(self, start):
+        """Processes share no file of a kernel: there is nothing that they could race for."""
+        if start not in multiprocessing.get_all_start_methods():
+            pytest.skip(f"no {start} here")
+        wanted = [ends(model) for model in MODELS]
+        with ProcessPoolExecutor(3, multiprocessing.get_context(start)) as pool:
+            assert list(pool.map(ends, MODELS)) == wanted
