@@ -99,16 +99,25 @@ def implicit(trace: Trace, residual: Function, solution: list, given: list, tang
     """Tangents of the solution of residual(solution, given) = 0 from those of what is given: J_z dz = -J_x dx."""
     size = len(solution)
     active = [i for i, t in enumerate(tangents) if t]
-    wanted = (*range(size), *(size + i for i in active))
-    values = trace.call(residual.slopes(wanted), [*solution, *given])
-    slopes = [values[size + i * len(wanted) :][: len(wanted)] for i in range(size)]
+    along = _along(residual, size, active)
     results: list[dict] = [{} for _ in range(size)]
     for column in sorted({c for i in active for c in tangents[i]}):
-        pairs = [(k, tangents[i][column]) for k, i in enumerate(active) if column in tangents[i]]
-        right = [-trace.sum(row[size + k] * t for k, t in pairs) for row in slopes]
-        for result, value in zip(results, solve(trace, [row[:size] for row in slopes], right), strict=True):
+        directions = [tangents[i].get(column, 0.0) for i in active]
+        for result, value in zip(results, trace.call(along, [*solution, *given, *directions]), strict=True):
             result[column] = value
     return results
+
+
+def _along(residual: Function, size: int, active: list[int]) -> Function:
+    """Change of a solution with what is given: arguments of the residual, then the change of those that move."""
+    trace, arguments = residual.trace, residual.arguments
+    moves = [trace.load(f"x{len(arguments) + i}") for i in range(len(active))]
+    seeds = {arguments[size + i]: {0: move} for i, move in zip(active, moves, strict=True)}
+    right = [-slope.get(0, 0.0) for slope in trace.tangent(residual.outputs, seeds)]
+    slopes = trace.tangent(residual.outputs, {z: {i: 1.0} for i, z in enumerate(arguments[:size])})
+    function = Function(f"{residual.name}_along", trace, [*arguments, *moves])
+    function.outputs = solve(trace, [[row.get(i, 0.0) for i in range(size)] for row in slopes], right)
+    return function
 
 
 # --- dyads
