@@ -1,7 +1,9 @@
 """Derivatives written from law sources, against central differences."""
 
+import functools
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -9,7 +11,7 @@ from hypothesis import strategies as st
 from clearance import laws
 from clearance.laws.law import FilmJoint
 from clearance.mechanism.interpreter import traced
-from clearance.mechanism.kernels import evaluated
+from clearance.mechanism.kernels import compiled, evaluated
 from tests.plain import differentiated
 
 SLOPE = 3.0
@@ -184,3 +186,122 @@ def test_film_law(ratio, rate, entrainment):
             size = abs(value[0]) + abs(value[1])
             slope = found[2 + 3 * k + i]
             assert slope == pytest.approx((high[k] - low[k]) / (2 * h), rel=2e-4, abs=1e-7 * size / h)
+
+
+# --- what Python does, construct by construct
+k = 5.0
+
+
+def logarithm(x, y, gain):
+    return math.log(abs(x) + 1.0, 2.0) + math.fmod(x, 0.3) + x // 0.1 + int(y / 49.0)
+
+
+def set_on_one_side(x, y, gain):
+    if x > 0.0:
+        k = 2.0 * x
+    if x > 0.0:
+        return k
+    return gain
+
+
+def leaving_loops(x, y, gain):
+    total = 0.0
+    for i in range(6):
+        if i * x > 1.5:
+            break
+        if i == 2:
+            continue
+        for j in (x, y):
+            if j > 1.0:
+                return total, j
+            total += j * i
+    return total, y
+
+
+def counted(x, y, gain):
+    total = 0.0
+    for i in range(int(abs(10.0 * x)), 0, -2):
+        if total > 3.0:
+            break
+        total += math.sin(i * y)
+    return total
+
+
+def only_where_needed(x, y, gain):
+    if x == 0.0:
+        return 1.0
+    step, size = 0.0, x
+    while size != 0.0:
+        step, size = size, 0.5 * size if abs(size) > 1e-3 else 0.0
+    if y > 0.0:
+        return step
+    return step + size
+
+
+def flagged(x, y, gain):
+    fast = False
+    if x > 0.5:
+        fast = y > 0.0
+    count = 0.0
+    while not (fast or count > 3.0):
+        count, fast = count + 1.0, count * x > 1.0
+    return max(x, 1.0, y) if fast and x > y else min(0.25, x, y, -0.5) + count + helper(x > y, y)[0]
+
+
+def scattered(x, y, gain):
+    a = helper(x, 2.0)[0]
+    b = math.sin(a) - max(y, 1.0, x)
+    return max(4.5, a * b, int(x), min(0.25, b, y, -0.5)) if x < 1.0 or a > b else math.sqrt(x - 1.0) * b
+
+
+@pytest.mark.parametrize("x", [-3.0, -0.4, 0.0, 0.3, 1.0, 49.0])
+@pytest.mark.parametrize("y", [-2.0, 0.0, 0.7, 49.0, 98.0])
+@pytest.mark.parametrize(
+    "law", [logarithm, set_on_one_side, leaving_loops, counted, only_where_needed, flagged, scattered]
+)
+def test_a_traced_law_is_its_function(law, x, y):
+    """To 1e-14: as plain Python from its text, and compiled."""
+    wanted = law(x, y, 1.3)
+    wanted = wanted if isinstance(wanted, tuple) else (wanted,)
+    function = traced(law)
+    assert evaluated(function)(x, y, 1.3) == pytest.approx(wanted, rel=1e-14, abs=1e-14)
+    if law not in COMPILED:
+        COMPILED[law] = compiled(function)
+    assert COMPILED[law](np.zeros(1), x, y, 1.3) == pytest.approx(wanted, rel=1e-14, abs=1e-14)
+
+
+COMPILED: dict = {}
+
+
+def doubled(function):
+    @functools.wraps(function)
+    def twice(*arguments):
+        return 2.0 * function(*arguments)
+
+    return twice
+
+
+def otherwise(x, y, gain):
+    while x > 0.0:
+        x -= 1.0
+    else:
+        x = y
+    return x
+
+
+def too_early(x, y, gain):
+    total = total + x  # noqa: F821
+    return total
+
+
+@pytest.mark.parametrize(
+    ("law", "message"),
+    [
+        (doubled(plain), "law plain: a decorator wraps it"),
+        (otherwise, "law otherwise: cannot read 'while"),
+        (too_early, "law too_early reads 'total' before it is set"),
+    ],
+)
+def test_what_would_be_another_function_is_refused(law, message):
+    with pytest.raises(ValueError, match=message):
+        traced(law)

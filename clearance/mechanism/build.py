@@ -22,6 +22,7 @@ from clearance.scene import Scene
 
 WARMING = 10.0  # natural size of the oil's warming [K]
 _structures: dict[tuple, Structure] = {}
+MOST_STRUCTURES = 100  # that a process keeps; one takes some 3 MB
 
 
 @dataclass
@@ -99,6 +100,8 @@ def build(scene: Scene, ledger: bool = True) -> Mechanism:
     measured = tuple(j.name for j in start.measured)
     signature = (numbers.signature, plan.signature, cut.signature, measured, ledger)
     if signature not in _structures:
+        if len(_structures) >= MOST_STRUCTURES:
+            del _structures[next(iter(_structures))]  # the oldest
         _structures[signature] = Tracing(scene, numbers, plan, cut, start.measured, ledger).structure()
     structure = _structures[signature]
     _check_friction(scene, structure)

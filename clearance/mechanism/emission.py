@@ -22,6 +22,10 @@ _INFIX = {
 }
 
 
+#: names that texts use otherwise
+RESERVED = {"rhs", "jacobian", "events", "commit", "observe", "derive", "answered", "math", "par", "int", "abs"}
+
+
 @dataclass(frozen=True, eq=False)
 class Program:
     """One kernel: outputs by their place in the vector that it fills, derived parameters by their
@@ -110,7 +114,7 @@ class Writer:
         self.called: dict[object, str] = {}
         for function in functions:
             name = function.name
-            while name in self.called.values():
+            while name in self.called.values() or name in RESERVED:
                 name += "_"
             self.called[function] = name
         self.section = ""
@@ -180,15 +184,11 @@ class Writer:
         if isinstance(function, Opaque):
             return [f"# {self.called[function]} is compiled apart: {function.reason}"]
         if isinstance(function, Loop):
-            names = [a.args[0] for a in function.step.arguments]
-            step = f"{self.called[function.step]}({', '.join(['par', *names])})"
-            state = ", ".join(names[: function.count])
-            lines = [
-                "    again = True",
-                "    while again:",
-                f"        again, {state} = {step}",
-                f"    return {state},",
-            ]
+            inner = [a.args[0] for a in function.step.arguments]
+            step = f"{self.called[function.step]}({', '.join(['par', *inner])})"
+            state = ", ".join(inner[: function.count])
+            lines = ["    while again:", f"        again, {state} = {step}", f"    return ({state},)"]
+            names = ["again", *inner]
         else:
             names = [a.args[0] for a in function.arguments]
             inner = Writer([])

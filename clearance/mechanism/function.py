@@ -23,7 +23,7 @@ class Function:
     def __init__(
         self, name: str, trace: Trace | None = None, arguments: list[Scalar] | None = None
     ):
-        self.name, self.trace, self.arguments = name, trace or Trace(), arguments or []
+        self.name, self.trace, self.arguments = name, trace or Trace(exact=True), arguments or []
         self.outputs: list = []
         self.values_of: Function | None = (
             None  # of a derivative: the function whose values it returns too
@@ -106,10 +106,9 @@ class Inside(Function):
 
 
 class Loop:
-    """A function that repeats a step while its first output holds: (again, state...) =
-    step(state..., given...).
+    """A function that repeats a step while it is to go on: (again, state...) = step(state..., given...).
 
-    It takes a state and what the step is given, and returns the state of the end.
+    It takes whether to begin, a state and what the step is given, and returns the state of the end.
     """
 
     def __init__(self, name: str, step: Function):
@@ -127,9 +126,7 @@ class Loop:
         return SHORT + self.step.operations
 
     def slopes(self, active: tuple[int, ...]) -> Function:
-        """The function that returns state and derivatives by the active arguments: a loop that
-        carries both.
-        """
+        """State and derivatives by the active arguments: those of a loop that carries both."""
         if active not in self._slopes:
             self._slopes[active] = self._differentiated(active)
         return self._slopes[active]
@@ -138,27 +135,22 @@ class Loop:
         step, count, width = self.step, self.count, len(active)
         size = len(step.arguments)
         carried = [
-            [step.trace.load(f"x{size + i * width + a}") for a in range(width)]
-            for i in range(count)
+            [step.trace.load(f"x{size + i * width + a}") for a in range(width)] for i in range(count)
         ]
         seeds = {x: dict(enumerate(row)) for x, row in zip(step.arguments, carried, strict=False)}
-        seeds |= {step.arguments[i]: {a: 1.0} for a, i in enumerate(active) if i >= count}
+        seeds |= {step.arguments[i - 1]: {a: 1.0} for a, i in enumerate(active) if i > count}
         rows = step.trace.tangent(step.outputs[1:], seeds)
-        leaves = [
-            *step.arguments[:count],
-            *(x for row in carried for x in row),
-            *step.arguments[count:],
-        ]
-        wide = Function(f"{step.name}_d", step.trace, leaves)
-        wide.outputs = [*step.outputs, *(row.get(a, 0.0) for row in rows for a in range(width))]
+        both = [*step.arguments[:count], *(x for row in carried for x in row)]
+        wide = Function(f"{step.name}_d", step.trace, [*both, *step.arguments[count:]])
+        slopes = (row.get(a, 0.0) for row in rows for a in range(width))
+        wide.outputs = [*step.outputs, *slopes]
 
         def build(trace, arguments):
-            start = [float(i == a) for i in range(count) for a in active]
-            return trace.call(
-                Loop(f"{self.name}_d", wide), [*arguments[:count], *start, *arguments[count:]]
-            )
+            start = [float(i + 1 == a) for i in range(count) for a in active]
+            begun, given = arguments[: 1 + count], arguments[1 + count :]
+            return trace.call(Loop(f"{self.name}_d", wide), [*begun, *start, *given])
 
-        return Function.of(f"{self.name}_d{''.join(map(str, active))}", size, build)
+        return Function.of(f"{self.name}_d{''.join(map(str, active))}", 1 + size, build)
 
 
 class Opaque:
@@ -306,7 +298,7 @@ class Expansion:
     """Copies values to a trace of its own; functions that are short become part of it."""
 
     def __init__(self):
-        self.trace = Trace()
+        self.trace = Trace(exact=True)
         self._functions: dict[object, object] = {}
 
     def of(self, outputs: list) -> list:

@@ -2,7 +2,8 @@
 
 The source is read, not the name: arithmetic, `math`, abs, max, min, if, for, while and helper
 functions. Branches become selects, a loop over a range is unrolled, and a loop that ends by a
-condition stays one. Numbers of the function's module or closure are taken as they stand.
+condition stays one. Numbers of the function's module or closure are taken as they stand. The sign
+of a zero is not kept, and a product with a constant zero is zero.
 """
 
 import ast
@@ -20,7 +21,8 @@ from clearance.mechanism.asking import KEEP
 from clearance.mechanism.function import Answer, Function, Inside, Loop, Opaque
 from clearance.mechanism.trace import COMPARISONS, FLAT, UNARY, Scalar, Trace, defined, is_number
 
-BINARY = ("atan2", "hypot", "copysign", "pow")
+UNSET = object()  # in place of a variable that a side has not set
+BINARY = ("atan2", "hypot", "copysign", "pow", "fmod")
 UNROLLED = 64  # passes of a loop over a range that are written out
 COUNTER, STOP = (
     "<counter>",
@@ -58,6 +60,8 @@ def traced(function: Callable, shape: tuple = ()) -> Function | Opaque:
         made.outputs = list(Execution(made.trace, function).call(arguments))
     except Untraceable as reason:
         return _opaque(function, shape, str(reason))
+    except (TypeError, AttributeError, IndexError, KeyError, ArithmeticError) as reason:
+        raise ValueError(f"law {function.__name__} cannot be read: {reason}") from reason
     return made
 
 
@@ -72,6 +76,8 @@ def _opaque(function: Callable, shape: tuple, reason: str) -> Opaque:
 def definition(function: Callable) -> ast.FunctionDef:
     """The syntax tree of a function."""
     name = getattr(function, "__name__", repr(function))
+    if hasattr(function, "__wrapped__"):
+        raise ValueError(f"law {name}: a decorator wraps it, so its source is not what runs; leave it out")
     try:
         node = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
     except (OSError, TypeError, SyntaxError):
@@ -115,6 +121,8 @@ def fingerprint(function: Callable) -> tuple:
         value = getattr(outer.get(name), "function", outer.get(name))
         if inspect.isfunction(value):
             read.append((name, fingerprint(value) if value is not function else None))
+        elif _is_array(value):
+            read.append((name, value.shape, value.tobytes()))
         elif isinstance(value, int | float) or hasattr(value, "__float__"):
             read.append((name, float(value)))
         elif isinstance(value, tuple):
@@ -122,8 +130,12 @@ def fingerprint(function: Callable) -> tuple:
     return code, tuple(read)
 
 
+def _is_array(value) -> bool:
+    return isinstance(getattr(value, "ndim", None), int) and value.ndim > 0
+
+
 def _name(function: Callable) -> str:
-    return function.__name__.lstrip("_")
+    return function.__name__.lstrip("_") or "law"
 
 
 @dataclass(frozen=True)
@@ -161,6 +173,8 @@ class Execution:
         closure = inspect.getclosurevars(self.function).nonlocals
         self.outer = {**self.function.__globals__, **closure}
         self.tree = definition(self.function)
+        stored = (n for n in ast.walk(self.tree) if isinstance(n, ast.Name))
+        self.local = {n.id for n in stored if isinstance(n.ctx, ast.Store)}
 
     @property
     def name(self) -> str:
@@ -174,9 +188,11 @@ class Execution:
         if end is not None or not exits:
             raise ValueError(f"law {self.name} can end without returning a value")
         values = [e.payload for e in exits]
+        if any(not isinstance(v, bool | int | float | Scalar) for row in values for v in row):
+            raise ValueError(f"law {self.name} must return numbers, or one tuple of numbers")
         if len({len(v) for v in values}) != 1 or not values[0]:
             raise ValueError(f"law {self.name} must return the same number of values everywhere")
-        return self._chosen(exits)
+        return tuple(map(self.trace.number, self._chosen(exits)))
 
     def _chosen(self, exits: list[Exit]) -> tuple:
         """What the first exit that is taken returns; one of them is."""
@@ -259,7 +275,7 @@ class Execution:
         exits.append(Exit("continue", True, variables))
 
     def _if(self, node, variables, exits):
-        condition = self.trace.truth(self.value(node.test, variables))
+        condition = self.condition(node.test, variables)
         if is_number(condition):
             return self.block(node.body if condition else node.orelse, variables, exits)
         ends = []
@@ -276,12 +292,16 @@ class Execution:
         return self._merged(condition, first, second)
 
     def _merged(self, condition, first: dict, second: dict) -> dict:
-        """Variables that both have, of the first where the condition holds."""
-        names = [n for n in first if n in second]
-        return {
-            n: first[n] if first[n] is second[n] else self.select(condition, first[n], second[n])
-            for n in names
-        }
+        """Variables of the first where the condition holds; not a number where a side has not set one."""
+        merged = {}
+        for name in first | second:
+            a, b = first.get(name, UNSET), second.get(name, UNSET)
+            if a is UNSET or b is UNSET:
+                value = b if a is UNSET else a
+                unset = _mapped(value, lambda v: math.nan) if isinstance(value, tuple) else math.nan
+                a, b = (unset, value) if a is UNSET else (value, unset)
+            merged[name] = a if a is b else self.select(condition, a, b)
+        return merged
 
     def _for(self, node, variables, exits):
         if node.orelse or not isinstance(node.target, ast.Name):
@@ -366,30 +386,31 @@ class Execution:
 
     def _while(self, node, variables, exits):
         """A loop on the trace: the variables that its body sets are its state."""
-        enter = self.trace.truth(self.value(node.test, variables))
-        stored = {
-            n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
-        }
-        names = sorted(n for n in stored if n in variables)
+        if node.orelse:
+            raise self.unreadable(node)
+        enter = self.condition(node.test, variables)
+        if is_number(enter) and not enter:
+            return variables
+        stored = {n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+        names = sorted(stored)
         step = Inside(f"{_name(self.function)}_step")
         state = {n: step.argument() for n in names}
         inner = Execution(step.trace, self.function, self.helpers, self.callers)
         inside: list[Exit] = []
         begun = {n: _mapped(v, step.value) for n, v in variables.items() if n not in state} | state
-        end = inner.block(node.body, begun, inside)
         left: list[Exit] = []
-        end = inner._gone_on(end, inside, left)
+        end = inner._gone_on(inner.block(node.body, begun, inside), inside, left)
         if any(e.kind == "return" for e in left):
             raise Untraceable("it returns from inside a loop that ends by a condition")
-        again = False if end is None else inner.trace.truth(inner.value(node.test, end))
+        again = False if end is None else inner.condition(node.test, end)
         for one in left:
             again = inner.trace.both(again, inner.trace.negation(one.condition))
         end = inner._left(end, left, [])
-        step.outputs = [again, *(end[n] for n in names)]
-        start = [self._number(variables[n]) for n in names]
-        values = self.trace.call(Loop(f"{_name(self.function)}_loop", step), [*start, *step.outer])
-        done = dict(zip(names, values, strict=True))
-        return variables | {n: self.select(enter, done[n], variables[n]) for n in names}
+        step.outputs = [again, *(inner.trace.number(self._number(end.get(n, math.nan))) for n in names)]
+        start = [self._number(variables.get(n, math.nan)) for n in names]
+        loop = Loop(f"{_name(self.function)}_loop", step)
+        values = self.trace.call(loop, [enter, *start, *step.outer])
+        return variables | dict(zip(names, values, strict=True))
 
     def _number(self, value):
         if isinstance(value, Scalar | int | float):
@@ -397,6 +418,18 @@ class Execution:
         raise Untraceable("a loop that ends by a condition carries more than numbers")
 
     # --- expressions
+    def condition(self, node, variables):
+        """A test: a truth value, where numbers are true unless they are zero."""
+        if isinstance(node, ast.BoolOp):
+            join = self.trace.both if isinstance(node.op, ast.And) else self.trace.either
+            result = isinstance(node.op, ast.And)
+            for part in node.values:
+                result = join(result, self.condition(part, variables))
+            return result
+        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
+            return self.trace.negation(self.condition(node.operand, variables))
+        return self.trace.truth(self.value(node, variables))
+
     def value(self, node, variables):
         """Number, traced value, tuple, or a function to be called."""
         handler = getattr(self, f"_of_{type(node).__name__.lower()}", None)
@@ -412,18 +445,20 @@ class Execution:
     def _of_name(self, node, variables):
         if node.id in variables:
             return variables[node.id]
+        if node.id in self.local:
+            raise ValueError(f"law {self.name} reads {node.id!r} before it is set")
         value = self.outer.get(node.id, getattr(builtins, node.id, None))
         value = getattr(value, "function", value)
+        if isinstance(value, ModuleType) and value is not math or _is_array(value):
+            raise Untraceable(f"it uses {node.id}")
         if value is math or inspect.isfunction(value) or isinstance(value, int | float | tuple):
             return value
-        if getattr(math, getattr(value, "__name__", ""), None) is value or value in BUILTINS:
+        if value in BUILTINS or hasattr(value, "py_func"):
             return value
-        if hasattr(value, "py_func"):
+        if value is not None and getattr(math, getattr(value, "__name__", ""), None) is value:
             return value
-        if hasattr(value, "__float__") and getattr(value, "ndim", 0) == 0:
+        if hasattr(value, "__float__"):
             return float(value)
-        if isinstance(value, ModuleType) or getattr(value, "ndim", 0) > 0:
-            raise Untraceable(f"it uses {node.id}")
         raise ValueError(
             f"law {self.name} uses {node.id!r}: only arguments, numbers, tuples of numbers, math and "
             "plain functions are allowed"
@@ -433,14 +468,17 @@ class Execution:
         return tuple(self.value(e, variables) for e in node.elts)
 
     def _of_attribute(self, node, variables):
-        return getattr(self.value(node.value, variables), node.attr)
+        value = self.value(node.value, variables)
+        if value is math or node.attr in getattr(value, "_fields", ()):
+            return getattr(value, node.attr)
+        raise self.unreadable(node)
 
     def _of_subscript(self, node, variables):
         values, index = self.value(node.value, variables), self.value(node.slice, variables)
         if values is DATA:
             return self.trace.lookup(index)
         if isinstance(values, tuple) and is_number(index):
-            return values[int(index)]
+            return values[index]
         raise Untraceable(f"it picks {ast.unparse(node)} by a number that is not fixed")
 
     def _of_unaryop(self, node, variables):
@@ -465,9 +503,20 @@ class Execution:
         if op in ("Mod", "FloorDiv"):
             if is_number(a) and is_number(b):
                 return a % b if op == "Mod" else a // b
-            whole = trace.function("floor", trace.div(a, b))
-            return trace.sub(a, trace.mul(b, whole)) if op == "Mod" else whole
+            return self._remainder(a, b) if op == "Mod" else self._quotient(a, b)
         raise self.unreadable(node)
+
+    def _remainder(self, a, b):
+        """a % b, which has the sign of b."""
+        trace, rest = self.trace, self.trace.binary("fmod", a, b)
+        other = trace.both(trace.compare("ne", rest, 0.0), trace.compare("lt", trace.mul(rest, b), 0.0))
+        return trace.select(other, trace.add(rest, b), rest)
+
+    def _quotient(self, a, b):
+        """a // b: whole, as far as the remainder leaves it."""
+        trace = self.trace
+        whole = trace.div(trace.sub(a, self._remainder(a, b)), b)
+        return trace.function("floor", trace.add(whole, 0.5))
 
     def _of_compare(self, node, variables):
         values = [self.value(n, variables) for n in (node.left, *node.comparators)]
@@ -479,17 +528,14 @@ class Execution:
         return result
 
     def _of_boolop(self, node, variables):
-        join = self.trace.both if isinstance(node.op, ast.And) else self.trace.either
-        result = isinstance(node.op, ast.And)
         for part in node.values:
             value = self.value(part, variables)
             if not (isinstance(value, bool) or isinstance(value, Scalar) and value.boolean):
                 raise self.unreadable(node)
-            result = join(result, value)
-        return result
+        return self.condition(node, variables)
 
     def _of_ifexp(self, node, variables):
-        condition = self.trace.truth(self.value(node.test, variables))
+        condition = self.condition(node.test, variables)
         if is_number(condition):
             return self.value(node.body if condition else node.orelse, variables)
         return self.select(
@@ -521,15 +567,14 @@ class Execution:
         if name in ("max", "min"):
             value = arguments[0]
             for other in arguments[1:]:
-                value = trace.select(
-                    trace.compare("gt" if name == "max" else "lt", value, other), value, other
-                )
+                value = trace.select(trace.compare("gt" if name == "max" else "lt", other, value), other, value)
             return value
         if name in BINARY:
             return trace.power(*arguments) if name == "pow" else trace.binary(name, *arguments)
-        (x, *more) = arguments
-        if name == "fmod":
-            return trace.sub(x, trace.mul(more[0], trace.function("trunc", trace.div(x, more[0]))))
+        if name == "log" and len(arguments) == 2:
+            x, base = (trace.function("log", a) for a in arguments)
+            return trace.div(x, base)
+        (x,) = arguments
         if name == "float":
             return trace.numeric(x)
         name = {"abs": "fabs", "int": "trunc"}.get(name, name)
@@ -552,7 +597,7 @@ class Execution:
         if all(_fixed(a) for a in arguments):
             with suppress(ArithmeticError, ValueError):  # of a side that a condition may leave out
                 return function(*arguments)
-        key = function, tuple(_mapped(a, lambda v: None) for a in arguments)
+        key = function, repr([_mapped(a, lambda v: None) for a in arguments])
         if key not in self.helpers:
             self.helpers[key] = self._traced(function, arguments)
         helper, single = self.helpers[key]

@@ -87,7 +87,7 @@ class Lowering:
     def calls(self, function: Function, args: list[ir.Value]) -> list[ir.Value]:
         """Outputs of a function, written here."""
         self.define_all(called(function.outputs))
-        return self.inside(function, args)
+        return [self.number(value) for value in self.inside(function, args)]
 
     def define_all(self, functions: list) -> None:
         """The functions that are called, those first that others call."""
@@ -241,7 +241,7 @@ class Lowering:
         """A function of the module: what several places call, or what is long."""
         if isinstance(function, Opaque | Answer):
             return
-        count = len(function.step.arguments if isinstance(function, Loop) else function.arguments)
+        count = 1 + len(function.step.arguments) if isinstance(function, Loop) else len(function.arguments)
         kind = ir.FunctionType(
             self.structure(function.count), [POINTER, POINTER, *[self.kind] * count]
         )
@@ -266,31 +266,38 @@ class Lowering:
     def returned(self, values: list[ir.Value]) -> None:
         result = ir.Constant(self.structure(len(values)), ir.Undefined)
         for i, value in enumerate(values):
-            if value.type == self.truth:
-                value = self.builder.uitofp(value, self.kind)
-            result = self.builder.insert_value(result, value, i)
+            result = self.builder.insert_value(result, self.number(value), i)
         self.builder.ret(result)
 
     def repeat(self, loop: Loop, args: list) -> None:
         """A loop until no lane goes on; a lane that is done keeps its state."""
         build, begun = self.builder, self.builder.block
+        first, *args = args
+        start, given = args[: loop.count], args[loop.count :]
+        enter = build.fcmp_unordered("!=", first, self.constant(0.0))
         again, done = (build.append_basic_block(n) for n in ("again", "done"))
-        build.branch(again)
+        build.cbranch(self.any(enter), again, done)
         build.position_at_end(again)
         active, *state = (build.phi(k) for k in (self.truth, *[self.kind] * loop.count))
-        active.add_incoming(self.splat(ir.Constant(BIT, 1)), begun)
-        for phi, start in zip(state, args, strict=False):
-            phi.add_incoming(start, begun)
-        goes_on, *new = self.inside(loop.step, [*state, *args[loop.count :]])
-        if goes_on.type != self.truth:
-            goes_on = build.fcmp_ordered("!=", goes_on, self.constant(0.0))
+        for phi, value in zip((active, *state), (enter, *start), strict=True):
+            phi.add_incoming(value, begun)
+        goes_on, *new = (self.number(v) for v in self.inside(loop.step, [*state, *given]))
         new = [build.select(active, n, s) for n, s in zip(new, state, strict=True)]
-        active.add_incoming(build.and_(active, goes_on), build.block)
-        for phi, value in zip(state, new, strict=True):
+        goes_on = build.and_(active, build.fcmp_unordered("!=", goes_on, self.constant(0.0)))
+        for phi, value in zip((active, *state), (goes_on, *new), strict=True):
             phi.add_incoming(value, build.block)
-        build.cbranch(self.any(build.and_(active, goes_on)), again, done)
+        ended = build.block
+        build.cbranch(self.any(goes_on), again, done)
         build.position_at_end(done)
-        self.returned(new)
+        results = [build.phi(self.kind) for _ in new]
+        for phi, value, untouched in zip(results, new, start, strict=True):
+            phi.add_incoming(value, ended)
+            phi.add_incoming(untouched, begun)
+        self.returned(results)
+
+    def number(self, value: ir.Value) -> ir.Value:
+        """A truth value as 1 or 0."""
+        return self.builder.uitofp(value, self.kind) if value.type == self.truth else value
 
     # --- code of others
     def opaque(self, function: Opaque, args: list[ir.Value]) -> ir.Value:

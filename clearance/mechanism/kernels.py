@@ -1,5 +1,6 @@
 """Programs made to run: compiled in memory from their IR, or as plain Python from their text."""
 
+import ast
 import math
 from collections.abc import Callable
 from functools import cache
@@ -14,7 +15,7 @@ from clearance.mechanism.function import Function, Opaque
 
 #: functions that numpy and math call alike
 SAME = ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "log1p", "expm1")
-SAME += ("hypot", "copysign", "floor", "ceil", "trunc")
+SAME += ("hypot", "copysign", "fmod", "floor", "ceil", "trunc")
 #: the names of `math`, on numbers of numpy: what is not defined is not a number, and no error
 MATH = SimpleNamespace(
     nan=math.nan,
@@ -111,7 +112,7 @@ def plain_kernel(program: Program) -> Callable:
 
 def evaluated(function: Function) -> Callable:
     """A function of the trace on plain numbers: f(*arguments, par=()) -> outputs."""
-    defined = plain(function_text(function))[function.name]
+    defined = plain(function_text(function), called(function.outputs))[function.name]
 
     def evaluate(*arguments, par=()):
         with np.errstate(all="ignore"):
@@ -122,12 +123,27 @@ def evaluated(function: Function) -> Callable:
 
 def plain(text: str, functions: list = ()) -> dict:
     """The names that a text defines; functions: those that it calls and that have no text."""
-    scope: dict = {"math": MATH, "answered": answered}
+    scope: dict = {"math": MATH, "number": np.float64, "answered": answered}
     for function in (f for f in functions if isinstance(f, Opaque)):
         scope[function.name] = _in_a_tuple(function.function)
         scope |= {k.__name__: k for k in function.shape if isinstance(k, type)}
-    exec(compile(text.replace("import math\n", ""), "<kernel>", "exec"), scope)  # noqa: S102
+    tree = _Numbers().visit(ast.parse(text.replace("import math\n", "")))
+    exec(compile(ast.fix_missing_locations(tree), "<kernel>", "exec"), scope)  # noqa: S102
     return scope
+
+
+class _Numbers(ast.NodeTransformer):
+    """Makes the numbers of a text those of numpy."""
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
+        """A place, which stays as it is."""
+        return node
+
+    def visit_Constant(self, node: ast.Constant) -> ast.expr:
+        """A number."""
+        if not isinstance(node.value, float):
+            return node
+        return ast.Call(ast.Name("number", ast.Load()), [node], [])
 
 
 def _in_a_tuple(function: Callable) -> Callable:

@@ -88,7 +88,7 @@ def newton(residual: Function, size: int, tolerance: float, limit: int) -> Funct
     def build(trace, arguments):
         begun = [*arguments[:size], 0.0, 0.0, *arguments[size:]]
         loop = Loop(f"{residual.name}_loop", Function.of(f"{residual.name}_step", len(begun), step))
-        *z, _, miss = trace.call(loop, begun)
+        *z, _, miss = trace.call(loop, [1.0, *begun])
         closed = trace.compare("lt", miss, tolerance)
         return [trace.select(closed, value, math.nan) for value in z]
 

@@ -156,11 +156,11 @@ def coupled(friction: Function, size: int) -> Function:
     def build(trace, arguments):
         arms, given = arguments[:size], arguments[size:]
         *z, count, contraction, closed, _, _ = trace.call(
-            Loop("rub_fixed_point", _fixed_point(friction, size)), [*[0.0] * (size + 5), *arms, *given]
+            Loop("rub_fixed_point", _fixed_point(friction, size)), [1.0, *[0.0] * (size + 5), *arms, *given]
         )
         *other, _, _, more, finished = trace.call(
             Loop("rub_continuation", _continuation(friction, size)),
-            [*[0.0] * size, 0.0, STRIDE, float(PATIENCE), 0.0, *arms, *given],
+            [trace.negation(trace.truth(closed)), *[0.0] * size, 0.0, STRIDE, float(PATIENCE), 0.0, *arms, *given],
         )
         other = [trace.select(finished, v, math.nan) for v in (*other, more, contraction)]
         return [trace.select(closed, a, b) for a, b in zip((*z, count, contraction), other, strict=True)]
@@ -206,7 +206,7 @@ def _continuation(friction: Function, size: int) -> Function:
         arms, given = arguments[size + 4 : 2 * size + 4], arguments[2 * size + 4 :]
         goal = trace.select(trace.compare("lt", share + stride, 1.0), share + stride, 1.0)
         *new, made, closed = trace.call(
-            Loop("rub_corrections", _correction(friction, size)), [*z, 0.0, 0.0, goal, *arms, *given]
+            Loop("rub_corrections", _correction(friction, size)), [1.0, *z, 0.0, 0.0, goal, *arms, *given]
         )
         moved = _forces(trace, [a - b for a, b in zip(new, z, strict=True)], arms)
         far = trace.compare("gt", moved, FURTHEST * _forces(trace, new, arms))

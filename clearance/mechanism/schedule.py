@@ -66,7 +66,9 @@ def scheduled(
     outputs = [o for o in outputs if o not in given]
     nodes = [n for n in live(outputs, lambda node: cut(node) or node in given) if n not in given]
     paths = _paths(nodes, outputs, cut)
-    return _Ordered(paths, cut, given).block((), nodes)
+    steps, left = _Ordered(paths, cut, given).block((), nodes)
+    assert not left
+    return steps
 
 
 def cost(node: Scalar) -> int:
@@ -121,8 +123,8 @@ class _Ordered:
         self.paths, self.cut = paths, cut
         self.done: set[Scalar] = set(given)
 
-    def block(self, prefix: Path, members: list[Scalar]) -> list:
-        """Steps of the members, whose paths begin with the prefix."""
+    def block(self, prefix: Path, members: list[Scalar]) -> tuple[list, list[Scalar]]:
+        """Steps of the members, whose paths begin with the prefix, and the members that no step needs yet."""
         depth, steps = len(prefix), []
         waiting: dict[Scalar, list[Scalar]] = {}
         for node in members:
@@ -135,10 +137,10 @@ class _Ordered:
                 steps += self._branch(prefix, node.args[0], waiting)
             steps.append(node)
             self.done.add(node)
-        return steps
+        return steps, [n for nodes in waiting.values() for n in nodes]
 
     def _branch(self, prefix: Path, condition: Scalar, waiting: dict) -> list:
-        """What can be computed by now of all that waits for a condition."""
+        """A branch with what can be computed by now of all that waits for a condition."""
         ready, rest, picked = [], [], set()
         for node in waiting.pop(condition):
             operands = () if self.cut(node) else node.operands
@@ -147,13 +149,12 @@ class _Ordered:
                 picked.add(node)
             else:
                 rest.append(node)
-        if rest:
-            waiting[condition] = rest
-        if not ready:
-            return []
         sides = []
         for holds in (True, False):
-            side = (*prefix, (condition, holds))
             members = [n for n in ready if self.paths[n][len(prefix)][1] is holds]
-            sides.append(self.block(side, members))
-        return [Branch(condition, *sides)]
+            steps, later = self.block((*prefix, (condition, holds)), members)
+            sides.append(steps)
+            rest += later
+        if rest:
+            waiting[condition] = sorted(rest, key=lambda node: node.index)
+        return [Branch(condition, *sides)] if any(sides) else []

@@ -114,14 +114,15 @@ def defined(function: Callable, *numbers):
 class Trace:
     """A growing list of operations, each written once."""
 
-    def __init__(self):
+    def __init__(self, exact: bool = False):
+        self.exact = exact  # divides where it could multiply by the reciprocal of a parameter
         self.nodes: list[Scalar] = []
         self.section = ""
         self._nodes: dict[tuple, Scalar] = {}
 
     def node(self, op, *args) -> Scalar:
         """The one node of an operation on operands."""
-        key = (op, *(("v", a.index) if isinstance(a, Scalar) else a for a in args))
+        key = (op, *map(_key, args))
         if key in self._nodes:
             return self._nodes[key]
         operands = [a for a in args if isinstance(a, Scalar)]
@@ -210,10 +211,12 @@ class Trace:
         if is_number(a) and is_number(b):
             return defined(operator.truediv, a, b)
         a, b = self.numeric(a), self.numeric(b)
-        if is_number(b):
+        if is_number(b) and (b == 1.0 or not self.exact):
             return self.mul(a, defined(operator.truediv, 1.0, b))
         if is_number(a):
             return 0.0 if a == 0.0 else self.node("div", float(a), b)
+        if self.exact:
+            return self.node("div", a, self.number(b))
         if a is b:
             return 1.0
         if b.fixed and not a.fixed:
@@ -239,7 +242,7 @@ class Trace:
         return float(defined(getattr(math, name), a)) if is_number(a) else self.node(name, a)
 
     def binary(self, name: str, a, b):
-        """pow, atan2, hypot or copysign."""
+        """pow, atan2, hypot, fmod or copysign."""
         if is_number(a) and is_number(b):
             return defined(getattr(math, name), a, b)
         return self.node(name, self.number(a), self.number(b))
@@ -298,7 +301,7 @@ class Trace:
         if is_number(condition):
             return a if condition > 0.0 else b
         condition = condition if condition.boolean else self.compare("gt", condition, 0.0)
-        if a is b or is_number(a) and is_number(b) and a == b:
+        if a is b or is_number(a) and is_number(b) and _key(float(a)) == _key(float(b)):
             return a
         if condition.op == "not":
             condition, a, b = condition.args[0], b, a
@@ -317,9 +320,7 @@ class Trace:
         rule(args, tangents of args) -> tangents of outputs differentiates it, by default its own
         derivative.
         """
-        node = self.node(
-            "call", function, *(a if isinstance(a, Scalar) else float(a) for a in args)
-        )
+        node = self.node("call", function, *map(self.number, args))
         node.rule = rule
         return [self.node("item", node, i) for i in range(function.count)]
 
@@ -413,6 +414,8 @@ class Trace:
             return [b * inverse, self.neg(a * inverse)]
         if op == "hypot":
             return [self.div(a, node), self.div(b, node)]
+        if op == "fmod":
+            return [1.0, self.neg(self.function("trunc", self.div(a, b)))]
         if op == "copysign":
             return [self.binary("copysign", 1.0, a) * self.binary("copysign", 1.0, b), 0.0]
         raise ValueError(f"no derivative for {op}")
@@ -442,6 +445,13 @@ class Trace:
         if op in ("load", "lookup"):
             return getattr(self, op)(*args)
         return self.binary(op, *args)
+
+
+def _key(operand):
+    """Equal for operands that are the same; zeros of either sign are two."""
+    if isinstance(operand, Scalar):
+        return "v", operand.index
+    return "-0" if isinstance(operand, float) and operand == 0.0 and math.copysign(1.0, operand) < 0.0 else operand
 
 
 def _without_zeros(row: Tangents) -> Tangents:
