@@ -16,7 +16,7 @@ from clearance.interrupts import end_groups, lead_group, terminable
 
 EXAMPLES = """\
   clearance figures --list                       names and titles
-  clearance figures -o figures                   all of them (some 12 minutes on two cores, first kernels more)
+  clearance figures -o figures                   all of them (some 11 minutes of CPU)
   clearance figures 'feeder_*' sweep_map         some, in the order given
   clearance figures --quick -o preview           coarse previews of all
 
