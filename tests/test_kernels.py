@@ -216,6 +216,8 @@ class TestAtOnce:
             assert list(pool.map(ends, MODELS)) == wanted
 
     @pytest.mark.slow
+    @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # of others' threads, at a fork
+    @pytest.mark.filterwarnings("ignore::RuntimeWarning")
     @pytest.mark.parametrize("start", ["fork", "spawn", "forkserver"])
     def test_processes_start_scenes_at_once(self, start):
         """Processes share no file of a kernel: there is nothing that they could race for."""
