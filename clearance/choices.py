@@ -23,7 +23,7 @@ IMPACT_MASS = 0.1  # of a body that IMPACT's damping gives back about the restit
 
 @dataclass(frozen=True)
 class Pair:
-    """What a contact law is made from: a journal in a bearing of one material; lengths in m."""
+    """A journal in a bearing of one material, which contact laws are made from; lengths in m."""
 
     radius: float
     clearance: float
@@ -413,7 +413,7 @@ def _thresholds(law: laws.BoundLaw | None) -> str | None:
 
 
 def resolved(values: Mapping[str, object], joints: Collection[Joint]) -> dict[str, object]:
-    """What the parameters of a case that are auto came to in its first clearance joint, by name."""
+    """Values of a case's parameters that are auto, in its first clearance joint, by name."""
     first = next((j for j in joints if isinstance(j, ClearanceRevolute)), None)
     names = [n for n in RESOLVED if isinstance(values.get(n), str) and values[n] == AUTO]
     found = {n: RESOLVED[n](first) for n in names} if first is not None else {}

@@ -1,4 +1,4 @@
-"""What regime a joint is in, and where its model is only formal."""
+"""Regimes of joints, and the limits of their models."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -49,7 +49,7 @@ class HoleCheck:
 
 
 def facts(joint: ClearanceRevolute) -> FilmJoint:
-    """What the joint's laws read of it."""
+    """Numbers that the joint's laws read of it."""
     return FilmJoint(
         joint.radius, joint.clearance, joint.length or 0.0, joint.viscosity or 0.0, joint.roughness or 0.0
     )  # fmt: skip
@@ -216,7 +216,7 @@ class Regime:
     film_thickness_ratio: float | None = None
 
     def warnings(self, joint: ClearanceRevolute) -> list[str]:
-        """Where rigid, isoviscous, smooth theory is only formal."""
+        """Places at which rigid, isoviscous, smooth theory is only formal."""
         found, pressure = [], f"film pressure reaches about {self.film_pressure / 1e6:.3g} MPa"
         ratio = self.film_thickness_ratio
         rough = joint.transition is not None and joint.transition.law.carries_roughness

@@ -141,7 +141,7 @@ def over_ideal(values: dict[str, np.ndarray]) -> tuple[dict[str, float], str]:
 
 
 def deviations(runs: dict):
-    """What the slider does beyond the ideal one: with oil on the left, dry on the right."""
+    """Motion of the slider beyond the ideal one: with oil on the left, dry on the right."""
     figure = sheet(9.0, 6.6)
     panels = figure.subplots(3, 2, sharex=True)
     for row, (channel, _, label, _, units, factor) in zip(panels, RATES, strict=True):

@@ -1,4 +1,4 @@
-"""What takes long to compile is announced."""
+"""The compiling of the time loop is announced."""
 
 import logging
 

@@ -210,7 +210,7 @@ def _plot(result, output: Path, settle: float | None) -> Path:
 
 
 def _summary(case, values: dict, result, began: tuple[float, float], settle: float | None) -> dict:
-    """What a run cost and gave, as plain data."""
+    """Costs and results of a run, as plain data."""
     from clearance.sweeping.metrics import Window, metrics, startup
 
     solver, events, window = result.solver, result.events, Window.of(result, settle)

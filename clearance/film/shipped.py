@@ -14,7 +14,7 @@ SLIDER_CRANK = 40.0 / (2.0 * 9.5)
 
 
 def keys() -> list[Key]:
-    """What is shipped."""
+    """Keys of the tables that come with the package."""
     near = tables.neighbours(1.0, Key(SLIDER_CRANK), "slenderness")
     return [*(Key(slenderness) for slenderness in USUAL), *(key for _, key in near)]
 

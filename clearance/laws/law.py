@@ -211,7 +211,7 @@ class BoundLaw:
         return BoundLaw(self.law, tuple(whole.values()), self.settings)
 
     def source(self, joint: FilmJoint):
-        """What a law with data reads in this joint: an object with `numbers`, a flat array."""
+        """Data of a law in this joint: an object with `numbers`, a flat array."""
         return self.law.make(joint, dict(self.settings))
 
     def __call__(self, *state):

@@ -388,7 +388,7 @@ def _turned(angle: float, x: float, y: float) -> tuple[float, float]:
 
 
 def _coordinate(target: Body | Joint, pose) -> float:
-    """What a drive of this target drives: a body's angle, a relative angle, or a displacement."""
+    """Coordinate that a drive of this target drives: an angle, a relative angle, or a displacement."""
     if isinstance(target, Prismatic):
         return _slide(target, pose)
     if isinstance(target, Body):

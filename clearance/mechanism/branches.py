@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 
 from clearance.mechanism.kinematics import ZERO
 from clearance.mechanism.topology import Attachment, Plan
-from clearance.mechanism.trace import is_number
 from clearance.scene import Body, ground
 
 #: links in a row from which folding them has fewer operations than a mass matrix
@@ -141,8 +140,3 @@ def folded(dynamics, wrench: dict, driven: dict) -> Folded:
 
 def _diagonal(values: list) -> list:
     return [[value if i == j else 0.0 for j in range(3)] for i, value in enumerate(values)]
-
-
-def is_zero(twist) -> bool:
-    """True for a twist of structural zeros."""
-    return all(is_number(v) and v == 0.0 for v in twist)

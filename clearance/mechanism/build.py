@@ -72,7 +72,7 @@ class Mechanism:
 
     @cached_property
     def places(self) -> dict:
-        """Where in the state each joint's eccentricity stands, for those that are coordinates."""
+        """Place of each joint's eccentricity in the state, for those that are coordinates."""
         first = len(self.plan.free)
         return {j: first + 2 * i for i, j in enumerate(self.eccentric)}
 

@@ -4,12 +4,12 @@ from dataclasses import dataclass, field, replace
 
 from clearance.joints import ClearanceRevolute, Prismatic
 from clearance.loads import Drive, Force, SpringDamper, Torque, TorsionSpring
-from clearance.mechanism.branches import folded, is_zero, product, times
+from clearance.mechanism.branches import folded, product, times
 from clearance.mechanism.joint_forces import Calls, JointForce, amount, clearance_force, spring
 from clearance.mechanism.kinematics import ZERO, Kinematics, Propagation, moved
 from clearance.mechanism.spatial import inertia_across, reactions_across
 from clearance.mechanism.topology import Plan
-from clearance.mechanism.trace import is_number
+from clearance.mechanism.trace import is_zero
 from clearance.scene import Scene, ground
 
 
@@ -24,7 +24,7 @@ class Ledger:
 
     def lose(self, part, power) -> None:
         """Note the power that a part takes out; one that cannot take any out is not a part of the ledger."""
-        if not _zero(power):
+        if not is_zero(power):
             self.losses[part] = power
 
 
@@ -60,7 +60,7 @@ class Applied:
 
 @dataclass
 class Reactions:
-    """What joints without clearance and drives do, in order to keep the motion."""
+    """Reactions of joints without clearance and efforts of drives, which keep the motion."""
 
     forces: dict = field(default_factory=dict)  # joint -> force x, y and moment about the joint's b point, on body b
     efforts: dict = field(default_factory=dict)  # Drive -> effort
@@ -170,7 +170,7 @@ class Dynamics:
             result.add(target.a.body, moment=-effort)
 
     def rubbed(self, applied: Applied, efforts: dict) -> Applied:
-        """What acts, with the friction efforts of joints without clearance."""
+        """Applied wrenches, with the friction efforts of joints without clearance."""
         result = replace(applied, wrench=dict(applied.wrench), across=dict(applied.across))
         for joint, effort in efforts.items():
             self.apply_effort(joint, effort, result)
@@ -225,7 +225,7 @@ class Dynamics:
         for body, inertia in branches.inertia.items():
             pushed = times(inertia, bias[body])
             net = [w - p for w, p in zip(branches.wrench[body], pushed, strict=True)]
-            active = [(i, c[body]) for i, c in enumerate(columns) if not is_zero(c[body])]
+            active = [(i, c[body]) for i, c in enumerate(columns) if not all(map(is_zero, c[body]))]
             for i, column in active:
                 load[i] = load[i] + product(column, net)
                 weighted = times(inertia, column)
@@ -250,7 +250,7 @@ class Dynamics:
         return [number(f"{body.key}.mass")] * 2 + [number(f"{body.key}.inertia")]
 
     def _unbalanced(self, applied: Applied, acceleration: dict) -> dict:
-        """What an acceleration leaves of each body's applied wrench."""
+        """Rest of each body's applied wrench behind an acceleration."""
         return {
             body: tuple(
                 w - m * a
@@ -359,10 +359,6 @@ class Dynamics:
         forces[joint] = (fx, fy, turn)
 
 
-def _zero(value) -> bool:
-    return is_number(value) and value == 0.0
-
-
 def solve_blocks(matrix: dict, right: list) -> list:
     """Solve a symmetric positive system of traced scalars by LDL^T; structural zeros are never touched."""
     size = len(right)
@@ -377,7 +373,7 @@ def solve_blocks(matrix: dict, right: list) -> list:
             for m in range(j):
                 if (i, m) in scaled and (j, m) in lower:
                     value = value - scaled[i, m] * lower[j, m]
-            if not _zero(value):
+            if not is_zero(value):
                 scaled[i, j] = value
                 lower[i, j] = value * inverse[j]
                 pivot = pivot - value * lower[i, j]

@@ -58,7 +58,7 @@ class Function:
         return self._slopes[active]
 
     def _differentiated(self, active: tuple[int, ...]) -> "Function":
-        made = Function(f"{self.name}_d{''.join(map(str, active))}", self.trace, self.arguments)
+        made = Function(f"{self.name}_d", self.trace, self.arguments)
         rows = self.trace.tangent(
             self.outputs, {self.arguments[a]: {i: 1.0} for i, a in enumerate(active)}
         )
@@ -150,7 +150,7 @@ class Loop:
             begun, given = arguments[: 1 + count], arguments[1 + count :]
             return trace.call(Loop(f"{self.name}_d", wide), [*begun, *start, *given])
 
-        return Function.of(f"{self.name}_d{''.join(map(str, active))}", 1 + size, build)
+        return Function.of(f"{self.name}_d", 1 + size, build)
 
 
 class Opaque:
@@ -194,7 +194,7 @@ class Opaque:
             ]
             return [*values[: self.count], *picked]
 
-        return Function.of(f"{self.name}_d{''.join(map(str, active))}", self.size, build)
+        return Function.of(f"{self.name}_d", self.size, build)
 
     @property
     def size(self) -> int:
@@ -219,7 +219,7 @@ class Opaque:
 
 
 class Answer:
-    """What Python answers to a kernel, through a block of the parameter vector
+    """An answer of Python to a kernel, through a block of the parameter vector
     (mechanism/asking.py).
 
     Arguments: where the block begins, then its inputs. outputs: how many of its values are wanted;
@@ -239,12 +239,12 @@ class Answer:
 
     @property
     def wanted(self) -> float:
-        """What the block is asked for."""
+        """Code of the request: values, derivatives too, or to remember."""
         return KEEP if self.keep else SLOPES if self.by else VALUE
 
     @property
     def places(self) -> list[int]:
-        """Where in the block the values stand."""
+        """Places of the values in the block."""
         begin, width = 2 + self.inputs, 1 + self.inputs
         values = [begin + k * width for k in range(self.outputs)]
         return values + [value + 1 + i for value in values for i in self.by]

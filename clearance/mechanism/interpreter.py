@@ -66,7 +66,7 @@ def traced(function: Callable, shape: tuple = ()) -> Function | Opaque:
 
 
 def _opaque(function: Callable, shape: tuple, reason: str) -> Opaque:
-    """What numba compiles, with the derivative that it brings."""
+    """A function that numba compiles, with the derivative that it brings."""
     slopes = getattr(function, "slopes", None)
     return Opaque(
         function, shape, outputs_of(function), reason, slopes and _opaque(slopes, shape, reason)
@@ -195,7 +195,7 @@ class Execution:
         return tuple(map(self.trace.number, self._chosen(exits)))
 
     def _chosen(self, exits: list[Exit]) -> tuple:
-        """What the first exit that is taken returns; one of them is."""
+        """Values of the first exit that is taken; one of them is."""
         *before, last = exits
         values = last.payload
         for one in reversed(before):

@@ -323,7 +323,7 @@ class Lowering:
         return self.together(one, args, function.count)
 
     def answer(self, answer: Answer, args: list[ir.Value]) -> ir.Value:
-        """What the answerer of a block puts there."""
+        """Values that the answerer of a block puts there."""
         build = self.builder
 
         def one(start, *numbers):

@@ -32,7 +32,7 @@ class JointForce:
 
 @dataclass(frozen=True)
 class Memory:
-    """What a joint's force depends on beside where the mechanism is and how it moves."""
+    """State that a joint's force depends on beside positions and velocities."""
 
     time: Value
     impact_speed: Value = 0.0
@@ -119,7 +119,7 @@ def clearance_force(
 
 @dataclass(frozen=True)
 class _Shares:
-    """What a transition makes of film and contact; without one the joint has all of what it has."""
+    """Shares of film and contact by a transition; without one the joint has all of both."""
 
     film: Value = 1.0
     film_gap: Value | None = None
@@ -138,7 +138,7 @@ def _shares(calls: Calls, number, joint, polar: "_Polar", result: JointForce) ->
 
 
 def _facts(number, joint) -> tuple:
-    """What a law's `joint` argument holds."""
+    """Numbers of a law's `joint` argument."""
     with_film = joint.film is not None
     length, viscosity = (number(f"{joint.key}.{n}") if with_film else 0.0 for n in ("length", "viscosity"))
     return (

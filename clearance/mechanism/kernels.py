@@ -87,13 +87,13 @@ def compiled(function: Function) -> Callable:
 
 
 def addresses(functions: list) -> dict[Opaque, int]:
-    """Where numba has compiled the functions that cannot be traced."""
+    """Addresses of the functions that cannot be traced, compiled by numba."""
     return {f: address(f) for f in functions if isinstance(f, Opaque)}
 
 
 @cache
 def address(function: Opaque) -> int:
-    """Where numba has compiled a function that cannot be traced."""
+    """Address of a function that cannot be traced, compiled by numba."""
     numbers = [f"inputs[{i}]" for i in range(function.size)]
     listed = [a if a != "par" else "data" for a in function.listed(numbers)]
     return store.opaque_address(function.function, listed, function.count)

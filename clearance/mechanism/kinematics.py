@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from clearance.joints import Prismatic
 from clearance.mechanism import loops
 from clearance.mechanism.topology import Attachment, Group, Plan
-from clearance.mechanism.trace import Trace, Value, is_number
+from clearance.mechanism.trace import Trace, Value, is_zero
 from clearance.scene import Body, ground
 
 Vector = tuple[Value, Value]
@@ -57,7 +57,7 @@ class Kinematics:
         return self.poses[body].x + x, self.poses[body].y + y
 
     def pin(self, joint, side: str) -> Vector:
-        """Where the pin seen from the other side must lie: r_b = r_a + e."""
+        """Place of the pin by the other side: r_b = r_a + e."""
         x, y = self.joint_point(joint, "a" if side == "b" else "b")
         ex, ey = self.offset.get(joint, (0.0, 0.0))
         return (x + ex, y + ey) if side == "b" else (x - ex, y - ey)
@@ -286,7 +286,7 @@ class Propagation:
         residual = [
             r for j in group.closures for r in self.kinematics.closure(j, field, offsets.get(j, (0.0, 0.0)), motion)
         ]
-        if all(is_number(r) and r == 0.0 for r in residual):
+        if all(map(is_zero, residual)):
             return [0.0] * len(residual)
         return loops.solve(self.kinematics.trace, self.matrix(number, group), [-r for r in residual])
 

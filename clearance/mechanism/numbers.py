@@ -68,7 +68,7 @@ def _height(place: tuple[float, ...]) -> float:
 
 
 def _friction(joint) -> Iterator[Row]:
-    """What a joint without clearance rubs with."""
+    """Numbers of the friction of a joint without clearance."""
     if joint.rubs_by_load:
         for name, value in joint.geometry.items():
             yield f"{joint.key}.{name}", value, ZERO
@@ -124,7 +124,7 @@ def _load(load) -> Iterator[Row]:
 
 
 def _print_of(value: object) -> object:
-    """What of a slot belongs to the structure: the law's own code, else whether there is anything."""
+    """Part of a slot that belongs to the structure: the law's code, else its presence."""
     return fingerprint(value.law.function) if isinstance(value, BoundLaw) else value is not None
 
 

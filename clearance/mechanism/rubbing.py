@@ -15,7 +15,7 @@ from clearance.laws.joint_friction import pin_load, slide_load
 from clearance.mechanism.function import Function, Inside, Loop
 from clearance.mechanism.joint_forces import Calls
 from clearance.mechanism.loops import implicit, solve
-from clearance.mechanism.trace import Trace, is_number
+from clearance.mechanism.trace import Trace, is_zero
 
 #: change of the friction efforts over their sum at which they are found
 TOLERANCE = 1e-13
@@ -82,7 +82,7 @@ def _of_reactions(d, joints: list, base, solution, found: Rubbing) -> None:
 
 
 def components(d, joint, solution) -> list:
-    """What of a joint's reaction rubs: arguments of pin_load or slide_load."""
+    """Components of a joint's reaction that rub: arguments of pin_load or slide_load."""
     reactions, k = solution[1], d.kinematics
     fx, fy, moment = reactions.forces[joint]
     axial, mx, my = reactions.across.get(joint, (0.0, 0.0, 0.0))
@@ -96,7 +96,7 @@ def components(d, joint, solution) -> list:
 
 def _armed(joint, arm: str, what: str, *values) -> tuple:
     """Values that rub through an arm, which a joint must then have."""
-    if getattr(joint, arm) is None and any(not is_number(v) or v != 0.0 for v in values):
+    if getattr(joint, arm) is None and not all(map(is_zero, values)):
         raise ValueError(
             f"{joint.label()}: carries {what} from out of the plane, so friction {joint.friction.law.name} needs "
             f"{arm} [m] (or self_aligning=True)"

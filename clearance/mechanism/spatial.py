@@ -6,7 +6,7 @@ of mass in z, and products of inertia; a joint answers with an axial force and t
 
 from clearance.joints import FrictionJoint
 from clearance.mechanism.kinematics import ZERO
-from clearance.mechanism.trace import is_number
+from clearance.mechanism.trace import is_zero
 from clearance.scene import ground
 
 
@@ -48,7 +48,7 @@ def reactions_across(scene, arms, loads: dict) -> dict:
 
 
 def _acts(load: tuple) -> bool:
-    return any(not is_number(v) or v != 0.0 for v in load)
+    return not all(map(is_zero, load))
 
 
 def _end(loads: dict, joints: list):

@@ -137,7 +137,7 @@ def _with_helpers(function: Callable) -> Callable:
 
 # --- the folder
 def folder() -> Path:
-    """Where film tables are kept."""
+    """Folder of the film tables."""
     if chosen := os.environ.get("CLEARANCE_STORE"):
         return Path(chosen)
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"

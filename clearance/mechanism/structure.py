@@ -122,7 +122,7 @@ class Tracing:
         self._write()
 
     def structure(self) -> Structure:
-        """What was found, without the scene."""
+        """The result of tracing, without the scene."""
         return Structure(
             programs=self.programs,
             channels=self.channels,
@@ -230,7 +230,7 @@ class Tracing:
             self.state_rate += [self._input_power(), *losses.values()]
 
     def _memories(self, time) -> dict:
-        """What a joint's force depends on beside position and velocity: of clearance joints, and of bristles."""
+        """Memories of clearance joints and of bristles, which forces depend on."""
         trace, first = self.trace, 2 * self.size
         impact = {j: trace.load(f"work[{i}]") for i, j in enumerate(self.scene.clearance_joints) if j.contact}
         own = {j: trace.load(f"y[{first + i}]") for i, j in enumerate(self.bristles)}
@@ -377,7 +377,7 @@ class Tracing:
                 yield f"{here}/dissipated", "J", "work the damper has taken out since the start", self.dissipated[load]
 
     def _along(self, joint) -> str:
-        """What a slide's force has along its axis beside the reaction across it."""
+        """Parts of a slide's force along its axis, in words."""
         parts = [f"drive {d.name}" for d in self.efforts if d.target is joint]
         parts += ["friction"] if joint in self.rubbing.efforts else []
         return f", with that of {' and '.join(parts)} along the slide" if parts else ""

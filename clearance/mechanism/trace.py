@@ -101,6 +101,11 @@ def is_number(value) -> bool:
     return not isinstance(value, Scalar)
 
 
+def is_zero(value) -> bool:
+    """True for a structural zero: a number, and 0."""
+    return is_number(value) and value == 0.0
+
+
 def defined(function: Callable, *numbers):
     """A function of numbers, not a number where Python raises: a condition may leave the value out.
     """
@@ -455,7 +460,7 @@ def _key(operand):
 
 
 def _without_zeros(row: Tangents) -> Tangents:
-    return {c: v for c, v in row.items() if not (is_number(v) and v == 0.0)}
+    return {c: v for c, v in row.items() if not is_zero(v)}
 
 
 def live(outputs: Iterable, cut: Callable[[Scalar], bool] = lambda node: False) -> list[Scalar]:
