@@ -1,11 +1,12 @@
 """clearance: tribodynamics of planar mechanisms whose joints have clearance, lubricant and friction."""
 
 from clearance import film, laws
+from clearance.body import Body, Point, ground
 from clearance.choices import joint_factory, joint_friction_law, one_of
+from clearance.elements import ClearanceRevolute, Drive, Force, Prismatic, Revolute, SpringDamper, Torque, TorsionSpring
 from clearance.film.bearing import Bearing, FilmSolution, Groove
 from clearance.film.online import conserving_film, fast_film, fem_film
 from clearance.film.tabulated import table_film
-from clearance.joints import ClearanceRevolute, Prismatic, Revolute
 from clearance.laws import (
     ambrosio,
     asperity,
@@ -70,9 +71,8 @@ from clearance.laws import (
     winkler,
     zhiying_qishao,
 )
-from clearance.loads import Drive, Force, SpringDamper, Torque, TorsionSpring
 from clearance.materials import HeatBalance, Lubricant, Material, steel
-from clearance.scene import Body, Point, Scene, ground
+from clearance.scene import Scene
 from clearance.units import cP, degree, mm, rpm, um
 from clearance.version import VERSION
 

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from clearance import checks, laws
+from clearance.elements import ClearanceRevolute, Revolute
+from clearance.elements.joint import Joint
 from clearance.film.online import conserving_film, fast_film, fem_film
 from clearance.film.tabulated import table_film
-from clearance.joints import ClearanceRevolute, Joint, Revolute
 from clearance.materials import Lubricant, Material, steel
 
 MODELS = ("ideal", "dry", "lubricated", "mixed")

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from clearance import checks
-from clearance.joints import ClearanceRevolute
+from clearance.elements import ClearanceRevolute
 from clearance.laws.contact import layer_of, oedometric_modulus
 from clearance.laws.law import FilmJoint, memory_film
 

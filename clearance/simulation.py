@@ -23,7 +23,6 @@ from clearance.compiling import announced
 from clearance.demand import Demand, affordable
 from clearance.extremes import Extremes, along, followed, guides, stretch_length, stretches
 from clearance.interrupts import Held, ended
-from clearance.joints import Prismatic
 from clearance.mechanism import store
 from clearance.mechanism.asking import Answerer
 from clearance.mechanism.build import Mechanism, build
@@ -129,7 +128,7 @@ def simulate(
         scene, demanded, turns=turns, until=until, rtol=rtol, method=method, samples_per_turn=samples_per_turn,
         samples=samples, energy=energy, max_step=max_step, max_steps=max_steps, start=start,
     )  # fmt: skip
-    chosen(run.mechanism.structure.channels, channels)
+    chosen(run.mechanism.layout.channels, channels)
     for warning in foreseen(run.mechanism) + dear(run.mechanism):
         LOG.warning(warning)
     return run.to_file(path, progress, channels, compression, checkpoint, pressure_fields)
@@ -137,7 +136,7 @@ def simulate(
 
 def _affordable(channels, compression: int, checkpoint: float | None, path, mechanism: Mechanism, demand: Demand):
     """Raise ValueError where a run and its file are too large; checkpoints are joined, which takes the room twice."""
-    columns = 1 + len(chosen(mechanism.structure.channels, channels))
+    columns = 1 + len(chosen(mechanism.layout.channels, channels))
     runs = 1 if checkpoint is None else 2
     affordable(replace(demand, columns=columns, compressed=compression > 0, runs=runs), path)
 
@@ -239,7 +238,7 @@ def choose_method(mechanism: Mechanism, method: str = "auto", rtol: float = 1e-6
         return method, "asked for"
     if mechanism.size == 0:
         return "dop853", "nothing is free to move: only the energy ledger is integrated"
-    if rubbing := sorted(mechanism.structure.found):
+    if rubbing := sorted(mechanism.structure.forced):
         said = f"the friction of joint {', '.join(rubbing)} is stiff where it comes to rest"
         return _implicit(rtol), f"{said}; the fastest for this rtol"
     if not films:
@@ -259,7 +258,7 @@ def kernel_roles(mechanism: Mechanism, method: str) -> list[str]:
         "rhs": True,
         "jacobian": method != "dop853",
         "events": bool(mechanism.scene.clearance_joints),
-        "commit": mechanism.structure.commits > 0,
+        "commit": mechanism.layout.commits > 0,
         "observe": True,
     }
     return [role for role, used in needed.items() if used]
@@ -293,7 +292,7 @@ def longest_step(mechanism: Mechanism, span: Span) -> float:
     Prescribed motions may have corners that a long step would not see: no longer than the way between two samples,
     and where nothing else moves, which costs next to nothing, a tenth of it.
     """
-    share = REMEMBERED_SHARE if mechanism.structure.remembering else LARGEST_SHARE
+    share = REMEMBERED_SHARE if mechanism.layout.remembering else LARGEST_SHARE
     if mechanism.size == 0:  # no error bounds the step, and extremes are looked for step by step
         share = PRESCRIBED_SHARE
     longest = min(mechanism.scene.turn or span.until, span.until) * share
@@ -338,8 +337,8 @@ class Run:
         self.clock[state.LARGEST] = max_step or longest_step(mechanism, span)
         self.place[state.SAMPLES] = span.samples
         self.place[state.STEP_LIMIT] = max_steps or STEP_LIMIT
-        self.place[state.COMMITS] = mechanism.structure.commits
-        self.place[state.REMEMBERING] = len(mechanism.structure.remembering)
+        self.place[state.COMMITS] = mechanism.layout.commits
+        self.place[state.REMEMBERING] = len(mechanism.layout.remembering)
         self.contacts = np.zeros((joints, state.CONTACT_COLUMNS))
         self.contacts[:, state.KIND] = [_kind(state, j) for j in scene.clearance_joints]
         self.contacts[:, state.CLEARANCE] = [j.clearance for j in scene.clearance_joints]
@@ -348,7 +347,7 @@ class Run:
         self.impacts = np.zeros((IMPACT_ROWS, state.IMPACT_COLUMNS))
         self._follow()
         self.log = np.zeros((LOG_ROWS, state.LOG_COLUMNS + self.ledger.size))
-        self.times, self.rows = np.zeros(ROWS), np.zeros((ROWS, len(mechanism.structure.channels) if outputs else size))
+        self.times, self.rows = np.zeros(ROWS), np.zeros((ROWS, len(mechanism.layout.channels) if outputs else size))
         self.dense = np.zeros((t.DENSE_ROWS, size))
         self.vector = np.zeros(max(states * states, 1))
         self.complexes = np.zeros((2 * (states + 2), max(states, 1)), np.complex128)
@@ -366,7 +365,7 @@ class Run:
     def _follow(self) -> None:
         """The outputs that are watched at every step: extremes, angles, energies; none where there are no outputs."""
         state, scene = self.state, self.mechanism.scene
-        channels = self.mechanism.structure.channels if self.outputs else []
+        channels = self.mechanism.layout.channels if self.outputs else []
         place = {c.path: i for i, c in enumerate(channels)}
         guided = guides(scene.description()) if channels else {}
         self.followed = followed(channels, [f"bodies/{b}/a{along(d)[0]}" for b, d in guided.items()])
@@ -549,7 +548,7 @@ class Run:
 
     def _sink(self, path, channels, compression: int, checkpoint: float | None) -> FileSink | PartsSink:
         """Sink of the run's output in a file, with checkpoints on request."""
-        output = path, self.mechanism.structure.channels, self.attributes(), channels, compression
+        output = path, self.mechanism.layout.channels, self.attributes(), channels, compression
         if checkpoint is None:
             return FileSink(*output, self.span.samples)
         return PartsSink(*output, self._identity(channels, compression))
@@ -564,7 +563,7 @@ class Run:
         of output, raises KeyboardInterrupt where the run shall end. Raises Unwritable where a file takes no more; like
         an interrupt it comes when what was computed before is kept, if it can be.
         """
-        writer = Recorder(self.mechanism.structure.channels, sink, True, self.rtol * self._energy_scale())
+        writer = Recorder(self.mechanism.layout.channels, sink, True, self.rtol * self._energy_scale())
         for joint in self.mechanism.scene.joints:
             writer.know(f"joints/{joint.name}", **joint.facts)
         if every is not None and (kept := sink.begin()) is not None:
@@ -667,7 +666,7 @@ class Run:
             for i, j in enumerate(moving)
         ]
         states += [
-            f"{c.body.name} {c.what} = {v:.6g}"
+            f"{c.label()} = {v:.6g}"
             for c, v in zip(self.mechanism.plan.free, self.y, strict=False)
         ]
         ended = self.place[self.state.FAILED_JOINT]
@@ -772,9 +771,9 @@ class Run:
     def _too_sharp(self, joint) -> str | None:
         """Friction that turns round within less than the tolerance resolves of the joint's rate."""
         mechanism = self.mechanism
-        if joint.name not in mechanism.structure.found or "transition_rate" not in joint.friction.values:
+        if joint.name not in mechanism.structure.forced or "transition_rate" not in joint.friction.values:
             return None
-        slides = isinstance(joint, Prismatic)
+        slides = joint.slides
         seen = self.rtol * mechanism.frequency * (mechanism.start.size if slides else 1.0)
         if (rate := joint.friction.values["transition_rate"]) >= seen:
             return None
@@ -784,8 +783,8 @@ class Run:
 
     def _identity(self, channels, compression: int) -> dict:
         """Facts that two runs must share for one to continue the other."""
-        for name in self.mechanism.structure.remembering:
-            raise ValueError(f"joint {name}: its film has a memory that no checkpoint keeps; leave out checkpoint")
+        for key in self.mechanism.layout.remembering:
+            raise ValueError(f"{key}: its film has a memory that no checkpoint keeps; leave out checkpoint")
         found = {n: getattr(self, n) for n in ("rtol", "method")} | vars(self.span)
         found["start"] = self.y[: self.mechanism.size].tolist()
         more = {"max_step": self.clock[self.state.LARGEST], "max_steps": int(self.place[self.state.STEP_LIMIT])}

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.joints import Prismatic
-from clearance.loads import Drive
+from clearance.elements import Drive, Prismatic
 from clearance.mechanism.build import Mechanism
 from clearance.results import Record, open_result
 

@@ -9,8 +9,7 @@ import math
 import numpy as np
 from numba import njit
 
-from clearance.joints import ClearanceRevolute, Prismatic
-from clearance.loads import Drive
+from clearance.elements import ClearanceRevolute, Drive, Prismatic
 from clearance.scene import Scene
 
 REVOLUTE, PRISMATIC, FILM, CONTACT, ANGLE, RELATIVE, SLIDE = range(7)

@@ -76,7 +76,7 @@ def test_M5_a_short_rod_that_is_driven_cannot_go_on():
 def test_M5_a_crank_that_turns_all_the_way_has_no_dead_centre(drive):
     """A rod of 1.2 cranks: the determinant stays above sin(acos(1 / 1.2)) = 0.55."""
     run = prepare(slider_crank(0.072, **drive), until=2.0, samples=200)
-    sink = MemorySink(run.mechanism.structure.channels, {})
+    sink = MemorySink(run.mechanism.layout.channels, {})
     assert run.record(sink) is None
     assert not run._look_for_dead_centre()
 
@@ -84,7 +84,7 @@ def test_M5_a_crank_that_turns_all_the_way_has_no_dead_centre(drive):
 def test_M5_the_determinant_of_a_dyad_is_the_sine_between_its_links():
     """Of the parallelogram at 1 rad: sin(1), to rounding of the assembled position."""
     mechanism = build(parallelogram(speed=5.0))
-    row, work = np.empty((1, len(mechanism.structure.channels))), np.append(mechanism.work0, 0.0)
+    row, work = np.empty((1, len(mechanism.layout.channels))), np.append(mechanism.work0, 0.0)
     mechanism.kernel("observe")(0.0, mechanism.y0, mechanism.par, work, row[0])
     motion = Motion(mechanism, work, np.zeros(1), row)
     (loop,) = (g for g in mechanism.plan.groups if g.closures)

@@ -420,8 +420,8 @@ class TestMobileManipulator:
         """
         m = mechanism("mobile_manipulator", simulation=simulation, friction="none")
         observe, commit = kernel(m, "observe"), kernel(m, "commit")
-        work, row = np.append(m.work0, 0.0), np.zeros(len(m.structure.channels))
-        at = [[c.path for c in m.structure.channels].index(f"bodies/{b}/theta") for b in ACTUATORS]
+        work, row = np.append(m.work0, 0.0), np.zeros(len(m.layout.channels))
+        at = [[c.path for c in m.layout.channels].index(f"bodies/{b}/theta") for b in ACTUATORS]
         sides, hinges = (1.0, -1.0, -1.0), [(0.0, 0.0), *(CASE["LINKS"][n][1] for n in ACTUATORS)]
         for t in np.linspace(0.0, 40.0, 81).tolist():
             observe(t, m.y0, m.par, work, row)

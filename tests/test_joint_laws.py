@@ -854,7 +854,7 @@ class TestMixedJoints:
     def test_impossible_penetrations_explain_a_broken_ledger(self):
         """A journal 34 radii outside its bearing is named; of shallow contacts the loop is suspected."""
         run = prepare(cl.load_case("slider_crank"), turns=1)
-        channels = run.mechanism.structure.channels
+        channels = run.mechanism.layout.channels
         for gap, said in ((-0.34, "joint C: penetrations reach 0.34 m"), (-1e-5, "a loop passed a dead centre")):
             writer = Recorder(channels, MemorySink(channels, {}))
             writer.samples(np.zeros(1), np.array([[gap if c.path == "joints/C/gap" else 0.0 for c in channels]]))

@@ -53,7 +53,7 @@ def test_it_breaks_away_above_the_static_level():
 def test_the_state_is_carried_only_where_a_joint_has_bristles():
     assert build(arm(), ledger=False).size == 3
     assert build(arm(cl.joint_coulomb(coefficient=0.1, transition_rate=0.1), pin_radius=0.01), ledger=False).size == 2
-    assert not any("bristle" in c.path for c in build(arm(None)).structure.channels)
+    assert not any("bristle" in c.path for c in build(arm(None)).layout.channels)
 
 
 def test_load_dependent_bristles_follow_the_reaction():

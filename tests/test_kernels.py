@@ -33,7 +33,7 @@ def sizes(mechanism):
         "rhs": mechanism.y0.size,
         "jacobian": mechanism.size**2,
         "events": 3 * len(mechanism.scene.clearance_joints),
-        "observe": len(mechanism.structure.channels),
+        "observe": len(mechanism.layout.channels),
     }
 
 

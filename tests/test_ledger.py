@@ -237,7 +237,7 @@ def test_the_ledger_has_no_more_states_than_it_needs(name):
     assert mechanism.y0.size == mechanism.size + count
     assert len(explain(make())["states"]) == mechanism.y0.size
     assert build(make(), ledger=False).y0.size == mechanism.size
-    paths = [c.path for c in mechanism.structure.channels]
+    paths = [c.path for c in mechanism.layout.channels]
     assert sum(p.endswith("/dissipated") for p in paths) == count  # of the parts, and the total
     assert "energy/dissipated" in paths
 

@@ -16,7 +16,7 @@ from tests.plain import kernel
 
 def observed(mechanism, t=0.0, y=None, work=None):
     """One row of output channels as a dict."""
-    channels = mechanism.structure.channels
+    channels = mechanism.layout.channels
     out = np.zeros(len(channels))
     y = mechanism.y0 if y is None else y
     work = mechanism.work0 if work is None else work

@@ -354,10 +354,10 @@ def test_a_law_without_a_value_is_named(low, high, gap):
 
 def test_what_the_force_of_a_slide_is():
     """Of a driven slide the drive's force is in it, and the file says so; of others it is the reaction."""
-    said = {c.path: c.long_name for c in build(m.actuator()).structure.channels}
+    said = {c.path: c.long_name for c in build(m.actuator()).layout.channels}
     assert said["joints/cylinder/force_x"] == "force x on piston, with that of drive oil along the slide"
     assert said["joints/O/force_x"] == "force x on boom"
-    plain = {c.path: c.long_name for c in build(engine("ABCg")).structure.channels}
+    plain = {c.path: c.long_name for c in build(engine("ABCg")).layout.channels}
     assert plain["joints/g/force_y"] == "force y on piston"
 
 

@@ -42,10 +42,10 @@ def four_bar(law=None, pin_radius=0.005, drive=None, gravity=(0.0, -9.81), **mor
 def row(scene, time=0.0, y=None):
     """Channels of the observe kernel, in plain Python."""
     mechanism = build(scene, ledger=False)
-    out = np.zeros(len(mechanism.structure.channels))
+    out = np.zeros(len(mechanism.layout.channels))
     work = np.append(mechanism.work0, 0.0)
     kernel(mechanism, "observe")(time, mechanism.y0 if y is None else y, mechanism.par, work, out)
-    return {c.path: float(v) for c, v in zip(mechanism.structure.channels, out, strict=True)}
+    return {c.path: float(v) for c, v in zip(mechanism.layout.channels, out, strict=True)}
 
 
 def consistent(scene, found, tolerance=1e-11):
@@ -180,7 +180,7 @@ def test_laws_without_load_need_no_reaction():
 def test_a_scene_without_friction_has_nothing_of_it():
     texts = build(four_bar()).structure.texts
     assert not any(word in text for text in texts.values() for word in ("pin_load", "rub_", "slide_load"))
-    assert not any("friction" in c.path or "ideal" in c.path for c in build(four_bar()).structure.channels)
+    assert not any("friction" in c.path or "ideal" in c.path for c in build(four_bar()).layout.channels)
 
 
 # --- slides
@@ -429,7 +429,7 @@ def test_loops_need_to_say_who_carries_loads_out_of_the_plane(validated):
 
 
 def test_a_planar_scene_has_no_loads_out_of_the_plane():
-    assert not any("axial" in c.path or "bending" in c.path for c in build(four_bar()).structure.channels)
+    assert not any("axial" in c.path or "bending" in c.path for c in build(four_bar()).layout.channels)
 
 
 # --- properties

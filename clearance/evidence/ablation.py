@@ -67,7 +67,7 @@ def costs(
         count = mechanism.structure.programs["rhs"].operations
         method, _ = choose_method(mechanism, rtol=RTOL)
         rows.append(
-            Part(name, len(scene.clearance_joints), states, len(mechanism.structure.channels), count, method)
+            Part(name, len(scene.clearance_joints), states, len(mechanism.layout.channels), count, method)
         )
         if measured:
             loops |= {(name, time): _loop(scene, *parts) for time, parts in TIMES.items()}

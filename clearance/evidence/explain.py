@@ -4,7 +4,9 @@ import re
 import sys
 from importlib import import_module
 
-from clearance.joints import SLOTS, ClearanceRevolute, Joint
+from clearance.elements import ClearanceRevolute
+from clearance.elements.clearance_revolute import SLOTS
+from clearance.elements.joint import Joint
 from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.function import Opaque
 from clearance.mechanism.store import folder

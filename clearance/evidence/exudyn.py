@@ -9,12 +9,11 @@ import time
 
 import numpy as np
 
+from clearance.body import Body, ground
+from clearance.elements import ClearanceRevolute, Drive, Prismatic
 from clearance.evidence.problem import NotSolved, Problem, Solution
-from clearance.joints import ClearanceRevolute, Prismatic
 from clearance.laws.film import film_torques
 from clearance.laws.law import DataLaw
-from clearance.loads import Drive
-from clearance.scene import Body, ground
 
 EXUDYN_STEPS = (1000, 4000, 16_000, 64_000)  # a turn
 SPECTRAL_RADIUS = 0.9

@@ -7,11 +7,11 @@ dimensional: axial forces and bending moments are its own, not a planar theory's
 
 import numpy as np
 
+from clearance.body import Body, Point, ground
+from clearance.elements import Drive, Force, Prismatic, SpringDamper, Torque, TorsionSpring
 from clearance.inverse.motion import amount, from_centre
-from clearance.joints import Prismatic
-from clearance.loads import Drive, Force, SpringDamper, Torque, TorsionSpring
 from clearance.results import Record
-from clearance.scene import Body, Point, Scene, ground
+from clearance.scene import Scene
 
 STATE = ("x", "y", "theta", "vx", "vy", "omega", "ax", "ay", "alpha")
 

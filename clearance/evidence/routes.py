@@ -16,13 +16,12 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from clearance.elements import Drive, Prismatic
 from clearance.evidence import pinocchio
 from clearance.inverse import multipliers
 from clearance.inverse.dynamics import inverse_dynamics
 from clearance.inverse.explicit import STRETCH, Explicit
 from clearance.inverse.motion import Geometry, Pairs
-from clearance.joints import Prismatic
-from clearance.loads import Drive
 from clearance.mechanism.assembly import assemble
 from clearance.mechanism.emission import kernel_text
 from clearance.mechanism.structure import Structure

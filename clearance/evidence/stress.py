@@ -18,13 +18,14 @@ from pathlib import Path
 
 import numpy as np
 
+from clearance.body import Body, ground
 from clearance.catalogue import find_case
+from clearance.elements import ClearanceRevolute, Drive, Prismatic, Revolute
+from clearance.elements.joint import Joint
 from clearance.evidence.variants import rebuilt
 from clearance.interrupts import end_groups, follow_parent
-from clearance.joints import ClearanceRevolute, Joint, Prismatic, Revolute
-from clearance.loads import Drive
 from clearance.results import Result, save_tables
-from clearance.scene import Body, Scene, ground
+from clearance.scene import Scene
 from clearance.simulation import SimulationError, simulate
 from clearance.units import rpm
 

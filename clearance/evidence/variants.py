@@ -3,8 +3,10 @@
 import dataclasses
 from collections.abc import Callable
 
-from clearance.joints import ClearanceRevolute, Joint, Revolute
-from clearance.scene import Body, Point, Scene, ground
+from clearance.body import Body, Point, ground
+from clearance.elements import ClearanceRevolute, Revolute
+from clearance.elements.joint import Joint
+from clearance.scene import Scene
 
 
 def rebuilt(

@@ -16,11 +16,11 @@ import numpy as np
 
 from clearance import checks
 from clearance.demand import Demand, affordable
+from clearance.elements import Drive
 from clearance.evidence.exudyn import EXUDYN_STEPS, Exudyn
 from clearance.evidence.peers import PEERS
 from clearance.evidence.problem import DISPLACEMENT, NotSolved, Problem, parting
 from clearance.evidence.statistics import Mean, over_turns
-from clearance.loads import Drive
 from clearance.results import save_tables
 from clearance.scene import Scene
 from clearance.simulation import LARGEST_SHARE, METHODS, SimulationError, choose_method, simulate

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from clearance.demand import Demand, affordable
+from clearance.elements import TorsionSpring
 from clearance.inverse import multipliers
 from clearance.inverse.explicit import Explicit
-from clearance.loads import TorsionSpring
 from clearance.recording import FileSink, MemorySink, Recorder, Unwritable
 from clearance.results import Record, Result
 from clearance.scene import Scene

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clearance.loads import Drive
+from clearance.elements import Drive
 from clearance.mechanism import store
 from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.closing import last_position, what_is_lost
@@ -29,7 +29,7 @@ class Explicit:
     def __init__(self, scene: Scene):
         self.scene, self.mechanism = scene, _built(scene)
         self.structure = self.mechanism.structure
-        self.channels = self.structure.channels
+        self.channels = self.layout.channels
         roles = ("observe", "commit" if self.structure.commits else "observe")
         self.kernels = [store.address(self.mechanism.kernel(role), KERNEL) for role in roles]
         self.loop_s = 0.0  # time spent in compiled code
@@ -76,7 +76,7 @@ def _built(scene: Scene) -> Mechanism:
         names = ", ".join(f"{c.body.name} {c.what}" for c in free)
         raise ValueError(f"no drive prescribes {names}: inverse dynamics needs a motion for every degree of freedom")
     mechanism = build(scene, ledger=False)
-    if bristles := mechanism.structure.bristles:
+    if bristles := mechanism.layout.bristles:
         joint = next(j for j in scene.joints if j.name == bristles[0])
         raise ValueError(
             f"{joint.label()}: friction {joint.friction.law.name} has a state that time integrates; use cl.simulate"

@@ -15,13 +15,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from clearance.joints import Prismatic
+from clearance.body import Body, Point, as_point, ground
+from clearance.elements import Drive, Prismatic
 from clearance.laws.law import BoundLaw
-from clearance.loads import Drive
 from clearance.mechanism.assembly import Start
 from clearance.mechanism.interpreter import traced
 from clearance.mechanism.kernels import evaluated
-from clearance.scene import Body, Point, Scene, as_point, ground
+from clearance.scene import Scene
 
 TURN = 2.0 * math.pi
 #: closing errors [rad, sizes of the mechanism]: where Newton stops, and what is accepted where it gets no further

@@ -17,14 +17,15 @@ from collections.abc import Callable
 
 import numpy as np
 
+from clearance.body import ground
+from clearance.elements import Drive, Force, Prismatic, SpringDamper, Torque, TorsionSpring
+from clearance.elements.friction_joint import FrictionJoint
 from clearance.inverse.motion import Geometry, Pairs, amount, from_centre, solve
-from clearance.joints import FrictionJoint, Prismatic
 from clearance.laws.law import BoundLaw
-from clearance.loads import Drive, Force, SpringDamper, Torque, TorsionSpring
 from clearance.mechanism.assembly import assemble
 from clearance.mechanism.interpreter import traced
 from clearance.mechanism.kernels import evaluated
-from clearance.scene import Scene, ground
+from clearance.scene import Scene
 
 #: samples solved at once: more only take memory
 BLOCK = 2048

@@ -3,7 +3,7 @@
 The coordinates that the mechanism's plan leaves free (the angle of an undriven crank or of a pendulum) start where the
 scene says and the other bodies move to close the loops; only where no loop closes so do they give way as well.
 
-Works on absolute coordinates of all bodies (numpy, once per run), independent of the compiled kinematics.
+Works on absolute coordinates of all bodies (numpy, once per run).
 """
 
 import math
@@ -11,17 +11,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearance.joints import ClearanceRevolute, Joint, Prismatic
-from clearance.loads import Drive
+from clearance.body import Body, ground
+from clearance.elements.element import Element
+from clearance.elements.joint import FREE, RELATIVE, TURN, Joint
+from clearance.mechanism.geometry import Geometry
 from clearance.mechanism.interpreter import traced
 from clearance.mechanism.kernels import evaluated
+from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.topology import closed_plan
-from clearance.scene import Body, Scene, ground
+from clearance.scene import Scene
 
 CLOSURE = 1e-12  # largest closing error accepted, relative to the mechanism's size
 RANK = 1e-9  # singular values below this share of the largest count as zero
 ITERATIONS = 200
 LARGEST_TURN = 0.5  # rad a single correction may turn a body
+ABSOLUTE = ("x", "y", "angle")  # coordinates of a body
 
 
 @dataclass(frozen=True)
@@ -29,30 +33,41 @@ class Start:
     """Assembled poses and velocities: body -> (x, y, angle) of the centre of mass; size of the mechanism [m].
 
     measured: clearance joints that would over-constrain the mechanism if they were closed (a third bearing of a bar, a
-    second coupler of a parallelogram); their eccentricity follows from the other coordinates.
+    second coupler of a parallelogram); their eccentricity follows from the other coordinates. relative: value and rate
+    of each relative coordinate, by (joint, name).
     """
 
     pose: dict[Body, tuple[float, float, float]]
     velocity: dict[Body, tuple[float, float, float]]
     size: float
-    measured: tuple[ClearanceRevolute, ...] = ()
+    measured: tuple[Joint, ...]
+    relative: dict[tuple, tuple[float, float]]
 
-    def driven(self, drive: Drive) -> float:
-        """Start value of a driven coordinate."""
-        return _coordinate(drive.target, self.pose)
+    def value(self, place: tuple) -> tuple[float, float]:
+        """Value and rate of a coordinate: of a body ("x", "y", "angle"), or a relative one of a joint."""
+        part, what = place
+        if what not in ABSOLUTE:
+            return self.relative[place]
+        i = ABSOLUTE.index(what)
+        return self.pose[part][i], self.velocity[part][i]
 
-    def slide(self, joint: Prismatic) -> tuple[float, float]:
-        """Displacement of a prismatic joint and its rate."""
-        return _slide(joint, self.pose), _slide_rate(joint, self.pose, self.velocity)
+    def coordinate(self, target: Body | Joint) -> float:
+        """Start value of the coordinate of a drive's target."""
+        return self.value(place_of(target))[0]
 
 
-def assemble(scene: Scene) -> Start:
+def place_of(target: Body | Joint) -> tuple:
+    """The coordinate that a drive of this target drives."""
+    return (target, "angle") if isinstance(target, Body) else (target, target.free[0])
+
+
+def assemble(scene: Scene, numbers: Numbers | None = None) -> Start:
     """Close all loops and find the start velocities.
 
     Raises ValueError naming the joint for a loop that cannot close (and by how much), a locked mechanism or a redundant
     loop, a drive that fights another.
     """
-    system = _System(scene)
+    system = _System(scene, numbers or Numbers(scene))
     q = system.rough()
     system.take_start_values(q)
     guilty, freedom = system.choose_measured(system.beside(q))
@@ -64,41 +79,34 @@ def assemble(scene: Scene) -> Start:
     velocity = system.velocities(q)
     poses = {b: tuple(map(float, q[3 * i : 3 * i + 3])) for i, b in enumerate(scene.bodies)}
     rates = {b: tuple(map(float, velocity[3 * i : 3 * i + 3])) for i, b in enumerate(scene.bodies)}
-    return Start(
-        poses | {ground: (0.0, 0.0, 0.0)}, rates | {ground: (0.0, 0.0, 0.0)}, system.size, tuple(system.measured)
-    )
+    values, slopes = system.geometry(q)
+    relative = dict(zip(system.geometry.places, zip(values, (slopes @ velocity).tolist(), strict=True), strict=True))
+    still = {ground: (0.0, 0.0, 0.0)}
+    return Start(poses | still, rates | still, system.size, tuple(system.measured), relative)
 
 
 @dataclass(frozen=True)
 class _Row:
-    """One constraint equation: what it belongs to, residual, gradient, and the rate a joint's start asks for."""
+    """One constraint equation: of which part, its coordinate's place, its value, and the rate its start asks for."""
 
     label: str
-    residual: float
-    slopes: dict[int, float]
-    rate: float = 0.0
-
-
-@dataclass(frozen=True)
-class _Held:
-    """A free coordinate and the value it starts with: "x" or "y" of a body, its angle, or a joint's slide."""
-
-    target: Body | Prismatic
-    what: str
+    place: tuple
     value: float
+    rate: float = 0.0
 
 
 class _System:
     """Constraint equations of a scene: joints first, then drives, then free coordinates that keep their start."""
 
-    def __init__(self, scene: Scene):
+    def __init__(self, scene: Scene, numbers: Numbers):
         self.scene = scene
         self.joints: list[Joint] = list(scene.joints)
-        self.measured: list[ClearanceRevolute] = []
+        self.measured: list[Joint] = []
         self.place = {b: 3 * i for i, b in enumerate(scene.bodies)}
-        self.drives = [d for d in scene.loads if isinstance(d, Drive)]
-        self.start: dict[Drive, float] = {}
-        self.held: list[_Held] = []
+        self.geometry = Geometry.of(scene, numbers)
+        self.drives = [load for load in scene.loads if hasattr(load, "target")]
+        self.start: dict[Element, float] = {}
+        self.held: list[_Row] = []
         self.size = _size(scene)
 
     # --- rough start
@@ -128,9 +136,9 @@ class _System:
 
     def _follow(self, q, joint: Joint, placed: set) -> None:
         known, new = (joint.a, joint.b) if joint.a.body in placed else (joint.b, joint.a)
-        if isinstance(joint, Prismatic):
-            turn = joint.angle if new is joint.b else -joint.angle
-            q[self.place[new.body] + 2] = self._pose(q, known.body)[2] + turn
+        if TURN not in joint.free:
+            angle = getattr(joint, joint.turn.number) if joint.turn.number else 0.0
+            q[self.place[new.body] + 2] = self._pose(q, known.body)[2] + (angle if new is joint.b else -angle)
         target = self._point(q, known)
         i = self.place[new.body]
         arm = _turned(q[i + 2], new.x - new.body.com[0], new.y - new.body.com[1])
@@ -145,24 +153,15 @@ class _System:
             elif drive.start is not None:
                 self.start[drive] = drive.start
             elif drive.prescribes:
-                self.start[drive] = _coordinate(drive.target, {b: self._pose(q, b) for b in self._all()})
+                self.start[drive] = self._value(q, place_of(drive.target))
 
     def hold(self, q) -> None:
         """Free coordinates keep the values of the rough start, unless the start of a drive that pushes decides them."""
-        place, pushed = self.beside(q), any(not d.prescribes for d in self.start)
-        pose = {b: self._pose(q, b) for b in self._all()}
-        plan = closed_plan(self.scene, tuple(self.measured))
-        for joint, c in ((a.joint, c) for g in plan.groups for a in g.attachments for c in a.coordinates):
-            if c.source != "free":
-                continue
-            target = joint if c.what == "slide" else c.body
-            value = pose[c.body]["xy".index(c.what)] if c.what in ("x", "y") else _coordinate(target, pose)
-            self.held.append(_Held(target, c.what, value))
-            if pushed and np.linalg.matrix_rank(matrix := self.equations(place)[2]) < len(matrix):
+        nearby, pushed = self.beside(q), any(not d.prescribes for d in self.start)
+        for c in closed_plan(self.scene, tuple(self.measured)).free:
+            self.held.append(_Row(f"start of {c.place[0].name}", c.place, self._value(q, c.place)))
+            if pushed and np.linalg.matrix_rank(matrix := self.equations(nearby)[2]) < len(matrix):
                 self.held.pop()
-
-    def _all(self):
-        return (*self.scene.bodies, ground)
 
     # --- geometry
     def _pose(self, q, body: Body):
@@ -174,6 +173,9 @@ class _System:
         dx, dy = _turned(angle, point.x - point.body.com[0], point.y - point.body.com[1])
         return x + dx, y + dy
 
+    def _value(self, q, place: tuple) -> float:
+        return self.geometry.value(q, place)
+
     # --- equations
     def equations(self, q, starting: bool = True):
         """Labels, residuals and Jacobian of all constraints.
@@ -181,84 +183,28 @@ class _System:
         `starting` includes what only the start must meet: start values of effort drives and of held coordinates.
         """
         drives = [d for d in self.drives if d in self.start and (starting or d.prescribes)]
-        rows = self._rows(q, drives) + [self._held_row(q, h) for h in self.held if starting]
-        return [r.label for r in rows], np.array([r.residual for r in rows]), self._matrix(q, rows)
+        rows = self._rows(drives) + (self.held if starting else [])
+        values, slopes = self.geometry(q)
+        chosen = [self.geometry.place[row.place] for row in rows]
+        residual = np.array(values)[chosen] - [row.value for row in rows]
+        return [r.label for r in rows], residual, slopes[chosen]
 
-    def _rows(self, q, drives) -> "list[_Row]":
-        """Of all joints, then of these drives. Plain floats: numpy's are slow one by one."""
-        q = q.tolist()
-        return [*(row for j in self.joints for row in self._joint_rows(q, j)), *(self._drive_row(q, d) for d in drives)]
+    def _rows(self, drives) -> list[_Row]:
+        """Of all joints, then of these drives."""
+        rows = [row for joint in self.joints for row in self._joint_rows(joint)]
+        return rows + [
+            _Row(d.label(), place_of(d.target), self.start.get(d, 0.0), _rate_at_start(d)) for d in drives
+        ]
 
-    def _matrix(self, q, rows: "list[_Row]") -> np.ndarray:
-        matrix = np.zeros((len(rows), q.size))
-        for i, row in enumerate(rows):
-            for j, slope in row.slopes.items():
-                matrix[i, j] += slope
-        return matrix
-
-    def _joint_rows(self, q, joint: Joint):
-        pa, pb = self._point(q, joint.a), self._point(q, joint.b)
-        x, y = pb[0] - pa[0], pb[1] - pa[1]
-        arms = self._arms(q, joint)
-        if not isinstance(joint, Prismatic):
-            ex, ey = getattr(joint, "eccentricity", (0.0, 0.0))
-            u, v = getattr(joint, "eccentricity_rate", (0.0, 0.0))
-            across = self._gradient(joint, arms, (1.0, 0.0)), self._gradient(joint, arms, (0.0, 1.0))
-            return [_Row(joint.label(), x - ex, across[0], u), _Row(joint.label(), y - ey, across[1], v)]
-        ta, tb = self._pose(q, joint.a.body)[2], self._pose(q, joint.b.body)[2]
-        dx, dy = _turned(ta, *joint.axis)
-        slopes = self._gradient(joint, arms, (-dy, dx))
-        self._put(slopes, joint.a.body, 2, -(dx * x + dy * y))
-        turn: dict[int, float] = {}
-        self._put(turn, joint.a.body, 2, -1.0)
-        self._put(turn, joint.b.body, 2, 1.0)
-        wrong = math.remainder(tb - ta - joint.angle, 2.0 * math.pi)
-        return [_Row(joint.label(), dx * y - dy * x, slopes), _Row(joint.label(), wrong, turn)]
-
-    def _arms(self, q, joint):
-        return tuple(
-            _turned(self._pose(q, p.body)[2], p.x - p.body.com[0], p.y - p.body.com[1]) for p in (joint.a, joint.b)
-        )
-
-    def _gradient(self, joint, arms, direction) -> dict[int, float]:
-        """Gradient of direction . (r_b - r_a)."""
-        slopes: dict[int, float] = {}
-        for sign, point, arm in ((-1.0, joint.a, arms[0]), (1.0, joint.b, arms[1])):
-            self._put(slopes, point.body, 0, sign * direction[0])
-            self._put(slopes, point.body, 1, sign * direction[1])
-            self._put(slopes, point.body, 2, sign * (direction[1] * arm[0] - direction[0] * arm[1]))
-        return slopes
-
-    def _put(self, slopes: dict, body: Body, which: int, value: float) -> None:
-        if body in self.place:
-            i = self.place[body] + which
-            slopes[i] = slopes.get(i, 0.0) + value
-
-    def _drive_row(self, q, drive: Drive):
-        return self._coordinate_row(q, drive.label(), drive.target, self.start.get(drive, 0.0))
-
-    def _held_row(self, q, held: _Held):
-        if held.what not in ("x", "y"):
-            return self._coordinate_row(q, f"start of {held.target.name}", held.target, held.value)
-        i = self.place[held.target] + "xy".index(held.what)
-        return _Row(f"start of {held.target.name}", float(q[i]) - held.value, {i: 1.0})
-
-    def _coordinate_row(self, q, label: str, target: Body | Joint, value: float):
-        """A coordinate as `_coordinate` has it shall have a value."""
-        slopes: dict[int, float] = {}
-        pose = {b: self._pose(q, b) for b in self._all()}
-        error = _coordinate(target, pose) - value
-        if isinstance(target, Prismatic):
-            dx, dy = _turned(pose[target.a.body][2], *target.axis)
-            slopes = self._gradient(target, self._arms(q, target), (dx, dy))
-            pa, pb = self._point(q, target.a), self._point(q, target.b)
-            self._put(slopes, target.a.body, 2, dx * (pb[1] - pa[1]) - dy * (pb[0] - pa[0]))
-        elif isinstance(target, Body):
-            self._put(slopes, target, 2, 1.0)
-        else:
-            self._put(slopes, target.a.body, 2, -1.0)
-            self._put(slopes, target.b.body, 2, 1.0)
-        return _Row(label, error, slopes)
+    def _joint_rows(self, joint: Joint) -> list[_Row]:
+        """What a joint keeps, in the order of its coordinates: states at their start, all others at zero."""
+        starts = {s.name: (s.start, s.start_rate) for s in joint.states()}
+        known = ((what, getattr(joint, what)) for what in RELATIVE)
+        return [
+            _Row(joint.label(), (joint, what), *starts.get(one.state, (0.0, 0.0)))
+            for what, one in known
+            if one is not FREE
+        ]
 
     # --- closing
     def closed(self, q: np.ndarray) -> np.ndarray:
@@ -312,7 +258,7 @@ class _System:
         """
         while True:
             guilty, freedom = self._dependent(q)
-            loose = [j for j in self.joints if isinstance(j, ClearanceRevolute) and j.label() in guilty]
+            loose = [j for j in self.joints if j.soft and not j.turns and j.label() in guilty]
             if not loose:
                 return guilty, freedom
             self.joints.remove(loose[-1])
@@ -321,8 +267,7 @@ class _System:
     def check_measured(self, q: np.ndarray) -> None:
         """A film joint whose eccentricity follows from the others must start inside its clearance circle."""
         for joint in self.measured:
-            (ax, ay), (bx, by) = self._point(q, joint.a), self._point(q, joint.b)
-            e = math.hypot(bx - ax, by - ay)
+            e = math.hypot(*(self._value(q, (joint, what)) for what in RELATIVE[:2]))
             if joint.contact is None and e >= joint.clearance:
                 raise ValueError(
                     f"loop cannot close: {joint.label()} starts {e:.6g} m off centre, outside its clearance circle "
@@ -374,11 +319,9 @@ class _System:
             rough[i : i + 3] = (*body.velocity, body.angular_velocity)
             free[i : i + 3] = (1.0, 1.0, 1.0 / self.size)
         free[rough != 0.0] *= 1e-6
-        drives = [d for d in self.drives if d.prescribes or d.speed_start is not None]
-        rows = self._rows(q, drives)
-        rates = [r.rate for r in rows[: len(rows) - len(drives)]] + [_rate_at_start(d) for d in drives]
-        matrix = self._matrix(q, rows)
-        missing = np.array(rates) - matrix @ rough
+        rows = self._rows([d for d in self.drives if d.prescribes or d.speed_start is not None])
+        matrix = self.geometry(q)[1][[self.geometry.place[row.place] for row in rows]]
+        missing = np.array([row.rate for row in rows]) - matrix @ rough
         return rough + free * np.linalg.lstsq(matrix * free, missing, rcond=1e-12)[0]
 
 
@@ -387,53 +330,17 @@ def _turned(angle: float, x: float, y: float) -> tuple[float, float]:
     return c * x - s * y, s * x + c * y
 
 
-def _coordinate(target: Body | Joint, pose) -> float:
-    """Coordinate that a drive of this target drives: an angle, a relative angle, or a displacement."""
-    if isinstance(target, Prismatic):
-        return _slide(target, pose)
-    if isinstance(target, Body):
-        return pose[target][2]
-    return pose[target.b.body][2] - pose[target.a.body][2]
-
-
-def _joint_points(joint, pose):
-    points = []
-    for p in (joint.a, joint.b):
-        x, y, angle = pose[p.body]
-        dx, dy = _turned(angle, p.x - p.body.com[0], p.y - p.body.com[1])
-        points.append((x + dx, y + dy, dx, dy))
-    return points
-
-
-def _slide(joint: Prismatic, pose) -> float:
-    (ax, ay, *_), (bx, by, *_) = _joint_points(joint, pose)
-    dx, dy = _turned(pose[joint.a.body][2], *joint.axis)
-    return dx * (bx - ax) + dy * (by - ay)
-
-
-def _slide_rate(joint: Prismatic, pose, velocity) -> float:
-    _, (bx, by, arm_x, arm_y) = _joint_points(joint, pose)
-    ax, ay, angle = pose[joint.a.body]
-    va, vb = velocity[joint.a.body], velocity[joint.b.body]
-    dx, dy = _turned(angle, *joint.axis)
-    x = vb[0] - vb[2] * arm_y - (va[0] - va[2] * (by - ay))
-    y = vb[1] + vb[2] * arm_x - (va[1] + va[2] * (bx - ax))
-    return dx * x + dy * y
-
-
-def _rate_at_start(drive: Drive) -> float:
+def _rate_at_start(drive: Element) -> float:
     """Rate of a driven coordinate at t = 0: the speed given, or the motion's first derivative."""
     if drive.motion is None:
-        return drive.speed if drive.prescribes else drive.speed_start
+        return (drive.speed if drive.prescribes else drive.speed_start) or 0.0
     slope = evaluated(traced(drive.motion.law.function).slopes((0,)))
     return slope(0.0, *drive.motion.numbers)[1]
 
 
 def _size(scene: Scene) -> float:
     """A length of the mechanism: the farthest joint point from its body's centre of mass or the origin."""
-    points = [p for j in scene.joints for p in (j.a, j.b)]
+    points = [p for e in scene.elements for p in (getattr(e, "a", None), getattr(e, "b", None)) if hasattr(p, "x")]
     reach = [math.hypot(p.x - p.body.com[0], p.y - p.body.com[1]) for p in points]
-    ends = [p for load in scene.loads for p in (getattr(load, "a", None), getattr(load, "b", None)) if hasattr(p, "x")]
-    reach += [math.hypot(p.x - p.body.com[0], p.y - p.body.com[1]) for p in ends]
-    clearances = [j.clearance for j in scene.joints if isinstance(j, ClearanceRevolute)]
-    return max([r for r in reach if r > 0.0] + clearances, default=1.0)
+    reach += [spot.reach for e in scene.elements for spot in e.spots()]
+    return max([r for r in reach if r > 0.0], default=1.0)

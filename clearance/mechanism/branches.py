@@ -11,13 +11,12 @@ Source: Featherstone, Int. J. Robotics Res. 2 (1983) 13, in the plane.
 
 from dataclasses import dataclass, field
 
-from clearance.mechanism.kinematics import ZERO
+from clearance.body import Body, ground
+from clearance.mechanism.rates import UNITS, ZERO, Rates
 from clearance.mechanism.topology import Attachment, Plan
-from clearance.scene import Body, ground
 
 #: links in a row from which folding them has fewer operations than a mass matrix
 LONG = 5
-UNITS = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 
 def product(a, b):
@@ -108,7 +107,7 @@ def long_branches(plan: Plan) -> list[Attachment]:
     hanging = []
     for group in reversed(plan.groups):
         (first, *more) = group.attachments
-        if more or group.closures or first.joint is None or first.body in needed:
+        if more or group.closures or first.joint is None or len(first.coordinates) != 1 or first.body in needed:
             needed |= {a.parent for a in group.attachments} | {
                 b for j in group.closures for b in j.bodies()
             }
@@ -124,16 +123,15 @@ def folded(dynamics, wrench: dict, driven: dict) -> Folded:
     """All bodies of a scene, its long branches folded. driven: accelerations of prescribed
     coordinates.
     """
-    carry, bodies = dynamics.kinematics.carried, dynamics.scene.bodies
+    k, bodies = dynamics.kinematics, dynamics.scene.bodies
     result = Folded(
         {b: _diagonal(dynamics.inertia(b)) for b in bodies},
         {b: wrench.get(b, ZERO) for b in bodies},
     )
     for one in long_branches(dynamics.plan):
-        (coordinate,) = one.coordinates
-        columns = [carry(one, {one.parent: unit}, [0.0], (0.0, 0.0)) for unit in UNITS]
-        rest = carry(one, {}, [driven.get(coordinate, 0.0)], (0.0, 0.0), dynamics.motion)
-        axis = carry(one, {}, [1.0], (0.0, 0.0)) if coordinate.source == "free" else None
+        columns = [Rates(k, {one.parent: unit}).carried(one) for unit in UNITS]
+        rest = Rates(k, {}, dynamics.velocities, driven).carried(one)
+        (axis,) = [Rates(k, second={c.place: 1.0}).carried(one) for c in one.coordinates if c.source == "free"] or [None]
         result.add(Link(one, columns, rest, axis))
     return result
 

@@ -7,11 +7,11 @@ from functools import cached_property
 
 import numpy as np
 
-from clearance.joints import SLOTS
+from clearance.elements.clearance_revolute import SLOTS
 from clearance.laws.law import DataLaw
-from clearance.loads import Drive
 from clearance.mechanism.assembly import Start, assemble
 from clearance.mechanism.kinematics import Kinematics, Pose
+from clearance.mechanism.layout import Layout
 from clearance.mechanism.loops import check_reach, mode
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.structure import Structure, Tracing
@@ -20,8 +20,8 @@ from clearance.mechanism.trace import Trace
 from clearance.regimes import facts
 from clearance.scene import Scene
 
-WARMING = 10.0  # natural size of the oil's warming [K]
 _structures: dict[tuple, Structure] = {}
+ABSOLUTE = ("x", "y", "angle")  # coordinates of a body, not of a joint
 MOST_STRUCTURES = 100  # that a process keeps; one takes some 3 MB
 
 
@@ -39,14 +39,19 @@ class Mechanism:
     sources: dict = field(default_factory=dict)  # joint -> what its film law reads (a table) or asks
 
     @property
+    def layout(self) -> Layout:
+        """Places of its numbers."""
+        return self.structure.layout
+
+    @property
     def size(self) -> int:
         """Number of first-order states without the ledger."""
-        return self.structure.states
+        return self.layout.states
 
     @property
     def coordinates(self) -> int:
         """Number of second-order degrees of freedom."""
-        return self.structure.size
+        return self.layout.size
 
     def kernel(self, role: str) -> Callable:
         """The compiled kernel of a role; compiled on first use only."""
@@ -54,7 +59,7 @@ class Mechanism:
 
     @property
     def eccentric(self) -> list:
-        """Clearance joints whose eccentricities are coordinates."""
+        """Joints with clearance whose offsets are coordinates."""
         return [j for j in self.scene.clearance_joints if j not in self.start.measured]
 
     @cached_property
@@ -72,22 +77,19 @@ class Mechanism:
 
     @cached_property
     def places(self) -> dict:
-        """Place of each joint's eccentricity in the state, for those that are coordinates."""
-        first = len(self.plan.free)
-        return {j: first + 2 * i for i, j in enumerate(self.eccentric)}
+        """Place of each joint's first offset in the state, for those that are coordinates."""
+        return {j: self.layout.state[f"{j.key}/{j.soft_coordinates[0][1]}"] for j in self.eccentric}
 
     @cached_property
     def scale(self) -> np.ndarray:
-        """Natural size of each state: clearance for eccentricities, 1 rad for angles, the size for lengths; rates times
-        the frequency; of bristles what their law says, of the oil's warming 10 K.
+        """Natural size of each state: 1 rad for free angles, the size for lengths, what elements say of their own
+        states; rates times the frequency.
         """
-        lengths = [1.0 if c.what == "angle" else self.start.size for c in self.plan.free]
-        lengths += [j.clearance for j in self.eccentric for _ in range(2)]
-        frictions = {j.name: j.friction for j in self.scene.joints}
-        bristles = (frictions[name] for name in self.structure.bristles)
-        deflections = [friction.law.size(friction.values) for friction in bristles]
-        warmings = [WARMING] * len(self.structure.warm)
-        return np.array(lengths + [x * self.frequency for x in lengths] + deflections + warmings)
+        sizes = {f"{e.key}/{s.name}": s.size for e in self.scene.elements for s in e.states()}
+        sizes |= {c.key: 1.0 if c.turns else self.start.size for c in self.plan.free}
+        lengths = [sizes[name] for name in self.layout.coordinates]
+        own = [sizes[name] for name in self.layout.own]
+        return np.array(lengths + [x * self.frequency for x in lengths] + own)
 
 
 def build(scene: Scene, ledger: bool = True) -> Mechanism:
@@ -108,12 +110,12 @@ def build(scene: Scene, ledger: bool = True) -> Mechanism:
     values = _values(scene, structure, plan, numbers, start)
     sources = _sources(scene)
     data = _data(sources, structure, values)
-    par = np.zeros(len(values) + structure.derived)
+    par = np.zeros(len(values) + structure.layout.derived)
     par[: len(values)] = values
     with np.errstate(all="ignore"):
         structure.derive(par)
     par = np.concatenate([par, *data])
-    y0 = _state(scene, plan, start, structure.length)
+    y0 = _state(scene, plan, start, structure.layout)
     films = {joint: source for (joint, slot), source in sources.items() if slot == "film"}
     mechanism = Mechanism(scene, structure, plan, start, par, y0, _work(scene, structure, start), films)
     for i, joint in enumerate(scene.clearance_joints):
@@ -124,7 +126,7 @@ def build(scene: Scene, ledger: bool = True) -> Mechanism:
 
 def _check_friction(scene: Scene, structure: Structure) -> None:
     """A sign function at rest cannot be integrated where the rate is found from the forces."""
-    for joint in (j for j in scene.joints if j.name in structure.found):
+    for joint in (j for j in scene.joints if j.name in structure.forced):
         law = joint.friction
         if law.law.smooth and not law.law.smooth(law.values):
             raise ValueError(
@@ -135,7 +137,7 @@ def _check_friction(scene: Scene, structure: Structure) -> None:
 
 def _sources(scene: Scene) -> dict:
     """(joint, slot) -> what its law reads, of laws with data."""
-    laws = {(joint, slot): getattr(joint, slot) for joint in scene.clearance_joints for slot in SLOTS}
+    laws = {(joint, slot): getattr(joint, slot) for joint in scene.clearance_joints for slot in SLOTS if hasattr(joint, slot)}
     return {
         (joint, slot): law.source(facts(joint))
         for (joint, slot), law in laws.items()
@@ -145,57 +147,47 @@ def _sources(scene: Scene) -> dict:
 
 def _data(sources: dict, structure: Structure, values: list[float]) -> list[np.ndarray]:
     """Numbers that laws read as a whole, such as film tables; they stand behind all others, shared ones once."""
-    end, found = len(values) + structure.derived, {}
+    end, found = len(values) + structure.layout.derived, {}
     for (joint, slot), source in sources.items():
         if id(source) not in found:
             found[id(source)] = (end, source.numbers)
             end += len(source.numbers)
-        values[structure.index[f"{joint.key}.{slot}.start"]] = float(found[id(source)][0])
+        values[structure.layout.parameters[f"{joint.key}/{slot}/start"]] = float(found[id(source)][0])
     return [numbers for _, numbers in found.values()]
 
 
 def _values(scene: Scene, structure: Structure, plan: Plan, numbers: Numbers, start: Start) -> list[float]:
     """The scene's numbers, start values of drives, and the assembly modes of its dyads."""
     values = list(numbers.values)
-    for drive in (d for d in scene.loads if isinstance(d, Drive) and d.speed is not None):
-        values[numbers.index[f"{drive.key}.start"]] = start.driven(drive)
+    for drive in (d for d in scene.loads if d.prescribes and d.motion is None):
+        values[numbers.index[f"{drive.key}/start"]] = start.coordinate(drive.target)
     known = {**numbers.constants, **dict(zip(numbers.index, values, strict=True))}
-    k = Kinematics(
-        Trace(), known.__getitem__, {}, {j: j.eccentricity for j in scene.clearance_joints if j not in start.measured}
-    )
+    state = {(j, s.name): (s.start, s.start_rate) for j in scene.joints for s in j.states() if j not in start.measured}
+    k = Kinematics(Trace(), known.__getitem__, {}, state)
     for body, (x, y, angle) in start.pose.items():
         k.poses[body] = Pose(x, y, math.cos(angle), math.sin(angle), angle)
     return values + [mode(k, g) for g in plan.groups if f"mode.{g.label()}" in structure.modes]
 
 
-def _state(scene: Scene, plan: Plan, start: Start, size: int) -> np.ndarray:
-    """Start state: coordinates, their rates, and zeros for all other states."""
-    placed = {a.body: a.joint for g in plan.groups for a in g.attachments}
-    q, u = [], []
-    for c in plan.free:
-        value, rate = _coordinate(c, placed[c.body], start)
-        q.append(value)
-        u.append(rate)
-    for joint in (j for j in scene.clearance_joints if j not in start.measured):
-        q += joint.eccentricity
-        u += joint.eccentricity_rate
-    return np.array([*q, *u, *[0.0] * (size - len(q) - len(u))])
-
-
-def _coordinate(c, joint, start: Start) -> tuple[float, float]:
-    if c.what == "slide":
-        return start.slide(joint)
-    i = ("x", "y", "angle").index(c.what)
-    return start.pose[c.body][i], start.velocity[c.body][i]
+def _state(scene: Scene, plan: Plan, start: Start, layout: Layout) -> np.ndarray:
+    """Start state: coordinates, their rates, states of elements, and zeros for the ledger."""
+    y = np.zeros(layout.length)
+    values = {c.key: start.value(c.place) for c in plan.free}
+    for element in scene.elements:
+        values |= {f"{element.key}/{s.name}": (s.start, s.start_rate) for s in element.states()}
+    for name, place in layout.state.items():
+        rate = name.startswith("rate of ")
+        y[place] = values[name.removeprefix("rate of ")][rate]
+    return y
 
 
 def _work(scene: Scene, structure: Structure, start: Start) -> np.ndarray:
-    """Impact speeds (from the start velocities), then the angles and slides that kernels carry from step to step."""
-    angles = {body.name: pose[2] for body, pose in start.pose.items()}
-    joints = {j.name: j for j in scene.joints}
-    carried = [
-        angles[name] if what == "angle" else start.slide(joints[name])[0]
-        for what, name in structure.carried
-    ]
-    carried += [0.0] * (len(structure.remembering))
-    return np.array([math.hypot(*j.eccentricity_rate) for j in scene.clearance_joints] + carried)
+    """Impact speeds (from the start velocities), then the coordinates that kernels carry from step to step."""
+    layout = structure.layout
+    work = np.zeros(layout.work)
+    speeds = [math.hypot(*j.eccentricity_rate) for j in scene.clearance_joints]
+    work[: len(speeds)] = speeds
+    joints, bodies = ({p.name: p for p in group} for group in (scene.joints, scene.bodies))
+    carried = [start.value(((bodies if w in ABSOLUTE else joints)[name], w))[0] for w, name in layout.carried]
+    work[layout.carried_places] = carried
+    return work

@@ -6,13 +6,13 @@ from functools import cached_property
 
 import numpy as np
 
-from clearance.joints import Prismatic
+from clearance.body import ground
+from clearance.elements import Prismatic
 from clearance.mechanism.build import Mechanism
 from clearance.mechanism.kinematics import ZERO, Kinematics, Pose, Propagation
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.topology import Group
 from clearance.mechanism.trace import Trace
-from clearance.scene import ground
 
 DEAD = 1e-2  # closing determinant at a dead centre, over the largest of the motion
 STEEP = 4.0  # a determinant may reach zero within this many of its changes between two outputs
@@ -39,7 +39,7 @@ class Motion:
 
     @cached_property
     def _places(self) -> dict[str, int]:
-        return {c.path: i for i, c in enumerate(self.mechanism.structure.channels)}
+        return {c.path: i for i, c in enumerate(self.mechanism.layout.channels)}
 
     @cached_property
     def kinematics(self) -> Kinematics:

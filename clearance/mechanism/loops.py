@@ -4,7 +4,7 @@ import itertools
 import math
 from functools import lru_cache
 
-from clearance.joints import Prismatic
+from clearance.elements.joint import ACROSS, ALONG, TURN
 from clearance.mechanism.function import Function, Inside, Loop
 from clearance.mechanism.trace import Trace
 
@@ -125,7 +125,7 @@ def place_rrr(k, group) -> None:
     """Two hinged bodies with a common pin: intersection of two circles; the assembly mode is a number, +1 or -1."""
     first, second = group.attachments
     (pin,) = group.closures
-    p, q = (k.pin(a.joint, _side(a.joint, a.body)) for a in (first, second))
+    p, q = (k.pin(a.joint, a.joint.side(a.body)) for a in (first, second))
     shift = _shift(k, pin, first.body)
     dx, dy = q[0] + shift[0] - p[0], q[1] + shift[1] - p[1]
     u, v = (_reach(k, a, pin) for a in (first, second))
@@ -134,29 +134,29 @@ def place_rrr(k, group) -> None:
     along = 0.5 + 0.5 * (uu - vv) * inverse
     across = k.number(f"mode.{group.label()}") * k.trace.sqrt(uu * inverse - along * along)
     wx, wy = along * dx - across * dy, along * dy + across * dx
-    k.place_hinge(first, *_direction(u, uu, wx, wy))
-    k.place_hinge(second, *_direction(v, vv, wx - dx, wy - dy))
+    k.place_by(first, _direction(u, uu, wx, wy))
+    k.place_by(second, _direction(v, vv, wx - dx, wy - dy))
 
 
 def place_rrp(k, group) -> None:
     """A hinged body whose pin lies on a sliding body: intersection of a circle and a line."""
-    hinge, slide = sorted(group.attachments, key=lambda a: a.coordinates[0].what)
+    hinge, slide = _hinge_and_slide(group)
     (pin,) = group.closures
-    p = k.pin(hinge.joint, _side(hinge.joint, hinge.body))
-    k.place_slide(slide, 0.0)
+    p = k.pin(hinge.joint, hinge.joint.side(hinge.body))
+    k.place_by(slide, k.orientation(slide), 0.0)
     sign = 1.0 if slide.body is slide.joint.b.body else -1.0
     dx, dy = (sign * d for d in k.axis(slide.joint, slide.parent))
     shift = _shift(k, pin, hinge.body)
-    start = k.joint_point(pin, _side(pin, slide.body))
+    start = k.joint_point(pin, pin.side(slide.body))
     x, y = start[0] + shift[0] - p[0], start[1] + shift[1] - p[1]
     u = _reach(k, hinge, pin)
     uu = _square(u)
     across = dx * y - dy * x
     along = k.number(f"mode.{group.label()}") * k.trace.sqrt(uu - across * across)
     travel = along - (dx * x + dy * y)
-    k.coordinate[slide.coordinates[0]] = travel
-    k.place_slide(slide, travel)
-    k.place_hinge(hinge, *_direction(u, uu, along * dx - across * dy, along * dy + across * dx))
+    k.coordinate[slide.coordinates[0].place] = travel
+    k.place_by(slide, k.orientation(slide), travel)
+    k.place_by(hinge, _direction(u, uu, along * dx - across * dy, along * dy + across * dx))
 
 
 def place_rpr(k, group) -> None:
@@ -164,21 +164,20 @@ def place_rpr(k, group) -> None:
     hinge, slide = group.attachments
     (pin,) = group.closures
     joint = slide.joint
-    p = k.pin(hinge.joint, _side(hinge.joint, hinge.body))
-    known = k.pin(pin, _side(pin, slide.body))
+    p = k.pin(hinge.joint, hinge.joint.side(hinge.body))
+    known = k.pin(pin, pin.side(slide.body))
     x, y = known[0] - p[0], known[1] - p[1]
     # seen from the hinged body: the pin moves on a line through `start` along `axis`
-    side, own = _side(joint, hinge.body), _side(hinge.joint, hinge.body)
-    axis = (k.number(f"{joint.key}.axis.x"), k.number(f"{joint.key}.axis.y"))
-    turn, sign = k.number(f"{joint.key}.angle"), 1.0
+    side, own = joint.side(hinge.body), hinge.joint.side(hinge.body)
+    axis, turn, sign = k.local_axis(joint), k.known(joint, TURN)[0], 1.0
     if side == "b":
         sign, turn = -1.0, -turn
         c, s = k.trace.cos(turn), k.trace.sin(turn)
         axis = (c * axis[0] - s * axis[1], s * axis[0] + c * axis[1])
-    far, near = _local(k, pin, _side(pin, slide.body)), _local(k, joint, _side(joint, slide.body))
+    far, near = k.local(pin, pin.side(slide.body)), k.local(joint, joint.side(slide.body))
     c, s = k.trace.cos(turn), k.trace.sin(turn)
     step = (far[0] - near[0], far[1] - near[1])
-    rail, pivot = _local(k, joint, side), _local(k, hinge.joint, own)
+    rail, pivot = k.local(joint, side), k.local(hinge.joint, own)
     start = (
         rail[0] - pivot[0] + c * step[0] - s * step[1],
         rail[1] - pivot[1] + s * step[0] + c * step[1],
@@ -187,10 +186,10 @@ def place_rpr(k, group) -> None:
     distance = x * x + y * y
     along = k.number(f"mode.{group.label()}") * k.trace.sqrt(distance - across * across)
     w = (along * axis[0] - across * axis[1], along * axis[1] + across * axis[0])
-    k.place_hinge(hinge, *_direction(w, distance, x, y))
+    k.place_by(hinge, _direction(w, distance, x, y))
     travel = sign * (along - (axis[0] * start[0] + axis[1] * start[1]))
-    k.coordinate[slide.coordinates[0]] = travel
-    k.place_slide(slide, travel)
+    k.coordinate[slide.coordinates[0].place] = travel
+    k.place_by(slide, k.orientation(slide), travel)
 
 
 def check_reach(group, size: float) -> None:
@@ -198,7 +197,7 @@ def check_reach(group, size: float) -> None:
     if group.form not in ("RRR", "RRP"):
         return
     (pin,) = group.closures
-    for attachment in (a for a in group.attachments if not isinstance(a.joint, Prismatic)):
+    for attachment in (a for a in group.attachments if not a.joint.slides):
         body = attachment.body
         near, far = (j.b if j.b.body is body else j.a for j in (attachment.joint, pin))
         if math.hypot(far.x - near.x, far.y - near.y) < 1e-9 * size:
@@ -213,43 +212,40 @@ def mode(k, group) -> float:
     (pin,) = group.closures
     if group.form == "RRR":
         first, second = group.attachments
-        p, q = (k.pin(a.joint, _side(a.joint, a.body)) for a in (first, second))
+        p, q = (k.pin(a.joint, a.joint.side(a.body)) for a in (first, second))
         shift = _shift(k, pin, first.body)
-        t = k.joint_point(pin, _side(pin, first.body))
+        t = k.joint_point(pin, pin.side(first.body))
         dx, dy = q[0] + shift[0] - p[0], q[1] + shift[1] - p[1]
         value = dx * (t[1] - p[1]) - dy * (t[0] - p[0])
     elif group.form == "RRP":
-        hinge, slide = sorted(group.attachments, key=lambda a: a.coordinates[0].what)
+        hinge, slide = _hinge_and_slide(group)
         sign = 1.0 if slide.body is slide.joint.b.body else -1.0
         dx, dy = k.axis(slide.joint, slide.parent)
-        p, t = k.pin(hinge.joint, _side(hinge.joint, hinge.body)), k.joint_point(pin, _side(pin, hinge.body))
+        p, t = k.pin(hinge.joint, hinge.joint.side(hinge.body)), k.joint_point(pin, pin.side(hinge.body))
         value = sign * (dx * (t[0] - p[0]) + dy * (t[1] - p[1]))
     else:
         hinge, slide = group.attachments
         dx, dy = k.axis(slide.joint, slide.parent)
-        p, t = k.pin(hinge.joint, _side(hinge.joint, hinge.body)), k.pin(pin, _side(pin, slide.body))
+        p, t = k.pin(hinge.joint, hinge.joint.side(hinge.body)), k.pin(pin, pin.side(slide.body))
         value = dx * (t[0] - p[0]) + dy * (t[1] - p[1])
     return 1.0 if value >= 0.0 else -1.0
 
 
-def _side(joint, body) -> str:
-    return "b" if body is joint.b.body else "a"
-
-
-def _local(k, joint, side: str):
-    return k.number(f"{joint.key}.{side}.x"), k.number(f"{joint.key}.{side}.y")
+def _hinge_and_slide(group) -> tuple:
+    """The attachments of a dyad RRP."""
+    return tuple(sorted(group.attachments, key=lambda a: a.joint.slides))
 
 
 def _reach(k, attachment, pin):
     """From a body's own hinge to the common pin, in its frame."""
-    near = _local(k, attachment.joint, _side(attachment.joint, attachment.body))
-    far = _local(k, pin, _side(pin, attachment.body))
+    near = k.local(attachment.joint, attachment.joint.side(attachment.body))
+    far = k.local(pin, pin.side(attachment.body))
     return far[0] - near[0], far[1] - near[1]
 
 
 def _shift(k, pin, first):
     """Offset to add to the second body's pin so that it coincides with the first body's."""
-    x, y = k.offset.get(pin, (0.0, 0.0))
+    x, y = (k.known(pin, what)[0] for what in (ALONG, ACROSS))
     return (-x, -y) if first is pin.a.body else (x, y)
 
 
@@ -271,8 +267,7 @@ def solve_by_newton(k, group) -> None:
     inside.outputs = _residuals(k, group, inside, unknowns)
     size = len(unknowns)
     solution = newton(inside, size, NEWTON_TOLERANCE, NEWTON_LIMIT)
-    joints = {a.body: a.joint for a in group.attachments}
-    slots = [("slide", joints[c.body].name) if c.what == "slide" else ("angle", c.body.name) for c in group.unknowns]
+    slots = [(c.what, c.place[0].name) for c in group.unknowns]
     guesses = [k.remember(*slot) for slot in slots]
 
     def rule(args, tangents):
@@ -281,17 +276,18 @@ def solve_by_newton(k, group) -> None:
     items = k.trace.call(solution, [*guesses, *inside.outer], rule)
     k.solved.append(group)
     k.values += items
-    k.coordinate |= dict(zip(group.unknowns, items, strict=True))
+    k.coordinate |= {c.place: v for c, v in zip(group.unknowns, items, strict=True)}
 
 
 def _residuals(k, group, inside: Inside, unknowns: list) -> list:
     """The loop equations of a group, on the inside."""
     value = inside.value
-    coordinate = {c: value(v) for c, v in k.coordinate.items() if any(c in a.coordinates for a in group.attachments)}
-    coordinate |= dict(zip(group.unknowns, unknowns, strict=True))
+    places = [c.place for a in group.attachments for c in a.coordinates]
+    coordinate = {place: value(k.coordinate[place]) for place in places if place in k.coordinate}
+    coordinate |= {c.place: v for c, v in zip(group.unknowns, unknowns, strict=True)}
     joints = [*(a.joint for a in group.attachments), *group.closures]
-    offset = {j: tuple(map(value, k.offset[j])) for j in joints if j in k.offset}
-    copy = type(k)(inside.trace, lambda name: value(k.number(name)), coordinate, offset)
+    state = {key: (value(offset), 0.0) for key, (offset, _) in k.state.items() if key[0] in joints}
+    copy = type(k)(inside.trace, lambda name: value(k.number(name)), coordinate, state)
     own = {a.body for a in group.attachments}
     for body in {b for j in joints for b in j.bodies()} - own:
         pose = k.poses[body]
@@ -303,12 +299,26 @@ def _residuals(k, group, inside: Inside, unknowns: list) -> list:
 
 
 def closing_errors(k, joint) -> list:
-    """How far a joint is from closed: the gap (hinge), or the distance off the line and the sine of the wrong turn."""
-    pa, pb = k.joint_point(joint, "a"), k.joint_point(joint, "b")
-    x, y = pb[0] - pa[0], pb[1] - pa[1]
-    if not hasattr(joint, "axis"):
-        ex, ey = k.offset.get(joint, (0.0, 0.0))
-        return [x - ex, y - ey]
+    """How far a joint is from closed: offsets and the sine of the wrong turn, of each coordinate that is not free."""
+    along, across = offsets(k, joint)
+    errors = {ALONG: along, ACROSS: across, TURN: None if TURN in joint.free else wrong_turn(k, joint)[0]}
+    state = {what: k.state[joint, name][0] for what, name in joint.soft_coordinates if what != TURN}
+    return [error - state.get(what, 0.0) for what, error in errors.items() if what not in joint.free]
+
+
+def offsets(k, joint) -> tuple:
+    """Point b against point a along and across a joint's axis."""
+    (ax, ay), (bx, by) = k.joint_point(joint, "a"), k.joint_point(joint, "b")
+    x, y = bx - ax, by - ay
+    if not joint.turns:
+        return x, y
     dx, dy = k.axis(joint, joint.a.body)
-    bx, by = k.axis(joint, joint.b.body)
-    return [dx * y - dy * x, dx * by - dy * bx]
+    return dx * x + dy * y, dx * y - dy * x
+
+
+def wrong_turn(k, joint) -> tuple:
+    """Sine and cosine of the turn of b against a, less what the joint keeps."""
+    a, b = (k.poses[body] for body in joint.bodies())
+    c, s = k.relative(joint)
+    cosine, sine = a.cosine * c - a.sine * s, a.sine * c + a.cosine * s
+    return cosine * b.sine - sine * b.cosine, cosine * b.cosine + sine * b.sine

@@ -4,15 +4,14 @@ Each body is balanced along z and about x and y. The loads are gravity and force
 of mass in z, and products of inertia; a joint answers with an axial force and two bending moments at its point.
 """
 
-from clearance.joints import FrictionJoint
-from clearance.mechanism.kinematics import ZERO
+from clearance.body import ground
+from clearance.mechanism.rates import ZERO
 from clearance.mechanism.trace import is_zero
-from clearance.scene import ground
 
 
 def inertia_across(k, body, acceleration, turning) -> tuple:
     """Moments x, y of a body's inertia [N m]: minus the rate of its angular momentum (-P_xz w, -P_yz w)."""
-    px, py = k.poses[body].turned(*(k.number(f"{body.key}.products.{n}") for n in ("xz", "yz")))
+    px, py = k.poses[body].turned(*(k.number(f"{body.key}/products/{n}") for n in ("xz", "yz")))
     alpha, square = acceleration[2], turning * turning
     return alpha * px - square * py, alpha * py + square * px
 
@@ -27,7 +26,7 @@ def reactions_across(scene, arms, loads: dict) -> dict:
     loads = {b: loads.get(b, ZERO) for b in scene.bodies}
     if not any(_acts(v) for v in loads.values()):
         return {}
-    open_joints = [j for j in scene.joints if isinstance(j, FrictionJoint) and not j.self_aligning]
+    open_joints = [j for j in scene.joints if j.carries_across]
     found: dict = {}
     while end := _end(loads, open_joints):
         body, joint = end

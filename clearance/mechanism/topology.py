@@ -8,20 +8,43 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from clearance.joints import Prismatic
-from clearance.loads import Drive
+from clearance.body import Body, ground
+from clearance.elements.element import Element
+from clearance.elements.joint import ALONG, TURN, Joint
 from clearance.mechanism.sharing import Sharing
-from clearance.scene import Body, Scene, ground
+from clearance.scene import Scene
 
 
 @dataclass(frozen=True)
 class Coordinate:
-    """One scalar of the plan. source: "free" (independent), "drive" (prescribed) or "unknown" (solved by its group)."""
+    """One scalar of the plan. source: "free" (independent), "drive" (prescribed) or "unknown" (solved by its group).
+
+    what: "x", "y", "angle" of the body, or a relative coordinate of the joint.
+    """
 
     source: str
     body: Body
-    what: str  # "angle" (absolute), "relative" (angle against the parent), "slide", "x", "y"
-    drive: Drive | None = None
+    what: str
+    joint: Joint | None = None
+    drive: Element | None = None
+
+    @property
+    def place(self) -> tuple:
+        """What it is a coordinate of, and which."""
+        return self.body if self.joint is None else self.joint, self.what
+
+    @property
+    def key(self) -> str:
+        """Its name in result files."""
+        return f"{self.place[0].key}/{self.what}"
+
+    @property
+    def turns(self) -> bool:
+        """True for an angle, False for a length."""
+        return self.what in ("angle", TURN)
+
+    def label(self) -> str:
+        return f"{self.place[0].name} {self.what}"
 
 
 @dataclass(frozen=True)
@@ -63,7 +86,7 @@ class Plan:
             (
                 group.form,
                 tuple((a.body.name, a.parent.name, getattr(a.joint, "name", None)) for a in group.attachments),
-                tuple((c.source, c.body.name, c.what) for a in group.attachments for c in a.coordinates),
+                tuple((c.source, c.key) for a in group.attachments for c in a.coordinates),
                 tuple(j.name for j in group.closures),
             )
             for group in self.groups
@@ -88,9 +111,9 @@ def cut_plan(scene: Scene) -> Plan:
 class _Planner:
     def __init__(self, scene: Scene, joints: Iterable):
         self.scene, self.joints = scene, list(joints)
-        drives = [load for load in scene.loads if isinstance(load, Drive)]
-        self.angle_of = {d.target: d for d in drives if d.prescribes and isinstance(d.target, Body)}
-        self.driven = {d.target: d for d in drives if d.prescribes and not isinstance(d.target, Body)}
+        drives = [load for load in scene.loads if load.prescribes]
+        self.angle_of = {d.target: d for d in drives if isinstance(d.target, Body)}
+        self.driven = {d.target: d for d in drives if not isinstance(d.target, Body)}
         self.known: set[Body] = {ground}
         self.sharing = Sharing(scene.bodies, self._equations())
 
@@ -116,10 +139,10 @@ class _Planner:
 
     # --- groups that their joints determine
     def _equations(self) -> list[tuple[Body, ...]]:
-        """The bodies that each equation constrains: two equations of a joint, one of a drive."""
-        driven = [j.bodies() for j in self.joints if j in self.driven]
-        angles = [(body,) for body in self.angle_of]
-        return [*(bodies for j in self.joints for bodies in 2 * [j.bodies()]), *driven, *angles]
+        """The bodies that each equation constrains: one for each coordinate that a joint or a drive decides."""
+        closed = (bodies for j in self.joints for bodies in (3 - len(j.free)) * [j.bodies()])
+        driven = (j.bodies() for j in self.joints if j in self.driven)
+        return [*closed, *driven, *((body,) for body in self.angle_of)]
 
     def _group(self, bodies: frozenset) -> Group:
         inside = bodies | self.known
@@ -152,21 +175,24 @@ class _Planner:
                 break
             left.remove(joint)
             body, parent = joint.bodies() if joint.bodies()[0] not in placed else joint.bodies()[::-1]
-            attachments.append(Attachment(body, parent, joint, (self._coordinate(body, joint, "unknown"),)))
+            attachments.append(Attachment(body, parent, joint, self._coordinates(body, joint, "unknown")))
             placed.add(body)
         for body in (b for b in self.scene.bodies if b in bodies and b not in placed):
             raise ValueError(f"body {body.name} is over-determined: its drives and joints leave it no place in a loop")
         return tuple(attachments)
 
-    def _coordinate(self, body: Body, joint, source: str) -> Coordinate:
-        if isinstance(joint, Prismatic):
-            drive = self.driven.get(joint)
-            return Coordinate("drive" if drive else source, body, "slide", drive)
-        if joint in self.driven:
-            return Coordinate("drive", body, "relative", self.driven[joint])
-        if body in self.angle_of:
-            return Coordinate("drive", body, "angle", self.angle_of[body])
-        return Coordinate(source, body, "angle")
+    def _coordinates(self, body: Body, joint: Joint, source: str) -> tuple[Coordinate, ...]:
+        """The joint's free coordinates; an angle that no drive prescribes against the parent is the body's."""
+        drive = self.driven.get(joint)
+        if drive is not None:
+            return (Coordinate("drive", body, joint.free[0], joint, drive),)
+        return tuple(
+            self._angle(body, source) if what == TURN else Coordinate(source, body, what, joint) for what in joint.free
+        )
+
+    def _angle(self, body: Body, source: str) -> Coordinate:
+        drive = self.angle_of.get(body)
+        return Coordinate("drive" if drive else source, body, "angle", None, drive)
 
     def _form(self, attachments, closures) -> str:
         if not closures:
@@ -175,7 +201,7 @@ class _Planner:
             return "newton"
         first, second = attachments
         coordinates = [c for a in attachments for c in a.coordinates]
-        if any(c.source != "unknown" for c in coordinates):
+        if any(c.source != "unknown" for c in coordinates) or not all(_simple(a.joint) for a in attachments):
             return "newton"
         kinds = "".join("R" if _hinge(a.joint) else "P" for a in attachments)
         both_known = first.parent in self.known and second.parent in self.known
@@ -205,11 +231,10 @@ class _Planner:
         if reachable:
             joint = min(reachable, key=lambda j: (not _hinge(j), self._length(j)))
             body, parent = joint.bodies() if joint.bodies()[0] not in self.known else joint.bodies()[::-1]
-            return Group((Attachment(body, parent, joint, (self._coordinate(body, joint, "free"),)),))
+            return Group((Attachment(body, parent, joint, self._coordinates(body, joint, "free")),))
         body = self._unknown()[0]
-        angle = Coordinate("drive", body, "angle", self.angle_of[body]) if body in self.angle_of else None
-        coordinates = (Coordinate("free", body, "x"), Coordinate("free", body, "y"))
-        return Group((Attachment(body, ground, None, (*coordinates, angle or Coordinate("free", body, "angle"))),))
+        place = Coordinate("free", body, "x"), Coordinate("free", body, "y")
+        return Group((Attachment(body, ground, None, (*place, self._angle(body, "free"))),))
 
 
 def _own_point(joint, body: Body):
@@ -217,7 +242,15 @@ def _own_point(joint, body: Body):
 
 
 def _hinge(joint) -> bool:
-    return not isinstance(joint, Prismatic)
+    """True where only the turn is free."""
+    return joint.free == (TURN,)
+
+
+def _simple(joint) -> bool:
+    """True for the joints that closed forms are for: a hinge along fixed axes, or a slide along its axis."""
+    if joint.turns:
+        return joint.free == (ALONG,) and not joint.across.state
+    return _hinge(joint)
 
 
 __all__ = ["Attachment", "Coordinate", "Group", "Plan", "closed_plan", "cut_plan"]

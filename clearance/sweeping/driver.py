@@ -195,7 +195,7 @@ def _reference(function: Callable | str) -> tuple[str, str]:
 
 def _affordable(definition: Definition, folder: Path, mechanism: Mechanism, demand: Demand) -> None:
     """Raise ValueError where a run takes too long, or the files of all need more than the free disk."""
-    channels, count = mechanism.structure.channels, len(definition.points)
+    channels, count = mechanism.layout.channels, len(definition.points)
     if definition.files:
         columns = 1 + len(chosen(channels, definition.keep))
         missing = count - sum(1 for _ in (folder / "runs").glob("*.h5"))
@@ -214,7 +214,7 @@ def _try_first(definition: Definition, demanded: Callable | None) -> None:
     for index in first:
         try:
             run = prepare(case.scene(**definition.values(index)), demanded, **definition.options)
-            chosen(run.mechanism.structure.channels, definition.keep or None)
+            chosen(run.mechanism.layout.channels, definition.keep or None)
             _check_settle(definition, run)
             ideal_motion(run.mechanism.scene, run.span, json.loads(run.attributes()["scene"]))  # compiled here, once
             return

@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 
+from clearance.elements import Drive
 from clearance.evidence.variants import idealised
 from clearance.extremes import guides
-from clearance.loads import Drive
 from clearance.mechanism.build import build
 from clearance.scene import Scene
 from clearance.simulation import Run, Span, choose_method
@@ -75,7 +75,7 @@ def _motion(scene: Scene, span: Span, slides: dict) -> dict | None:
     _, rows, code = run.trajectory()
     if code != codes.DONE or not np.isfinite(rows).all():  # ideal joints cannot go all the way
         return None
-    place = {c.path: i for i, c in enumerate(mechanism.structure.channels)}
+    place = {c.path: i for i, c in enumerate(mechanism.layout.channels)}
     found = {}
     for body, (dx, dy) in slides.items():
         x, y, ax, ay = (rows[:, place[f"bodies/{body}/{n}"]] for n in ("x", "y", "ax", "ay"))

@@ -30,7 +30,7 @@ class Keeper:
     """A sink that keeps a run in memory for its metrics, and in a file where one is wanted."""
 
     def __init__(self, run: Run, definition: Definition, key: str, path: Path | None, made: dict):
-        channels, attributes = run.mechanism.structure.channels, run.attributes()
+        channels, attributes = run.mechanism.layout.channels, run.attributes()
         self.run, self.definition, self.key, self.made = run, definition, key, made
         self.memory = MemorySink(channels, attributes)
         sink = ImageSink if run.span.samples * len(channels) < LARGE else FileSink

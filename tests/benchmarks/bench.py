@@ -68,9 +68,9 @@ def state_of(scene):
     mechanism = build(scene, ledger=False)
     rng = np.random.default_rng(1)
     y = mechanism.y0 + 0.4 * mechanism.scale * rng.uniform(-1.0, 1.0, mechanism.y0.size)
-    out = np.zeros(len(mechanism.structure.channels))
+    out = np.zeros(len(mechanism.layout.channels))
     mechanism.kernel("observe")(0.0, y, mechanism.par, np.append(mechanism.work0, 0.0), out)
-    row = {c.path: v for c, v in zip(mechanism.structure.channels, out, strict=True)}
+    row = {c.path: v for c, v in zip(mechanism.layout.channels, out, strict=True)}
     q = np.array([row[f"bodies/{b.name}/{n}"] for b in scene.bodies for n in ("x", "y", "theta")])
     v = np.array([row[f"bodies/{b.name}/{n}"] for b in scene.bodies for n in ("vx", "vy", "omega")])
     a = np.array([row[f"bodies/{b.name}/{n}"] for b in scene.bodies for n in ("ax", "ay", "alpha")])

@@ -97,7 +97,7 @@ def long_run() -> list[str]:
     """20,000 dry turns: the worst stretch of the ledger."""
     scene = cl.load_case("six_bar_feeder", model="dry")
     run = prepare(scene, turns=LONG, samples_per_turn=4)
-    sink = MemorySink(run.mechanism.structure.channels, {})
+    sink = MemorySink(run.mechanism.layout.channels, {})
     failure = run.record(sink)
     record, steps = sink.record, int(run.counts[run.types.STEPS])
     share, energy = record.solver["energy_residual_share"], record.facts("energy")

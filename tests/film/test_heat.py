@@ -73,7 +73,7 @@ class TestState:
             assert "thinning" not in text
             assert "heat" not in text
         assert "thinning" in warm.structure.texts["rhs"]
-        assert not any("oil_temperature" in c.path for c in plain.structure.channels)
+        assert not any("oil_temperature" in c.path for c in plain.layout.channels)
 
     def test_texts_without_heat_are_those_of_any_scene_without(self):
         """Building a warm scene in between changes no text of the cold one's kernels."""

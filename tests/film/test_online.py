@@ -209,7 +209,7 @@ class TestKernels:
         assert len(formula.par) == index
         (source,) = fem.sources.values()
         assert len(fem.par) == len(fem.structure.index) + fem.structure.derived + len(source.numbers)
-        first = int(fem.par[fem.structure.index["joint.J.film.start"]])
+        first = int(fem.par[fem.layout.parameters["joints/J/film/start"]])
         assert fem.par[first] == source.address
 
     def test_joints_do_not_share_a_letter(self):
@@ -220,7 +220,7 @@ class TestKernels:
             cl.ClearanceRevolute(cl.ground.at(x, 0), b, name=n, **slots) for x, b, n in ((0, one, "A"), (1, other, "B"))
         ]
         mechanism = build(cl.Scene(*joints))
-        starts = [int(mechanism.par[mechanism.structure.index[f"joint.{n}.film.start"]]) for n in "AB"]
+        starts = [int(mechanism.par[mechanism.layout.parameters[f"joints/{n}/film/start"]]) for n in "AB"]
         assert mechanism.par[starts[0]] != mechanism.par[starts[1]]
 
 

@@ -620,12 +620,12 @@ class TestSharing:
         size = len(tables.table(Key(1.0, nodes=9, mesh=(24, 3))).numbers)
         same, two = scene({"B": 1.0, "C": 1.0}), scene({"B": 1.0, "C": 0.5})
         assert len(two.par) == len(same.par) + size
-        starts = [s.par[s.structure.index[f"joint.{j}.film.start"]] for s in (same, two) for j in "BC"]
+        starts = [s.par[s.layout.parameters[f"joints/{j}/film/start"]] for s in (same, two) for j in "BC"]
         assert starts[0] == starts[1] == starts[2]
         assert starts[3] == starts[2] + size
         for mechanism, joints in ((same, "BC"), (two, "BC")):
             for name in joints:
-                first = int(mechanism.par[mechanism.structure.index[f"joint.{name}.film.start"]])
+                first = int(mechanism.par[mechanism.layout.parameters[f"joints/{name}/film/start"]])
                 assert mechanism.par[first + 1] == 9.0
 
     def test_kernels_do_not_depend_on_the_table(self):

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import clearance as cl
+from clearance.elements import Drive
 from clearance.laws.joint_friction import joint_coulomb
-from clearance.loads import Drive
 from tests import mechanisms
 
 try:

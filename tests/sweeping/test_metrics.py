@@ -29,7 +29,7 @@ FEEDER = {"speed": 30.0, "model": "lubricated", "film": "harmonic"}
 def recorded(scene, **options):
     """A run in memory and what ideal joints would have it do."""
     run = prepare(scene, **options)
-    sink = MemorySink(run.mechanism.structure.channels, run.attributes())
+    sink = MemorySink(run.mechanism.layout.channels, run.attributes())
     run.record(sink)
     return sink.record, ideal_motion(run.mechanism.scene, run.span, sink.record.scene)
 

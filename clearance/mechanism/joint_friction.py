@@ -10,11 +10,9 @@ the friction: strong friction can have several solutions, and this is the one th
 import math
 from dataclasses import dataclass, field
 
-from clearance.joints import Prismatic
-from clearance.laws.joint_friction import pin_load, slide_load
 from clearance.mechanism.function import Function, Inside, Loop
-from clearance.mechanism.joint_forces import Calls
 from clearance.mechanism.loops import implicit, solve
+from clearance.mechanism.motion import Calls
 from clearance.mechanism.trace import Trace, is_zero
 
 #: change of the friction efforts over their sum at which they are found
@@ -28,103 +26,84 @@ STRIDE, SHORTEST, CORRECTIONS, CLOSED, FURTHEST = 0.0625, 1e-4, 6, 1e-12, 0.3
 
 
 @dataclass
-class Rubbing:
+class Friction:
     """Friction of the joints that have some: efforts on body b, loads behind them, rates of b against a."""
 
     efforts: dict = field(default_factory=dict)  # joint -> torque [N m] or force along the axis [N]
     loads: dict = field(default_factory=dict)  # joint -> friction load [N m or N], where the law needs it
     rates: dict = field(default_factory=dict)
-    deflections: dict = field(default_factory=dict)  # joint -> of its bristles [rad or m], where the law has some
-    deflection_rates: dict = field(default_factory=dict)
-    ideal: dict = field(default_factory=dict)  # Drive -> effort without any joint friction
+    bristle_rates: dict = field(default_factory=dict)  # of joints whose law has bristles
+    ideal: dict = field(default_factory=dict)  # drive -> effort without any joint friction
     iterations: object = None  # of the coupled solve, where there is one
     contraction: object = None
 
 
-def rubbing(dynamics, applied, driven: dict, deflections: dict) -> Rubbing:
-    """Friction of all joints at the present state; `applied` is everything else that acts, deflections of bristles."""
-    d = dynamics
-    joints = d.scene.rubbing_joints
-    found = Rubbing(rates={j: d.joint_rate(j) for j in joints}, deflections=deflections)
+def joint_friction(dynamics, work, driven: dict) -> Friction:
+    """Friction of all joints at the present state; `work` is everything else that acts."""
+    d, joints = dynamics, dynamics.scene.rubbing_joints
+    result = Friction(rates={j: d.motion.rate(j) for j in joints})
     if not joints:
-        return found
+        return result
     d.trace.section = "joint friction"
     for joint in (j for j in joints if not j.rubs_by_load):
-        found.efforts[joint] = _effort(d.calls, joint, found, 0.0)
-    bare = d.solution(applied, driven)
-    found.ideal = {drive: bare[1].efforts[drive] for drive in bare[1].efforts if drive.prescribes}
+        result.efforts[joint] = _effort(d.motion, d.motion.calls, joint, result, 0.0)
+    bare = d.solution(work, driven)
+    result.ideal = {drive: bare[1].efforts[drive] for drive in bare[1].efforts if drive.prescribes}
     if loaded := [j for j in joints if j.rubs_by_load]:
-        base = d.solution(d.rubbed(applied, found.efforts), driven) if found.efforts else bare
+        base = d.solution(d.with_friction(work, result.efforts), driven) if result.efforts else bare
         _of_reactions(
-            d, loaded, base, lambda marks: d.solution(d.rubbed(applied, found.efforts | marks), driven), found
+            d, loaded, base, lambda marks: d.solution(d.with_friction(work, result.efforts | marks), driven), result
         )
-    return found
+    return result
 
 
-def _of_reactions(d, joints: list, base, solution, found: Rubbing) -> None:
+def _of_reactions(d, joints: list, base, solution, result: Friction) -> None:
     """Efforts of the joints whose friction is made by their reactions."""
-    trace = d.trace
+    trace, calls = d.trace, d.motion.calls
     marks = {j: trace.load(f"rub_{i}") for i, j in enumerate(joints)}
     marked = solution(marks)
     seeds = {m: {i: 1.0} for i, m in enumerate(marks.values())}
     start = {j: components(d, j, base) for j in joints}
     slopes = {j: trace.tangent(components(d, j, marked), seeds) for j in joints}
     coupled = sorted({k for j in joints for slope in slopes[j] for k in slope})
-    values = _coupled(d, [joints[k] for k in coupled], coupled, start, slopes, found) if coupled else []
+    values = _coupled(d, [joints[k] for k in coupled], coupled, start, slopes, result) if coupled else []
     for joint in joints:
         reached = [
             value + trace.sum(slope[k] * s for k, s in zip(coupled, values, strict=True) if k in slope)
             for value, slope in zip(start[joint], slopes[joint], strict=True)
         ]
-        found.loads[joint] = _load(d.calls, joint, reached)
-        effort = _effort(d.calls, joint, found, found.loads[joint])
-        found.efforts.setdefault(joint, effort)
+        result.loads[joint] = _load(calls, joint, reached)
+        effort = _effort(d.motion, calls, joint, result, result.loads[joint])
+        result.efforts.setdefault(joint, effort)
 
 
 def components(d, joint, solution) -> list:
-    """Components of a joint's reaction that rub: arguments of pin_load or slide_load."""
-    reactions, k = solution[1], d.kinematics
-    fx, fy, moment = reactions.forces[joint]
-    axial, mx, my = reactions.across.get(joint, (0.0, 0.0, 0.0))
-    if not isinstance(joint, Prismatic):
-        bent = _armed(joint, "bending_arm", "a bending moment", mx, my)
-        return [fx, fy, *_armed(joint, "friction_arm", "axial force", axial), *bent]
-    dx, dy = k.axis(joint, joint.a.body)
-    (twist,) = _armed(joint, "friction_arm", "a moment about its axis", mx * dx + my * dy)
-    return [dx * fy - dy * fx, axial, twist, moment, dx * my - dy * mx]
-
-
-def _armed(joint, arm: str, what: str, *values) -> tuple:
-    """Values that rub through an arm, which a joint must then have."""
-    if getattr(joint, arm) is None and not all(map(is_zero, values)):
-        raise ValueError(
-            f"{joint.label()}: carries {what} from out of the plane, so friction {joint.friction.law.name} needs "
-            f"{arm} [m] (or self_aligning=True)"
-        )
-    return values
+    """Components of a joint's reaction that rub."""
+    reactions = solution[1]
+    return joint.components(d.motion, reactions.forces[joint], reactions.across.get(joint, (0.0, 0.0, 0.0)))
 
 
 def _load(calls: Calls, joint, reached: list):
     """Friction load of a reaction."""
-    function = slide_load if isinstance(joint, Prismatic) else pin_load
-    numbers = [calls.number(f"{joint.key}.{name}") for name in joint.geometry]
-    return calls.function(function, [*reached, *numbers])[0]
+    numbers = [calls.number(f"{joint.key}/{name}") for name in joint.geometry]
+    return calls.function(joint.load, [*reached, *numbers])[0]
 
 
-def _effort(calls: Calls, joint, found: Rubbing, load, value=lambda outer: outer):
+def _effort(motion, calls: Calls, joint, result: Friction, load, value=lambda outer: outer):
     """Friction effort of a joint; the rate of its bristles is noted. value: what stands for a value in these calls."""
-    own = [value(v) for v in (found.deflections.get(joint), found.rates[joint]) if v is not None]
-    *rate, effort = calls(joint.friction, f"{joint.key}.friction", [*own, load])
+    bristles = [motion.state(joint, state.name).v for state in joint.states()]
+    state = [value(v) for v in (*bristles, result.rates[joint])]
+    *rate, effort = calls.law(joint, "friction", [*state, load])
     if rate:
-        found.deflection_rates[joint] = rate[0]
+        result.bristle_rates[joint] = rate[0]
     return effort
 
 
-def _coupled(d, joints: list, places: list[int], start: dict, slopes: dict, found: Rubbing) -> list:
+def _coupled(d, joints: list, places: list[int], start: dict, slopes: dict, result: Friction) -> list:
     """Efforts of joints whose friction acts back on their own loads."""
-    trace, size = d.trace, len(joints)
+    trace, size, outer = d.trace, len(joints), d.motion.calls
     inside = Inside("rub")
-    calls = Calls(inside.trace, lambda name: inside.value(d.calls.number(name)), d.calls.functions)
+    calls = Calls(inside.trace, lambda name: inside.value(outer.number(name)), outer.functions)
     unknowns = [inside.argument() for _ in joints]
     for joint in joints:
         reached = [
@@ -132,17 +111,18 @@ def _coupled(d, joints: list, places: list[int], start: dict, slopes: dict, foun
             + inside.trace.sum(inside.value(s[k]) * z for k, z in zip(places, unknowns, strict=True) if k in s)
             for v, s in zip(start[joint], slopes[joint], strict=True)
         ]
-        inside.outputs.append(_effort(calls, joint, found, _load(calls, joint, reached), inside.value))
+        load = _load(calls, joint, reached)
+        inside.outputs.append(_effort(d.motion, calls, joint, result, load, inside.value))
     residual = Function("rub_residual", inside.trace, inside.arguments)
     residual.outputs = [z - effort for z, effort in zip(unknowns, inside.outputs, strict=True)]
-    arms = [1.0 if isinstance(j, Prismatic) else d.calls.number(f"{j.key}.pin_radius") for j in joints]
+    arms = [outer.number(f"{j.key}/{j.arm}") if j.arm else 1.0 for j in joints]
 
     def rule(args, tangents):
         return implicit(trace, residual, items[:size], args[size:], tangents[size:]) + [{}, {}]
 
     items = trace.call(coupled(inside, size), [*arms, *inside.outer], rule)
-    found.efforts |= dict(zip(joints, items[:size], strict=True))
-    found.iterations, found.contraction = items[size:]
+    result.efforts |= dict(zip(joints, items[:size], strict=True))
+    result.iterations, result.contraction = items[size:]
     return items[:size]
 
 

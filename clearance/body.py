@@ -1,0 +1,123 @@
+"""Bodies and points on them: frozen descriptions in SI units."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from clearance import checks
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point fixed on a body, coordinates in the body's frame [m]; z points out of the plane of motion."""
+
+    body: "Body"
+    name: str
+    x: float
+    y: float
+    z: float = 0.0
+
+    def __repr__(self) -> str:
+        return f"{self.body.name}[{self.name!r}]"
+
+
+@checks.answers
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A rigid body.
+
+    name; mass [kg] > 0; inertia about the centre of mass [kg m2] > 0; points: named points (x, y) in the body's own
+    frame [m]; com: centre of mass in that frame [m]. `body["pin"]` is the named point. The motion is planar, the masses
+    need not be: points and com may have a third coordinate z, and products are the products of inertia
+    (integral of x z dm, of y z dm) about the centre of mass [kg m2]; they make axial forces and bending moments.
+    A rough start helps the assembly to find the intended configuration: angle [rad] of the body's frame, position
+    (x, y) of its origin [m] (default: found by following the joints). What no drive prescribes and no loop decides
+    starts as given here, wherever the loops close so. angular_velocity [rad/s] and velocity (of the
+    centre of mass, m/s) start the motions that no drive prescribes.
+    """
+
+    name: str
+    mass: float
+    inertia: float
+    points: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    com: tuple[float, ...] = (0.0, 0.0)
+    products: tuple[float, float] = (0.0, 0.0)
+    angle: float = 0.0
+    position: tuple[float, float] | None = None
+    angular_velocity: float = 0.0
+    velocity: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self):
+        checks.identifier("body name", self.name)
+        if self.name == "ground":
+            raise ValueError("body name 'ground' is taken by the frame; choose another")
+        self._set("mass", checks.positive(f"body {self.name}: mass", self.mass))
+        self._set("inertia", checks.positive(f"body {self.name}: inertia", self.inertia))
+        self._set("com", checks.place(f"body {self.name}: com", self.com))
+        self._set("products", checks.pair(f"body {self.name}: products", self.products))
+        self._set("angle", checks.finite(f"body {self.name}: angle", self.angle))
+        checks.finite(f"body {self.name}: angular_velocity", self.angular_velocity)
+        self._set("velocity", checks.pair(f"body {self.name}: velocity", self.velocity))
+        if self.position is not None:
+            self._set("position", checks.pair(f"body {self.name}: position", self.position))
+        if not isinstance(self.points, Mapping):
+            raise TypeError(f"body {self.name}: points must map names to (x, y), got {self.points!r}")
+        points = {p: checks.place(f"body {self.name}: point {p!r}", xyz) for p, xyz in self.points.items()}
+        self._set("points", MappingProxyType(points))
+
+    def _set(self, name, value):
+        object.__setattr__(self, name, value)
+
+    def __getstate__(self) -> dict:
+        return {**vars(self), "points": dict(self.points)}
+
+    def __setstate__(self, state: dict) -> None:
+        vars(self).update(state, points=MappingProxyType(state["points"]))
+
+    def __getitem__(self, name: str) -> Point:
+        if name not in self.points:
+            raise KeyError(f"body {self.name} has no point {name!r}; it has {sorted(self.points)}")
+        return Point(self, name, *self.points[name])
+
+    @property
+    def key(self) -> str:
+        """Places of the body's numbers in the parameter vector."""
+        return f"bodies/{self.name}"
+
+    def at(self, x: float, y: float, z: float = 0.0) -> Point:
+        """An unnamed point of the body's frame."""
+        place = checks.place(f"point of {self.name}", (x, y, z))
+        return Point(self, f"({', '.join(f'{v:g}' for v in place)})", *place)
+
+    def __repr__(self) -> str:
+        return f"Body({self.name!r})"
+
+
+class Ground(Body):
+    """The fixed frame. `ground.at(x, y)` is a point of it; `ground` alone its origin."""
+
+    def __init__(self):
+        for name, value in {
+            "name": "ground", "points": {}, "com": (0.0, 0.0), "products": (0.0, 0.0), "angle": 0.0,
+            "position": (0.0, 0.0),
+            "mass": float("inf"), "inertia": float("inf"), "angular_velocity": 0.0, "velocity": (0.0, 0.0),
+        }.items():  # fmt: skip
+            object.__setattr__(self, name, value)
+
+    def __reduce__(self):
+        return "ground"
+
+    def __repr__(self) -> str:
+        return "ground"
+
+
+ground = Ground()
+
+
+def as_point(owner: str, value: object) -> Point:
+    """A point, or a body standing for the origin of its frame."""
+    if isinstance(value, Point):
+        return value
+    if isinstance(value, Body):
+        return Point(value, "origin", 0.0, 0.0)
+    raise TypeError(f"{owner}: expected a point such as crank['pin'] or ground.at(x, y), got {value!r}")

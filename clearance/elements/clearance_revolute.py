@@ -1,0 +1,404 @@
+"""Hinge with clearance: a journal that moves in a bearing; film, contact and friction push it back."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+
+from clearance import checks
+from clearance.body import Point
+from clearance.elements.element import (
+    BLENDED,
+    CONTACT,
+    FILM,
+    NEVER,
+    ZERO,
+    Row,
+    Spot,
+    State,
+    law,
+    number,
+)
+from clearance.elements.joint import FREE, Joint, Known
+from clearance.laws.film import film_torques, peak_film_pressure, thinning, wet_film_torques
+from clearance.laws.law import (
+    BoundLaw,
+    asperity,
+    bound,
+    bristle,
+    contact,
+    film,
+    friction,
+    memory_film,
+    transition,
+    wet_film,
+)
+from clearance.materials import HeatBalance, Lubricant, Material, steel
+
+#: smallest distance, relative to the clearance, that still has a direction of its own
+CENTRE = 1e-9
+WARMING = 10.0  # natural size of the oil's warming [K]
+#: numbers that laws read of their joint, see laws.law.FilmJoint
+FACTS = ("radius", "clearance", "length", "viscosity", "roughness")
+
+
+@checks.answers
+@dataclass(frozen=True)
+class ClearanceRevolute(Joint):
+    """Hinge with radial clearance: the journal (on b) moves inside the bearing (on a).
+
+    radius: journal radius R_J [m] (the bearing's is R_J + clearance); clearance: radial clearance c [m]; length of the
+    bearing [m], needed by a film.
+    contact, friction, film, asperity: bound laws, or None for what the joint has not got; lubricant: the film's oil.
+    transition: how film and contact share the joint, needed where it has both; asperities are part of it.
+    film_torques: whether the film drags on both bodies. Leave it on: without it the film's force pair has a net moment.
+    Off reproduces published rows that leave the drag out.
+    roughness: composite rms roughness [m], switches the film thickness ratio output on.
+    heat: the balance of heat that sets the oil's temperature and with it its viscosity, or None for a constant one.
+    material: of journal and bearing, and layer: thickness [m] of the elastic layer that flattens (default half the
+    journal radius), for the diagnostics of the film, and for stiffness and moduli that laws leave to the joint.
+    eccentricity [m] and eccentricity_rate [m/s]: start values of the journal's displacement in the bearing, along the
+    fixed axes x and y.
+    """
+
+    a: Point
+    b: Point
+    name: str | None = None
+    radius: float = number("journal radius [m]", checks.positive, None, required=True)
+    clearance: float = number("radial clearance [m]", checks.positive, None, required=True)
+    length: float | None = number("length of the bearing [m]", checks.positive, None, beside="film")
+    contact: BoundLaw | None = law("contact of journal and bearing", contact)
+    friction: BoundLaw | None = law("friction at the contact", friction, bristle)
+    film: BoundLaw | None = law("film between journal and bearing", film, wet_film, memory_film)
+    asperity: BoundLaw | None = law("load of the asperities", asperity)
+    transition: BoundLaw | None = law("how film and contact share the joint", transition)
+    lubricant: Lubricant | None = None
+    heat: HeatBalance | None = None
+    film_torques: bool = True
+    roughness: float | None = number("composite rms roughness [m]", checks.positive, None, parameter=False)
+    material: Material = steel
+    layer: float | None = number("thickness of the elastic layer [m]", checks.positive, None, parameter=False)
+    eccentricity: tuple[float, float] = (0.0, 0.0)
+    eccentricity_rate: tuple[float, float] = (0.0, 0.0)
+
+    along, across, turn = Known(state="eccentricity_x"), Known(state="eccentricity_y"), FREE
+
+    def __post_init__(self):
+        super().__post_init__()
+        label = self.label()
+        if self.radius <= self.clearance:
+            raise ValueError(f"{label}: radius {self.radius!r} m must be larger than clearance {self.clearance!r} m")
+        if not isinstance(self.material, Material):
+            raise TypeError(f"{label}: material must be a Material, got {self.material!r}")
+        for slot in SLOTS:
+            self._set(slot, self._of_joint(f"{label}: {slot}", getattr(self, slot)))
+        self._check_slots(label)
+        for name in ("eccentricity", "eccentricity_rate"):
+            self._set(name, checks.pair(f"{label}: {name}", getattr(self, name)))
+        if self.contact is None and math.hypot(*self.eccentricity) >= self.clearance:
+            raise ValueError(f"{label}: start eccentricity {self.eccentricity} lies outside the clearance circle")
+        self._check_laws()
+
+    def _of_joint(self, label: str, value: BoundLaw | None) -> BoundLaw | None:
+        """A law with the parameters that this joint determines."""
+        try:
+            return value and value.of(self)
+        except ValueError as error:
+            raise ValueError(f"{label} {value.law.name}: {error}") from None
+
+    def _check_slots(self, label: str) -> None:
+        """Raise ValueError where one law needs another."""
+        if self.contact is None and self.film is None:
+            raise ValueError(f"{label}: a clearance joint needs a contact law, a film, or both")
+        if self.friction is not None and self.contact is None:
+            raise ValueError(f"{label}: friction needs a contact law to give the normal force")
+        if self.film is not None:
+            if not isinstance(self.lubricant, Lubricant):
+                raise ValueError(f"{label}: film needs lubricant=Lubricant(viscosity), got {self.lubricant!r}")
+            if self.length is None:
+                raise ValueError(f"{label}: film needs the bearing length [m]")
+        if self.heat is not None and (self.film is None or not isinstance(self.heat, HeatBalance)):
+            raise ValueError(f"{label}: heat must be a HeatBalance(...) of a joint with a film, got {self.heat!r}")
+        if self.heat is not None and not self.film.law.linear_in_viscosity:
+            raise ValueError(
+                f"{label}: heat needs a formula or a table without ambient pressure, got {self.film.law.name}"
+            )
+        if self.film is not None and self.contact is not None and self.transition is None:
+            raise ValueError(f"{label}: film and contact together need a transition model, such as load_sharing()")
+        if self.transition is not None:
+            self._check_beside(label, "transition", " law", "film", "contact")
+        if self.asperity is not None:
+            self._check_beside(label, "asperity", "", "transition", "roughness")
+
+    def _check_beside(self, label: str, slot: str, kind: str, *needed: str) -> None:
+        missing = [n for n in needed if getattr(self, n) is None]
+        if missing:
+            article = "a" if kind else "the joint's"
+            raise ValueError(f"{label}: {slot} {getattr(self, slot).law.name} needs {article} {missing[0]}{kind}")
+
+    def numbers(self) -> Iterator[Row]:
+        yield from super().numbers()
+        yield f"{self.key}/roughness", self.roughness or 0.0, ZERO
+        if self.film is not None:
+            yield f"{self.key}/viscosity", self.viscosity, NEVER
+        for name, value in vars(self.heat).items() if self.heat is not None else ():
+            yield f"{self.key}/heat/{name}", value, NEVER
+
+    @property
+    def facts(self) -> dict[str, float | str]:
+        oil = {} if self.lubricant is None else {"viscosity": self.viscosity}
+        return super().facts | oil
+
+    @property
+    def impacts(self) -> bool:
+        """True where contact starts with a first touch; in most transitions it sets in gradually."""
+        return self.contact is not None and (self.transition is None or self.transition.law.first_touch)
+
+    @property
+    def viscosity(self) -> float | None:
+        """Dynamic viscosity of the oil [Pa s]: with it a joint can stand as the `joint` argument of a film law."""
+        return None if self.lubricant is None else self.lubricant.viscosity
+
+    # --- what the compiler asks
+    def states(self) -> list[State]:
+        states = [
+            State(f"eccentricity_{axis}", "m", self.clearance, 2, start, rate)
+            for axis, start, rate in zip("xy", self.eccentricity, self.eccentricity_rate, strict=True)
+        ]
+        if self.friction is not None and self.friction.law.family is bristle:
+            states.append(State("bristle_deflection", "m", self.friction.law.size(self.friction.values), 1))
+        return states + ([State("warming", "K", WARMING, 1)] if self.heat is not None else [])
+
+    def spots(self) -> list[Spot]:
+        kind = FILM if self.contact is None else CONTACT if self.impacts else BLENDED
+        return [Spot(kind, self.clearance)]
+
+    def act(self, m, w) -> None:
+        """Film, contact and friction, each as far as the joint has it."""
+        journal = Journal(self, m, w)
+        shares = journal.shares()
+        if self.film is not None:
+            journal.film(shares)
+        if self.contact is not None:
+            journal.contact(shares)
+        journal.hand_over()
+
+
+#: what a clearance joint may have, and the kinds of law it takes for it
+SLOTS = {f.name: f.metadata["law"] for f in fields(ClearanceRevolute) if "law" in f.metadata}
+
+
+@dataclass(frozen=True)
+class Shares:
+    """Shares of film and contact by a transition; without one the joint has all of both."""
+
+    film: object = 1.0
+    film_gap: object = None
+    slope: object = 1.0
+    contact: object = 1.0
+    penetration: object = None
+
+
+class Journal:
+    """The journal of a joint in the frame of the line of centres, and the forces on it.
+
+    n points from the bearing's centre to the journal's, t is n turned by +90 degrees.
+    """
+
+    def __init__(self, joint: ClearanceRevolute, m, w):
+        self.joint, self.m, self.w = joint, m, w
+        self.clearance = m.number(joint, "clearance")
+        self.force, self.torque_a, self.torque_b = (0.0, 0.0), 0.0, 0.0
+        x, y = (m.state(joint, f"eccentricity_{axis}") for axis in "xy")
+        self.rate = x.d, y.d
+        self.spins = tuple(m.spin(body) for body in joint.bodies())
+        self._polar(m.trace, x, y)
+        w.show(joint, "eccentricity_x", "m", "eccentricity of the journal in the bearing, x", x.v)
+        w.show(joint, "eccentricity_y", "m", "eccentricity of the journal in the bearing, y", y.v)
+        text = "eccentricity of the journal over the radial clearance"
+        w.show(joint, "eccentricity_ratio", "1", text, self.distance / self.clearance)
+        text = "nominal minimum film thickness, clearance minus eccentricity"
+        w.show(joint, "gap", "m", text, self.gap)
+        self.thickness_ratio = self.contact_force = self.side_flow = 0.0
+        self.film_force = 0.0, 0.0
+        if joint.roughness is not None:
+            self.thickness_ratio = self.gap / m.number(joint, "roughness")
+            text = "nominal minimum film thickness over composite roughness"
+            w.show(joint, "film_thickness_ratio", "1", text, self.thickness_ratio)
+
+    def _polar(self, trace, x, y) -> None:
+        """Centre and velocity of the journal along n and t."""
+        distance = trace.sqrt(x.v * x.v + y.v * y.v + 1e-300)
+        far = distance - CENTRE * self.clearance
+        self.distance = trace.select(far, distance, CENTRE * self.clearance)
+        self.inverse = 1.0 / self.distance
+        self.nx = trace.select(far, x.v * self.inverse, 1.0)
+        self.ny = trace.select(far, y.v * self.inverse, 0.0)
+        self.gap = self.clearance - self.distance
+        self.outward = x.d * self.nx + y.d * self.ny
+        self.sideways = y.d * self.nx - x.d * self.ny
+
+    def vector(self, radial, tangential) -> tuple:
+        """A vector of the frame n, t along the fixed axes."""
+        return radial * self.nx - tangential * self.ny, radial * self.ny + tangential * self.nx
+
+    @property
+    def facts(self) -> tuple:
+        """Numbers of a law's `joint` argument."""
+        wet = self.joint.film is not None
+        absent = () if wet else ("length", "viscosity")
+        return tuple(0.0 if n in absent else self.m.number(self.joint, n) for n in FACTS)
+
+    def shares(self) -> Shares:
+        """What the transition gives to film and contact."""
+        joint = self.joint
+        if joint.transition is None:
+            return Shares()
+        values = self.m.law(joint, "transition", [self.gap], self.facts)
+        for name, weight in zip(("full film", "mixed", "dry"), values[5:], strict=True):
+            text = f"membership of the film thickness ratio in the state {name}"
+            self.w.show(joint, f"membership_{name.replace(' ', '_')}", "1", text, weight)
+        return Shares(*values[:5])
+
+    def film(self, share: Shares) -> None:
+        """Film force at the journal's centre, its reaction at the bearing's, and both friction torques."""
+        m, joint, facts = self.m, self.joint, self.facts
+        radius, clearance, length, viscosity, _ = facts
+        eccentricity, turning = self.distance / clearance, self.sideways * self.inverse
+        if share.film_gap is not None:  # the film's own eccentricity; the journal's velocity stays what it is
+            eccentricity = 1.0 - share.film_gap / clearance
+            eccentricity = m.trace.select(eccentricity - CENTRE, eccentricity, CENTRE)
+            turning = self.sideways / (clearance * eccentricity)
+        closing = share.slope * self.outward / clearance
+        if joint.film.law.family is memory_film:
+            radial, tangential, *shear = self._with_memory(eccentricity, closing, turning)
+        else:
+            state = [eccentricity, closing, self.spins[0] + self.spins[1] - 2.0 * turning]
+            radial, tangential, *shear = m.law(joint, "film", state, facts)
+            self._show_data(state)
+        if joint.heat is not None:
+            laid = [m.number(joint, f"heat/{n}") for n in ("surroundings", "vogel", "vogel_zero")]
+            (thin,) = m.function(thinning, [m.state(joint, "warming").v, *laid])
+            radial, tangential, viscosity = thin * radial, thin * tangential, thin * viscosity
+        torque_a = torque_b = 0.0
+        if joint.film_torques:
+            drag = wet_film_torques if shear else film_torques
+            spin_a, spin_b = self.spins
+            state = [eccentricity, tangential, *shear, spin_b, spin_a, radius, clearance, length, viscosity]
+            torque_b, torque_a = m.function(drag, state)
+            if share.film_gap is not None:  # the pair of forces acts at the true centres
+                rest = 0.5 * (self.distance - eccentricity * clearance) * tangential
+                torque_a, torque_b = share.film * (torque_a - rest), share.film * (torque_b - rest)
+        self.film_force = share.film * radial, share.film * tangential
+        self._add(self.vector(*self.film_force), torque_a, torque_b)
+        thickness = self.gap if share.film_gap is None else share.film_gap
+        (pressure,) = m.function(peak_film_pressure, [self._film_load(), thickness, radius, clearance, length])
+        text = "film force on the journal {} the line of centres"
+        for name, way, value in zip(("radial", "tangential"), ("along", "across"), self.film_force, strict=True):
+            self.w.show(joint, f"film_{name}", "N", text.format(way), value)
+        self.w.show(joint, "film_pressure", "Pa", "estimate of the film's largest pressure", pressure)
+
+    def _film_load(self):
+        radial, tangential = self.film_force
+        return self.m.trace.sqrt(radial * radial + tangential * tangential + 1e-300)
+
+    def _show_data(self, state: list) -> None:
+        """Outputs that a film with data has of its own."""
+        shown = self.m.shown(self.joint, "film", state, self.facts)
+        self.side_flow = shown.get("side_flow", self.side_flow)
+        for name, value in shown.items():
+            self.w.show(self.joint, name, *SHOWN[name], value)
+
+    def _with_memory(self, eccentricity, closing, turning) -> tuple:
+        """Radial and tangential force and shear of a film that lives on the bearing, asked in the bearing's frame."""
+        m, joint, (spin_a, spin_b) = self.m, self.joint, self.spins
+        away = self.vector(eccentricity, 0.0), self.vector(closing, eccentricity * turning)
+        pose = m.pose(joint.a.body)
+        (ex, ey), (vx, vy) = (
+            (pose.cosine * x + pose.sine * y, pose.cosine * y - pose.sine * x) for x, y in away
+        )
+        state = [ex, ey, vx + spin_a * ey, vy - spin_a * ex, spin_b - spin_a, m.time]
+        fx, fy, shear = m.law(joint, "film", state, self.facts)
+        self._show_data(state)
+        self.w.keep(joint, m.keep(joint, "film", state, self.facts))
+        fx, fy = pose.turned(fx, fy)
+        return fx * self.nx + fy * self.ny, fy * self.nx - fx * self.ny, shear
+
+    def contact(self, share: Shares) -> None:
+        """Normal force and friction at the contact point, which both bodies share: the journal's surface.
+
+        In free flight (a negative impact speed, see stepping/loop.py) the law feels no penetration: a trial step may
+        cross the wall and stays smooth, so that the contact's start can be found on it. A joint without impacts has no
+        flight.
+        """
+        m, w, joint = self.m, self.w, self.joint
+        depth = -self.gap if share.penetration is None else share.penetration
+        speed = m.impact_speed(joint)
+        if joint.impacts:
+            touching = speed + 0.5
+            depth = m.trace.select(touching, depth, m.trace.select(depth, 0.0, depth))
+            speed = m.trace.select(touching, speed, 0.0)
+        (normal,) = m.law(joint, "contact", [depth, self.outward, speed])
+        self.contact_force = normal = share.contact * normal
+        w.show(joint, "contact_force", "N", "normal contact force", normal)
+        if joint.asperity is not None:
+            (load,) = m.law(joint, "asperity", [self.thickness_ratio], self.facts)
+            w.show(joint, "asperity_force", "N", "load of the asperities", load)
+            normal = normal + load
+        if joint.film is not None:
+            text = "share of asperities and contact in the load of film, asperities and contact"
+            w.show(joint, "asperity_share", "1", text, normal / (normal + self._film_load()))
+        tangential = 0.0
+        if joint.friction is not None:
+            tangential = self._friction(normal)
+        self._add(self.vector(-normal, tangential), 0.0, 0.0)
+
+    def _friction(self, normal):
+        m, w, joint, (spin_a, spin_b) = self.m, self.w, self.joint, self.spins
+        radius = m.number(joint, "radius")
+        bearing_arm = self.distance + radius
+        state = [self.sideways + spin_b * radius - spin_a * bearing_arm, normal]
+        if joint.friction.law.family is bristle:
+            deflection = m.state(joint, "bristle_deflection").v
+            rate, tangential = m.law(joint, "friction", [deflection, *state])
+            w.rate(joint, "bristle_deflection", rate)
+            w.show(joint, "bristle_deflection", "m", "deflection of the friction law's bristles", deflection)
+        else:
+            (tangential,) = m.law(joint, "friction", state)
+        self._add((0.0, 0.0), -(bearing_arm * tangential), radius * tangential)
+        text = "friction force on the journal, positive along the turned line of centres"
+        w.show(joint, "friction", "N", text, tangential)
+        return tangential
+
+    def _add(self, force, torque_a, torque_b) -> None:
+        self.force = self.force[0] + force[0], self.force[1] + force[1]
+        self.torque_a, self.torque_b = self.torque_a + torque_a, self.torque_b + torque_b
+
+    def hand_over(self) -> None:
+        """Force and torques to both bodies, the power that they take out, and the heat of the oil."""
+        m, w, joint, (fx, fy) = self.m, self.w, self.joint, self.force
+        w.at(joint, "a", -fx, -fy)
+        w.at(joint, "b", fx, fy)
+        w.add(joint.a.body, moment=self.torque_a)
+        w.add(joint.b.body, moment=self.torque_b)
+        (u, v), (spin_a, spin_b) = self.rate, self.spins
+        power = -(fx * u + fy * v + self.torque_a * spin_a + self.torque_b * spin_b)
+        w.lose(joint, power)
+        w.spot(joint, -self.gap, self.outward, self.contact_force)
+        w.show(joint, "power_loss", "W", "power the joint takes out of the mechanism", power)
+        for axis, value in zip("xy", self.force, strict=True):
+            w.show(joint, f"force_{axis}", "N", f"force {axis} on {joint.b.body.name}", value)
+        if joint.heat is not None:
+            self._heat(power)
+
+    def _heat(self, power) -> None:
+        """Rate of the oil's temperature: power loss, conduction, and oil that leaves warm and comes fresh."""
+        names = ("capacity", "conductance", "surroundings", "volumetric")
+        capacity, conductance, surroundings, volumetric = (self.m.number(self.joint, f"heat/{n}") for n in names)
+        warming = self.m.state(self.joint, "warming").v
+        cooling = conductance + volumetric * self.side_flow
+        self.w.rate(self.joint, "warming", (power - cooling * warming) / capacity)
+        self.w.show(self.joint, "oil_temperature", "K", "temperature of the oil", surroundings + warming)
+
+
+#: unit and description of outputs that films with data have of their own
+SHOWN = {"side_flow": ("m3/s", "oil that leaves the film at both ends")}

@@ -1,0 +1,178 @@
+"""An element is anything in a scene: a joint, a drive, a spring, a force.
+
+Its file says all that there is to say about it: its numbers with unit and check, its states, what it
+keeps together, what it applies, its contacts and its outputs. The compiler asks nothing else.
+"""
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import MISSING, Field, dataclass, field, fields
+
+from clearance import checks
+from clearance.body import Body, Point, as_point
+from clearance.laws.law import BoundLaw, Family, bound
+
+#: values of a number that are folded into the code
+NEVER: tuple[float, ...] = ()
+ZERO = (0.0,)
+UNIT = (0.0, 1.0, -1.0)
+#: name in the parameter vector, value, values that are folded
+Row = tuple[str, float, tuple[float, ...]]
+
+
+@dataclass(frozen=True)
+class Number:
+    """A field that is a number: its meaning with the unit, its check, and the values that are folded
+    into the code.
+
+    beside: a field without which it is not a parameter of the kernel; parameter: False where it never is one.
+    required: True where it must be given, though fields with defaults stand before it.
+    families: of laws that may stand in its place.
+    """
+
+    text: str
+    check: Callable = checks.finite
+    fold: tuple[float, ...] = NEVER
+    beside: str = ""
+    parameter: bool = True
+    required: bool = False
+    families: tuple[Family, ...] = ()
+
+
+def number(text: str, check: Callable = checks.finite, default=MISSING, **more) -> Field:
+    """A field that is a number. Its description names the unit; `more`: see Number."""
+    return field(default=default, metadata={"number": Number(text, check, **more)})
+
+
+def law(text: str, *families: Family) -> Field:
+    """A field that takes a law of some families, or None."""
+    return field(default=None, metadata={"law": families, "text": text})
+
+
+@dataclass(frozen=True)
+class State:
+    """A state of an element. order 2: a coordinate that has a rate; 1: a state whose rate `act` gives.
+
+    size: natural size; start, start_rate: at t = 0, in the unit.
+    """
+
+    name: str
+    unit: str
+    size: float
+    order: int = 2
+    start: float = 0.0
+    start_rate: float = 0.0
+
+
+#: kinds of contact spots: never beyond the wall; with a first touch; with neither
+FILM, CONTACT, BLENDED = range(3)
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A place where an element may touch, which the time loop watches. reach: its free way [m].
+
+    name: empty where an element has one only.
+    """
+
+    kind: int
+    reach: float
+    name: str = ""
+
+
+class Element:
+    """Base of all parts of a scene. Subclasses are frozen dataclasses with a name."""
+
+    #: folder of result files that its outputs stand in, and what it takes out of the mechanism, in words
+    group = "loads"
+    lost = "work the element has taken out since the start"
+    #: True where it prescribes a coordinate of its target, see Drive
+    prescribes = False
+    holds_free_bodies = False  # True: a body that only this element holds may float in the plane
+
+    def _set(self, name: str, value: object) -> None:
+        object.__setattr__(self, name, value)
+
+    def label(self) -> str:
+        """Name of the element in messages."""
+        return f"{type(self).__name__} {self.name}"
+
+    @property
+    def key(self) -> str:
+        """Folder of its outputs in result files, and of its numbers in the parameter vector."""
+        return f"{self.group}/{self.name}"
+
+    def bodies(self) -> tuple[Body, ...]:
+        """The bodies it acts on."""
+        raise NotImplementedError
+
+    # --- fields
+    def _check_fields(self) -> None:
+        """Check all points, numbers and laws, as their fields declare them."""
+        for one in fields(self):
+            value, label = getattr(self, one.name), f"{self.label()}: {one.name}"
+            spec = one.metadata.get("number")
+            if one.type in (Point, "Point"):
+                self._set(one.name, as_point(self.label(), value))
+            elif "law" in one.metadata:
+                self._set(one.name, self._bound(label, value, one.metadata["law"]))
+            elif spec is not None and (value is not None or one.default is not None or spec.required):
+                self._set(one.name, _checked(label, value, spec))
+
+    def _bound(self, label: str, value: object, families: tuple) -> BoundLaw | None:
+        return bound(label, value, *families)
+
+    def numbers(self) -> Iterator[Row]:
+        """All numbers of the kernel: name, value, values that are folded into the code."""
+        for one in fields(self):
+            value, name = getattr(self, one.name), f"{self.key}/{one.name}"
+            spec = one.metadata.get("number")
+            if isinstance(value, Point):
+                yield from _place(name, value)
+            elif isinstance(value, BoundLaw):
+                yield from ((f"{name}/{p}", v, NEVER) for p, v in value.values.items())
+            elif spec is not None and value is not None and self._is_parameter(spec):
+                yield name, value, spec.fold
+
+    def _is_parameter(self, spec: Number) -> bool:
+        return spec.parameter and (not spec.beside or getattr(self, spec.beside) is not None)
+
+    @property
+    def facts(self) -> dict[str, float | str]:
+        """Its kind, numbers and the names of its laws, which result files keep as attributes."""
+        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        laws = {n: v.law.name for n, v in values.items() if isinstance(v, BoundLaw)}
+        numbers = {n: v for n, v in values.items() if isinstance(v, float)}
+        return {"type": type(self).__name__} | {n: (laws | numbers)[n] for n in values if n in laws or n in numbers}
+
+    # --- what the compiler asks
+    def states(self) -> list[State]:
+        """States of its own."""
+        return []
+
+    def spots(self) -> list[Spot]:
+        """Places where it may touch."""
+        return []
+
+    def act(self, m, w) -> None:
+        """Forces, rates of states, powers and contacts that follow from place and motion.
+
+        m: Motion, see mechanism/motion.py; w: Work, see mechanism/work.py.
+        """
+
+    def outputs(self, m) -> Iterable[tuple]:
+        """(name, unit, description, value) of outputs that need accelerations and reactions."""
+        return ()
+
+
+def _place(name: str, point: Point) -> Iterator[Row]:
+    """A point relative to the centre of mass of its body."""
+    com = (*point.body.com, 0.0)
+    for axis, value, centre in zip("xyz", (point.x, point.y, point.z), com, strict=False):
+        yield f"{name}/{axis}", value - centre, ZERO
+
+
+def _checked(label: str, value: object, spec: Number) -> float | BoundLaw:
+    """A number, or a law where the field takes one."""
+    if not spec.families or isinstance(value, int | float) and not isinstance(value, bool):
+        return spec.check(label, value)
+    return bound(label, value, *spec.families)

@@ -1,0 +1,135 @@
+"""Joints without clearance: their reaction, and the friction that it makes."""
+
+from collections.abc import Iterable, Iterator
+
+from clearance.elements.element import ZERO, Row, State
+from clearance.elements.joint import ALONG, FREE, TURN, Joint
+from clearance.laws.law import joint_bristle, joint_friction
+
+FRICTIONS = (joint_friction, joint_bristle)
+
+
+class FrictionJoint(Joint):
+    """Base of the joints without clearance: friction made by their own reaction, and what they carry.
+
+    friction: a bound `joint_friction` or `joint_bristle` law, or None. self_aligning: the joint takes no axial force
+    and no bending moment and leaves loads out of the plane to others; in a closed loop some joint must, or they have
+    no unique answer.
+    """
+
+    #: fields that make a load of the reaction, and the ones that every load-dependent law needs
+    arms: tuple[str, ...] = ()
+    needed: tuple[str, ...] = ()
+    #: the function that makes a friction load of the components that rub
+    load = None
+    #: the field that makes friction torques of hinges comparable with forces of slides
+    arm: str | None = None
+
+    def __post_init__(self):
+        super().__post_init__()
+        law, label = self.friction, self.label()
+        if law is None:
+            return
+        if law.law.needs_load and (missing := [n for n in self.needed if getattr(self, n) is None]):
+            raise ValueError(f"{label}: friction {law.law.name} is made by the reaction and needs {missing[0]} [m]")
+        self._check_laws()
+
+    @property
+    def geometry(self) -> dict[str, float]:
+        """Numbers that make a friction load of the reaction, in the order of `load`."""
+        raise NotImplementedError
+
+    @property
+    def carries_across(self) -> bool:
+        return not self.self_aligning
+
+    @property
+    def rubs_by_load(self) -> bool:
+        """True where its friction depends on its reaction."""
+        return self.friction is not None and self.friction.law.needs_load
+
+    def numbers(self) -> Iterator[Row]:
+        yield from super().numbers()
+        for name, value in self.geometry.items() if self.rubs_by_load else ():
+            yield f"{self.key}/{name}", value, ZERO
+
+    def states(self) -> list[State]:
+        law = self.friction
+        if law is None or law.law.family is not joint_bristle:
+            return []
+        return [State("bristle_deflection", self.units[0], law.law.size(law.values), order=1)]
+
+    @property
+    def rubs_along(self) -> str:
+        """The relative coordinate that friction acts on."""
+        return ALONG if self.slides else TURN
+
+    @property
+    def units(self) -> tuple[str, str]:
+        """Units of the coordinate that friction acts on, and of its effort."""
+        return ("m", "N") if self.slides else ("rad", "N m")
+
+    def components(self, m, reaction: tuple, across: tuple) -> list:
+        """Components of the reaction that rub: arguments of `load`.
+
+        reaction: force x, y and moment on body b at its point; across: axial force, bending moments x, y.
+        """
+        raise NotImplementedError
+
+    def through(self, arm: str, meaning: str, *values) -> tuple:
+        """Values that rub through an arm, which the joint must then have."""
+        if getattr(self, arm) is None and not all(isinstance(v, float) and v == 0.0 for v in values):
+            raise ValueError(
+                f"{self.label()}: carries {meaning} from out of the plane, so friction {self.friction.law.name} needs "
+                f"{arm} [m] (or self_aligning=True)"
+            )
+        return values
+
+    def outputs(self, m) -> Iterable[tuple]:
+        """Its reaction, in the plane and out of it, and its friction."""
+        fx, fy, moment = m.reaction(self)
+        body = self.b.body.name
+        words = ""
+        if self.slides:  # all that passes from a to b there
+            fx, fy, words = self._with_efforts(m, fx, fy)
+        for axis, value in (("x", fx), ("y", fy)):
+            yield f"force_{axis}", "N", f"force {axis} on {body}{words}", value
+        if self.turn is not FREE:
+            yield "moment", "N m", f"moment on {body} about its joint point", moment
+        for (name, units, axis), value in zip(OUT_OF_PLANE, m.reaction_across(self), strict=False):
+            meaning = "force" if units == "N" else "moment about the joint point,"
+            yield name, units, f"{meaning} {axis} on {body}, out of the plane", value
+        if self.friction is not None:
+            yield from self._friction_outputs(m)
+
+    def _with_efforts(self, m, fx, fy) -> tuple:
+        """The force with what drives and friction add along the slide, and these in words.
+
+        The effort of a drive that prescribes the motion stands in the reaction already.
+        """
+        drives = m.drives_of(self)
+        parts = [f"drive {d.name}" for d in drives] + (["friction"] if self.friction is not None else [])
+        effort = m.trace.sum(m.effort(d) for d in drives if not d.prescribes)
+        if self.friction is not None:
+            effort = effort + m.friction.efforts[self]
+        dx, dy = m.axis(self)
+        words = f", with that of {' and '.join(parts)} along the slide" if parts else ""
+        return fx + effort * dx, fy + effort * dy, words
+
+    def _friction_outputs(self, m) -> Iterable[tuple]:
+        friction, (unit, units) = m.friction, self.units
+        effort, body = friction.efforts[self], self.b.body.name
+        kind = "force" if self.slides else "torque"
+        text = f"friction {kind} on {body}, opposed to its motion against {self.a.body.name}"
+        yield "friction", units, text, effort
+        if self.states():
+            value = m.state(self, "bristle_deflection").v
+            yield "bristle_deflection", unit, "deflection of the friction law's bristles", value
+        if self in friction.loads:
+            yield "friction_load", units, "what friction makes of the reaction", friction.loads[self]
+        power = -effort * friction.rates[self]
+        yield "power_loss", "W", "power the joint takes out of the mechanism", power
+
+
+#: name, unit and axis of reactions out of the plane
+OUT_OF_PLANE = (("axial_force", "N", "z"), ("bending_x", "N m", "x"), ("bending_y", "N m", "y"))

@@ -1,0 +1,98 @@
+"""Joints: two points on two bodies, and which of three relative coordinates are free."""
+
+from dataclasses import dataclass, fields
+
+from clearance import checks
+from clearance.body import Body, Point
+from clearance.elements.element import Element
+from clearance.laws.law import BoundLaw
+
+#: relative coordinates: of point b against point a along and across the joint's axis, and of b's frame against a's
+ALONG, ACROSS, TURN = "along", "across", "turn"
+RELATIVE = (ALONG, ACROSS, TURN)
+
+
+@dataclass(frozen=True)
+class Known:
+    """A relative coordinate that the joint does not leave free: a number of it, a state of it, or
+    both together; without either zero.
+    """
+
+    number: str = ""
+    state: str = ""
+
+
+#: a relative coordinate that the joint leaves to the mechanism, and one that it keeps at zero
+FREE, CLOSED = "free", Known()
+
+
+class Joint(Element):
+    """Base of all joints: points a and b on two different bodies.
+
+    along, across, turn: FREE or Known, all that there is to say about the joint's kinematics.
+    turns: offsets are measured in the frame of body a along `axis`; else along the fixed axes x, y.
+    """
+
+    group = "joints"
+    lost = "work the joint has taken out since the start (contact: stored and lost)"
+    along: Known | str = CLOSED
+    across: Known | str = CLOSED
+    turn: Known | str = CLOSED
+    turns = False
+    #: True where it takes axial forces and bending moments
+    carries_across = False
+
+    def __post_init__(self):
+        kind = type(self).__name__
+        given = [p.body.name if isinstance(p, Point) else getattr(p, "name", "?") for p in (self.a, self.b)]
+        name = self.name if self.name is not None else "-".join(given)
+        self._set("name", checks.identifier(f"{kind} name", name))
+        self._check_fields()
+        if self.a.body is self.b.body:
+            raise ValueError(f"{self.label()} joins body {self.a.body.name!r} to itself")
+
+    def label(self) -> str:
+        return f"joint {self.name}"
+
+    def bodies(self) -> tuple[Body, Body]:
+        """The two bodies it joins."""
+        return self.a.body, self.b.body
+
+    def side(self, body: Body) -> str:
+        """"b" or "a": the side that a body stands on."""
+        return "b" if body is self.b.body else "a"
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Names of the relative coordinates that it leaves free."""
+        return tuple(what for what in RELATIVE if getattr(self, what) is FREE)
+
+    @property
+    def soft_coordinates(self) -> list[tuple[str, str]]:
+        """Relative coordinates that are states, with the names of these."""
+        known = [(what, getattr(self, what)) for what in RELATIVE]
+        return [(what, one.state) for what, one in known if one is not FREE and one.state]
+
+    @property
+    def soft(self) -> bool:
+        """True where some relative coordinate is a state: only forces hold the joint together."""
+        return bool(self.soft_coordinates)
+
+    @property
+    def slides(self) -> bool:
+        """True where the free coordinate that a drive or friction acts on is a displacement."""
+        return self.along is FREE
+
+    def doubts(self) -> list[str]:
+        """Warnings of its laws about their use in it."""
+        laws = [v for v in (getattr(self, f.name) for f in fields(self)) if isinstance(v, BoundLaw)]
+        texts = [(law.law.name, law.law.doubt(self, law.parameters)) for law in laws if law.law.doubt]
+        return [f"{self.label()}: {t if t.startswith(n) else f'{n}: {t}'}" for n, t in texts if t]
+
+    def _check_laws(self) -> None:
+        """Laws that cannot stand in this joint."""
+        for one in fields(self):
+            value = getattr(self, one.name)
+            if isinstance(value, BoundLaw) and value.law.demand:
+                if missing := value.law.demand(self, value.parameters):
+                    raise ValueError(f"{self.label()}: {one.name} {value.law.name} {missing}")

@@ -1,0 +1,70 @@
+"""Slide without clearance."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from clearance import checks
+from clearance.body import Point
+from clearance.elements.element import UNIT, Row, law, number
+from clearance.elements.friction_joint import FRICTIONS, FrictionJoint
+from clearance.elements.joint import FREE, Joint, Known
+from clearance.laws.joint_friction import slide_load
+from clearance.laws.law import BoundLaw
+
+
+@checks.answers
+@dataclass(frozen=True)
+class Prismatic(FrictionJoint):
+    """Slide without clearance: point b stays on the line through point a along `axis`; b does not turn relative to a.
+
+    axis: direction (x, y) in a's frame, any length but zero; angle: constant angle of b's frame against a's [rad].
+    friction, self_aligning: see FrictionJoint. A law that depends on the reaction needs the overlap of slide and guide
+    s [m], and where the slide carries a moment about its own axis friction_arm R_n [m].
+    """
+
+    a: Point
+    b: Point
+    axis: tuple[float, float] = (1.0, 0.0)
+    angle: float = number("angle of b's frame against a's [rad]", checks.finite, 0.0, fold=UNIT)
+    name: str | None = None
+    friction: BoundLaw | None = law("friction in the slide", *FRICTIONS)
+    overlap: float | None = number("overlap of slide and guide [m]", checks.positive, None, parameter=False)
+    friction_arm: float | None = number("arm of the twist [m]", checks.positive, None, parameter=False)
+    self_aligning: bool = False
+
+    along, turn, turns = FREE, Known("angle"), True
+    arms = ("overlap", "friction_arm")
+    needed = ("overlap",)
+    load = staticmethod(slide_load)
+
+    def __post_init__(self):
+        super().__post_init__()
+        self._set("axis", unit_axis(self))
+
+    def numbers(self) -> Iterator[Row]:
+        yield from axis_numbers(self)
+        yield from super().numbers()
+
+    @property
+    def geometry(self) -> dict[str, float]:
+        inverse = 1.0 / self.friction_arm if self.friction_arm is not None else 0.0
+        return {"friction_arm_inverse": inverse, "overlap_inverse": 1.0 / self.overlap}
+
+    def components(self, m, reaction: tuple, across: tuple) -> list:
+        (fx, fy, moment), (axial, mx, my), (dx, dy) = reaction, across, m.axis(self)
+        (twist,) = self.through("friction_arm", "a moment about its axis", mx * dx + my * dy)
+        return [dx * fy - dy * fx, axial, twist, moment, dx * my - dy * mx]
+
+
+def unit_axis(joint: Joint) -> tuple[float, float]:
+    """The joint's axis, of length 1."""
+    x, y = checks.pair(f"{joint.label()}: axis", joint.axis)
+    length = checks.positive(f"{joint.label()}: length of axis", math.hypot(x, y))
+    return x / length, y / length
+
+
+def axis_numbers(joint: Joint) -> Iterator[Row]:
+    """The joint's axis among the numbers of the kernel."""
+    for name, value in zip("xy", joint.axis, strict=True):
+        yield f"{joint.key}/axis/{name}", value, UNIT

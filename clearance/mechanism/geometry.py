@@ -1,0 +1,87 @@
+"""Relative coordinates of all joints of a scene over absolute coordinates of its bodies, with their slopes.
+
+The joints' one statement is traced and written as plain Python, once for all scenes of a structure.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from clearance.body import ground
+from clearance.elements.joint import ALONG, TURN
+from clearance.mechanism.emission import function_text
+from clearance.mechanism.function import Function
+from clearance.mechanism.kinematics import Kinematics, Pose
+from clearance.mechanism.loops import offsets, wrong_turn
+from clearance.mechanism.numbers import Numbers
+from clearance.scene import Scene
+
+MOST = 100  # traced statements that a process keeps
+_traced: dict[tuple, tuple[Callable, np.ndarray, np.ndarray]] = {}
+
+
+class Geometry:
+    """Values and slopes of coordinates at positions q, (x, y, angle) of each body.
+
+    places: (joint, name) of the relative coordinates, known ones less the numbers that joints keep them at,
+    then (body, "x"), (body, "y"), (body, "angle").
+    """
+
+    def __init__(self, scene: Scene, values: list[float], traced: tuple):
+        self.places = [(j, what) for j in scene.joints for what in (ALONG, "across", TURN)]
+        self.places += [(b, what) for b in scene.bodies for what in ("x", "y", "angle")]
+        self.place = {place: i for i, place in enumerate(self.places)}
+        self.values, (self.function, self.rows, self.columns) = values, traced
+        self.count, self.size = 3 * len(scene.joints), 3 * len(scene.bodies)
+
+    @classmethod
+    def of(cls, scene: Scene, numbers: Numbers) -> "Geometry":
+        """The geometry of a scene; scenes of one structure share its tracing."""
+        if numbers.signature not in _traced:
+            if len(_traced) >= MOST:
+                del _traced[next(iter(_traced))]
+            _traced[numbers.signature] = _trace(scene, numbers)
+        return cls(scene, numbers.values, _traced[numbers.signature])
+
+    def __call__(self, q: Sequence[float]) -> tuple[list[float], np.ndarray]:
+        """Values of all coordinates, and their slopes (coordinates, q)."""
+        q = [float(v) for v in q]
+        out = self.function((), *q, *self.values)
+        slopes = np.zeros((self.count + self.size, self.size))
+        slopes[self.rows, self.columns] = out[self.count :]
+        slopes[self.count :] = np.eye(self.size)
+        return [*out[: self.count], *q], slopes
+
+    def value(self, q: Sequence[float], place: tuple) -> float:
+        """Value of one coordinate."""
+        return self(q)[0][self.place[place]]
+
+
+def _trace(scene: Scene, numbers: Numbers) -> tuple[Callable, np.ndarray, np.ndarray]:
+    """Function of q and the scene's numbers: values, then slopes at the places rows, columns."""
+    function = Function("geometry")
+    q = [function.argument() for _ in range(3 * len(scene.bodies))]
+    known = numbers.constants | {name: function.argument() for name in numbers.index}
+    trace = function.trace
+    k = Kinematics(trace, known.__getitem__, {}, {})
+    k.poses |= {
+        body: Pose(x, y, trace.cos(angle), trace.sin(angle), angle)
+        for body, x, y, angle in zip(scene.bodies, q[0::3], q[1::3], q[2::3], strict=True)
+    }
+    values = [v for joint in scene.joints for v in _relative(k, joint)]
+    slopes = trace.tangent(values, {leaf: {i: 1.0} for i, leaf in enumerate(q)})
+    places = [(i, j) for i, slope in enumerate(slopes) for j in slope]
+    function.outputs = [*values, *(slopes[i][j] for i, j in places)]
+    scope: dict = {"math": math}
+    exec(function_text(function), scope)  # noqa: S102
+    rows, columns = np.array(places, dtype=int).reshape(-1, 2).T
+    return scope[function.name], rows, columns
+
+
+def _relative(k: Kinematics, joint) -> list:
+    """Along, across and turn of a joint; a turn that it keeps is in (-pi, pi]."""
+    along, across = offsets(k, joint)
+    if TURN in joint.free:
+        return [along, across, k.poses[joint.b.body].angle - k.poses[joint.a.body].angle]
+    return [along, across, k.trace.atan2(*wrong_turn(k, joint))]

@@ -1,0 +1,84 @@
+"""Where everything stands: in the state, the parameter vector, the work vector and a row of outputs."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One output: where it goes in the result file, its unit and what it is.
+
+    wrapped: an angle known in (-pi, pi] only, to be made continuous by its reader.
+    """
+
+    path: str
+    units: str
+    long_name: str
+    wrapped: bool = False
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The places of a structure's numbers, by their names in result files.
+
+    State: coordinates, their rates, own states of first order, the energy put in, and what each of
+    `dissipated` has taken out (both where there is a ledger). Work: the impact speed of each spot,
+    negative in free flight; the coordinates that a step carries to the next, (name, of what); the times
+    up to which elements with a memory remember. Parameters: those of the scene by name, then derived ones.
+    """
+
+    coordinates: tuple[str, ...]
+    own: tuple[str, ...]
+    ledger: bool
+    dissipated: tuple[str, ...]
+    spots: tuple[str, ...]
+    carried: tuple[tuple[str, str], ...]
+    remembering: tuple[str, ...]
+    parameters: dict[str, int]
+    derived: int
+    channels: tuple[Channel, ...]
+
+    @property
+    def size(self) -> int:
+        """Number of second-order degrees of freedom."""
+        return len(self.coordinates)
+
+    @property
+    def states(self) -> int:
+        """Number of first-order states without the ledger."""
+        return 2 * self.size + len(self.own)
+
+    @property
+    def length(self) -> int:
+        """Number of first-order states with the ledger."""
+        return self.states + (1 + len(self.dissipated) if self.ledger else 0)
+
+    @property
+    def commits(self) -> int:
+        """Number of things that an accepted step carries to the next."""
+        return len(self.carried) + len(self.remembering)
+
+    @property
+    def work(self) -> int:
+        """Length of the work vector."""
+        return len(self.spots) + self.commits
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the states without the ledger, in their order."""
+        return [*self.coordinates, *(f"rate of {name}" for name in self.coordinates), *self.own]
+
+    @cached_property
+    def state(self) -> dict[str, int]:
+        """Place of each state without the ledger, by its name."""
+        return {name: i for i, name in enumerate(self.names)}
+
+    @cached_property
+    def output(self) -> dict[str, int]:
+        """Place of each output in a row, by its path."""
+        return {channel.path: i for i, channel in enumerate(self.channels)}
+
+    @property
+    def carried_places(self) -> slice:
+        """Coordinates that a step carries to the next, in the work vector."""
+        return slice(len(self.spots), len(self.spots) + len(self.carried))

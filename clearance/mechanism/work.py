@@ -1,0 +1,106 @@
+"""All that elements apply to a mechanism: wrenches, energies and powers, rates of their states, contacts, outputs."""
+
+from dataclasses import dataclass, field
+
+from clearance.body import ground
+from clearance.mechanism.rates import ZERO
+from clearance.mechanism.trace import Value, is_zero
+
+
+@dataclass
+class Work:
+    """Takes up what `Element.act` says; k: kinematics, rates: along the real motion.
+
+    wrench: (x, y, moment) on bodies about their centres of mass; across: what acts out of the plane, (force z, moment
+    x, moment y). kinetic, potential [J]; input_power [W] of drives and loads; losses [W] by element.
+    """
+
+    k: object
+    wrench: dict = field(default_factory=dict)
+    across: dict = field(default_factory=dict)
+    kinetic: Value = 0.0
+    potential: Value = 0.0
+    input_power: Value = 0.0
+    losses: dict = field(default_factory=dict)
+    efforts: dict = field(default_factory=dict)  # of drives that push
+    rates: dict = field(default_factory=dict)  # (element, state) -> rate of a state of first order
+    commits: dict = field(default_factory=dict)  # element -> asks it to remember this state
+    spots: dict = field(default_factory=dict)  # element -> [(penetration, its rate, contact force)]
+    shown: dict = field(default_factory=dict)  # element -> [(name, unit, description, value)]
+
+    # --- wrenches
+    def add(self, body, x=0.0, y=0.0, moment=0.0) -> None:
+        """A wrench on a body about its centre of mass."""
+        if body is not ground:
+            old = self.wrench.get(body, ZERO)
+            self.wrench[body] = (old[0] + x, old[1] + y, old[2] + moment)
+
+    def add_across(self, body, z=0.0, moment_x=0.0, moment_y=0.0) -> None:
+        """Force z and moments x, y out of the plane, about a body's centre of mass."""
+        if body is not ground:
+            old = self.across.get(body, ZERO)
+            self.across[body] = (old[0] + z, old[1] + moment_x, old[2] + moment_y)
+
+    def add_at(self, body, arm, x, y, z=0.0) -> None:
+        """A force at an arm (x, y, z) from the centre of mass."""
+        self.add(body, x, y, arm[0] * y - arm[1] * x)
+        self.add_across(body, z, arm[1] * z - arm[2] * y, arm[2] * x - arm[0] * z)
+
+    def at(self, element, side: str, x, y, z=0.0) -> None:
+        """A force at an element's point."""
+        arm = *self.k.arm(element, side), self.k.number(f"{element.key}/{side}/z")
+        self.add_at(getattr(element, side).body, arm, x, y, z)
+
+    def pair(self, joint, x, y, moment=0.0) -> None:
+        """A force at a joint's point b and a moment on body b, the opposite at the same place on body a."""
+        arm_a, arm_b = self.k.arms(joint)
+        for body, arm, sign in ((joint.b.body, arm_b, 1.0), (joint.a.body, arm_a, -1.0)):
+            self.add_at(body, arm, sign * x, sign * y)
+            self.add(body, moment=sign * moment)
+
+    def on(self, target, effort) -> None:
+        """An effort on the free coordinate of a joint, or a torque on a body."""
+        if not hasattr(target, "free"):
+            self.add(target, moment=effort)
+        elif target.slides:
+            dx, dy = self.k.axis(target, target.a.body)
+            self.pair(target, effort * dx, effort * dy)
+        else:
+            self.add(target.b.body, moment=effort)
+            self.add(target.a.body, moment=-effort)
+
+    # --- energy
+    def lose(self, element, power) -> None:
+        """Power that an element takes out; one that cannot take any out is no part of the ledger."""
+        if not is_zero(power):
+            self.losses[element] = power
+
+    def store(self, energy) -> None:
+        """Potential energy."""
+        self.potential = self.potential + energy
+
+    def feed(self, power) -> None:
+        """Power that a load puts in."""
+        self.input_power = self.input_power + power
+
+    def drive(self, element, effort, rate) -> None:
+        """Effort of a drive that pushes, and the rate of its coordinate."""
+        self.efforts[element] = effort
+        self.feed(effort * rate)
+
+    # --- states, contacts, outputs
+    def rate(self, element, state: str, value) -> None:
+        """Rate of a state of first order."""
+        self.rates[element, state] = value
+
+    def keep(self, element, value) -> None:
+        """Asks a law with a memory to remember the state of an accepted step."""
+        self.commits[element] = value
+
+    def spot(self, element, penetration, rate, force) -> None:
+        """A place where the element may touch: the next of its `spots`."""
+        self.spots.setdefault(element, []).append((penetration, rate, force))
+
+    def show(self, element, name: str, unit: str, text: str, value) -> None:
+        """An output."""
+        self.shown.setdefault(element, []).append((name, unit, text, value))
