@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.elements import Drive, Prismatic
 from clearance.mechanism.build import Mechanism
 from clearance.results import Record, open_result
 
@@ -20,23 +19,13 @@ AT_REST = 1e-9  # of the typical acceleration: what is left of the journals' at 
 PHASE = 1e-6  # of a turn, or of the size: how far a drive may stand from where the scene starts
 
 
-def state_names(mechanism: Mechanism) -> list[str]:
-    """Names of the states of a mechanism without its ledger, in their order."""
-    structure = mechanism.structure
-    coordinates = [f"bodies/{c.body.name}/{c.what}" for c in mechanism.plan.free]
-    coordinates += [f"joints/{j.name}/eccentricity_{axis}" for j in mechanism.eccentric for axis in "xy"]
-    bristles = [f"joints/{name}/bristle_deflection" for name in structure.bristles]
-    warmings = [f"joints/{name}/warming" for name in structure.warm]
-    return [*coordinates, *(f"rate of {name}" for name in coordinates), *bristles, *warmings]
-
-
 def end_state(mechanism: Mechanism, y: np.ndarray, work: np.ndarray, time: float) -> dict:
     """Attributes of a result file that another run can start from."""
     driven = prescribed(mechanism, time)
     return {
-        "names": state_names(mechanism),
+        "names": mechanism.layout.names,
         "values": y[: mechanism.size],
-        "clearances": [j.clearance for j in mechanism.eccentric],
+        "sizes": _own_sizes(mechanism),
         "carried": _carried(mechanism, work),
         "driven_names": list(driven),
         "driven_values": np.array(list(driven.values())),
@@ -46,24 +35,24 @@ def end_state(mechanism: Mechanism, y: np.ndarray, work: np.ndarray, time: float
 
 def prescribed(mechanism: Mechanism, time: float) -> dict[str, float]:
     """Coordinates that drives prescribe at a time: by the body or joint that is driven, rad or m."""
-    drives = (d for d in mechanism.scene.loads if isinstance(d, Drive) and d.prescribes)
+    drives = (d for d in mechanism.scene.loads if d.prescribes)
     return {
-        d.target.name: d.motion(time) if d.speed is None else mechanism.start.driven(d) + d.speed * time
+        d.target.name: d.motion(time) if d.speed is None else mechanism.start.coordinate(d.target) + d.speed * time
         for d in drives
     }
 
 
 def _carried(mechanism: Mechanism, work: np.ndarray) -> np.ndarray:
     """Angles and slides that Newton's method in the kernel starts from."""
-    joints = len(mechanism.scene.clearance_joints)
-    return work[joints : joints + len(mechanism.structure.carried)]
+    return work[mechanism.layout.carried_places]
 
 
 def state_from(mechanism: Mechanism, start: Record | str | Path) -> tuple[np.ndarray, np.ndarray, str]:
     """State and carried angles that a run starts with, and a sentence about them.
 
-    start: a result, the path of its file, or "quasi-static". Eccentricities are taken over the clearance. Raises
-    ValueError for a run that has not kept its end, whose states are others, or whose drives ended elsewhere.
+    start: a result, the path of its file, or "quasi-static". Offsets in clearances are taken over their natural
+    size. Raises ValueError for a run that has not kept its end, whose states are others, or whose drives ended
+    elsewhere.
     """
     if isinstance(start, str) and start == QUASI_STATIC:
         text = f"{QUASI_STATIC}: films carry the joint forces"
@@ -75,16 +64,18 @@ def state_from(mechanism: Mechanism, start: Record | str | Path) -> tuple[np.nda
     record = start if isinstance(start, Record) else open_result(start)
     name = Path(record.path).name if hasattr(record, "path") else "another run"
     end = _end_of(record, name)
-    names, given = state_names(mechanism), [str(n) for n in end["names"]]
+    names, given = mechanism.layout.names, [str(n) for n in end["names"]]
     if missing := sorted(set(names) - set(given)):
         raise ValueError(f"start: {name} has other states than this scene: it has no {', '.join(missing)}")
     if more := sorted(set(given) - set(names)):
         raise ValueError(f"start: {name} has other states than this scene, which has no {', '.join(more)}")
     _check_drives(mechanism, name, end)
     values = dict(zip(given, np.asarray(end["values"], dtype=float), strict=True))
-    _stretch(mechanism, values, np.atleast_1d(end["clearances"]))
+    before = dict(zip(given, np.asarray(end["sizes"], dtype=float), strict=True))
+    for state, size in zip(names, _own_sizes(mechanism), strict=True):
+        values[state] *= size / before[state]
     carried = np.asarray(end["carried"], dtype=float)
-    if carried.size != len(mechanism.structure.carried):
+    if carried.size != len(mechanism.layout.carried):
         carried = _carried(mechanism, mechanism.work0)
     state = np.array([values[n] for n in names])
     return state, carried, f"the end of {name}, t = {float(end['time']):.9g} s"
@@ -96,7 +87,7 @@ def _end_of(record: Record, name: str) -> dict:
     if not end:
         raise ValueError(f"start: {name} has not kept the state at its end; it was written by an older clearance")
     try:
-        columns = ("values", "clearances", "carried", "driven_values", "time")
+        columns = ("values", "sizes", "carried", "driven_values", "time")
         numbers = [np.asarray(end[n], dtype=float) for n in columns]
         whole = all(np.isfinite(v).all() for v in numbers)
         whole &= len(end["names"]) == numbers[0].size and len(end["driven_names"]) == numbers[3].size
@@ -107,12 +98,14 @@ def _end_of(record: Record, name: str) -> dict:
     return end
 
 
-def _stretch(mechanism: Mechanism, values: dict[str, float], clearances: np.ndarray) -> None:
-    """Eccentricities and their rates for other clearances: the same shares of them."""
-    for joint, before in zip(mechanism.eccentric, clearances, strict=True):
-        for axis in "xy":
-            for form in ("{}", "rate of {}"):
-                values[form.format(f"joints/{joint.name}/eccentricity_{axis}")] *= joint.clearance / before
+def _own_sizes(mechanism: Mechanism) -> np.ndarray:
+    """Natural sizes of offsets in joints with clearance and of their rates; 1 for all other states."""
+    sizes = np.ones(mechanism.size)
+    for joint in mechanism.eccentric:
+        for state in joint.states()[: len(joint.soft_coordinates)]:
+            for name in (f"{joint.key}/{state.name}", f"rate of {joint.key}/{state.name}"):
+                sizes[mechanism.layout.state[name]] = state.size
+    return sizes
 
 
 def _check_drives(mechanism: Mechanism, name: str, end: dict) -> None:
@@ -124,7 +117,7 @@ def _check_drives(mechanism: Mechanism, name: str, end: dict) -> None:
             f"start: the drives of {name} prescribe {', '.join(there) or 'nothing'}, "
             f"those of this scene {', '.join(here) or 'nothing'}"
         )
-    slides = {d.target.name for d in mechanism.scene.loads if isinstance(d, Drive) and isinstance(d.target, Prismatic)}
+    slides = {d.target.name for d in mechanism.scene.loads if d.prescribes and d.slides}
     for target, value in here.items():
         apart, unit = (there[target] - value) / mechanism.start.size, "of the mechanism's size"
         if target not in slides:
@@ -146,12 +139,12 @@ def quasi_static(mechanism: Mechanism) -> np.ndarray:
     """
     if not mechanism.places:
         raise ValueError('start: "quasi-static" is for scenes with clearance joints')
-    places = np.concatenate([[at, at + 1] for at in mechanism.places.values()])
-    clearances = np.repeat([j.clearance for j in mechanism.places], 2)
+    offsets = [np.arange(at, at + len(j.soft_coordinates)) for j, at in mechanism.places.items()]
+    places, sizes = np.concatenate(offsets), _own_sizes(mechanism)
     y, size, p = mechanism.y0.copy(), mechanism.size, mechanism.coordinates
     y[p + places] = 0.0
     work = np.append(mechanism.work0, 0.0)
-    work[: len(mechanism.scene.clearance_joints)] = 0.0  # contacts of dry joints carry too
+    work[: len(mechanism.layout.spots)] = 0.0  # contacts of dry joints carry too
     slope, rate = np.zeros(size * size), np.zeros(y.size)
     rhs, jacobian = mechanism.kernel("rhs"), mechanism.kernel("jacobian")
     step, enough = FIRST_STEP / mechanism.frequency**2, AT_REST * mechanism.acceleration
@@ -168,26 +161,24 @@ def quasi_static(mechanism: Mechanism) -> np.ndarray:
             break
         step *= min(max(last / left, 0.5), 10.0) if math.isfinite(last) else 1.0
         last = left
-        move = np.linalg.solve(np.eye(places.size) / step - stiffness, pull)
-        y[places] += move * _share_of_room(y[places], move, clearances)
+        move = np.zeros(y.size)
+        move[places] = np.linalg.solve(np.eye(places.size) / step - stiffness, pull)
+        y += move * min(_share_of_room(y[at] / sizes[at], move[at] / sizes[at]) for at in offsets)
     raise ValueError(
         'start: no quasi-static state was found: the joint forces at the start move the journals through '
         f"{left / mechanism.acceleration:.2g} of the typical acceleration still"
     )
 
 
-def _share_of_room(place: np.ndarray, move: np.ndarray, clearances: np.ndarray) -> float:
-    """Share of a move, halved until no journal goes further outward than a part of the room that it has left.
+def _share_of_room(place: np.ndarray, move: np.ndarray) -> float:
+    """Share of a joint's move, halved until it goes no further outward than a part of the room left.
 
-    Along the wall it may go further than across.
+    place, move: offsets over their natural sizes. Along the wall it may go further than across.
     """
-    clearance = clearances[::2]
-    before = np.hypot(*place.reshape(-1, 2).T)
-    room = ROOM * np.maximum(clearance - before, THINNEST * clearance)
-    share = 1.0
+    before, share = np.linalg.norm(place), 1.0
+    room = ROOM * max(1.0 - before, THINNEST)
     for _ in range(HALVINGS):
-        after = np.hypot(*(place + share * move).reshape(-1, 2).T)
-        if (after - before <= room).all():
+        if np.linalg.norm(place + share * move) - before <= room:
             break
         share *= 0.5
     return share

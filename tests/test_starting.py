@@ -12,7 +12,7 @@ import pytest
 import clearance as cl
 from clearance import cli
 from clearance.mechanism.build import build
-from clearance.starting import quasi_static, state_names
+from clearance.starting import quasi_static
 from clearance.sweeping.metrics import metrics, startup
 
 FILES = Path(__file__).parent / "files"
@@ -108,7 +108,7 @@ def test_starts_that_cannot_be(settled, tmp_path):
 
 def test_names_of_states_are_their_own():
     mechanism = build(cl.load_case("six_bar_feeder", joints="B,C,E"))
-    names = state_names(mechanism)
+    names = mechanism.layout.names
     assert len(set(names)) == len(names) == mechanism.size
     assert names[0] == "joints/B/eccentricity_x"
 

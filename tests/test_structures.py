@@ -48,8 +48,9 @@ def test_A1_a_structure_holds_no_scene():
             reached.add(id(one))
             assert not isinstance(one, cl.Scene | cl.Body | cl.Revolute)
             waiting += held(one) if not isinstance(one, type | ModuleType) else []
-    for name in ("bristles", "warm", "remembering", "dissipated", "found"):
-        assert all(isinstance(v, str) for v in getattr(structure, name)), name
+    layout = structure.layout
+    names = (layout.coordinates, layout.own, layout.remembering, layout.dissipated, structure.forced)
+    assert all(isinstance(name, str) for group in names for name in group)
 
 
 def crank(bodies, joints):
@@ -75,7 +76,7 @@ def test_A3_renaming_compiles_nothing():
     """The store's key is of the text without comments; the text itself goes by the new names."""
     one = build(crank(("crank", "rod", "slider"), ("A", "B", "C", "G", "spring", "drive"))).structure
     two = build(crank(("one", "two", "three"), ("Z1", "Y", "X", "W", "V", "U"))).structure
-    assert [c.path for c in one.channels] != [c.path for c in two.channels]
+    assert [c.path for c in one.layout.channels] != [c.path for c in two.layout.channels]
     assert one.texts["rhs"] != two.texts["rhs"]
     assert "# joints/X/clearance" in two.texts["rhs"]
     assert one.digest == two.digest

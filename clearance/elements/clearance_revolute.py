@@ -22,8 +22,8 @@ from clearance.elements.joint import FREE, Joint, Known
 from clearance.laws.film import film_torques, peak_film_pressure, thinning, wet_film_torques
 from clearance.laws.law import (
     BoundLaw,
+    FilmJoint,
     asperity,
-    bound,
     bristle,
     contact,
     film,
@@ -37,8 +37,6 @@ from clearance.materials import HeatBalance, Lubricant, Material, steel
 #: smallest distance, relative to the clearance, that still has a direction of its own
 CENTRE = 1e-9
 WARMING = 10.0  # natural size of the oil's warming [K]
-#: numbers that laws read of their joint, see laws.law.FilmJoint
-FACTS = ("radius", "clearance", "length", "viscosity", "roughness")
 
 
 @checks.answers
@@ -158,6 +156,13 @@ class ClearanceRevolute(Joint):
         """Dynamic viscosity of the oil [Pa s]: with it a joint can stand as the `joint` argument of a film law."""
         return None if self.lubricant is None else self.lubricant.viscosity
 
+    @property
+    def film_joint(self) -> FilmJoint:
+        """Numbers that laws read of it."""
+        return FilmJoint(
+            self.radius, self.clearance, self.length or 0.0, self.viscosity or 0.0, self.roughness or 0.0
+        )
+
     # --- what the compiler asks
     def states(self) -> list[State]:
         states = [
@@ -170,7 +175,7 @@ class ClearanceRevolute(Joint):
 
     def spots(self) -> list[Spot]:
         kind = FILM if self.contact is None else CONTACT if self.impacts else BLENDED
-        return [Spot(kind, self.clearance)]
+        return [Spot(kind, self.clearance, math.hypot(*self.eccentricity_rate))]
 
     def act(self, m, w) -> None:
         """Film, contact and friction, each as far as the joint has it."""
@@ -246,7 +251,7 @@ class Journal:
         """Numbers of a law's `joint` argument."""
         wet = self.joint.film is not None
         absent = () if wet else ("length", "viscosity")
-        return tuple(0.0 if n in absent else self.m.number(self.joint, n) for n in FACTS)
+        return tuple(0.0 if n in absent else self.m.number(self.joint, n) for n in FilmJoint._fields)
 
     def shares(self) -> Shares:
         """What the transition gives to film and contact."""
@@ -375,7 +380,7 @@ class Journal:
 
     def hand_over(self) -> None:
         """Force and torques to both bodies, the power that they take out, and the heat of the oil."""
-        m, w, joint, (fx, fy) = self.m, self.w, self.joint, self.force
+        w, joint, (fx, fy) = self.w, self.joint, self.force
         w.at(joint, "a", -fx, -fy)
         w.at(joint, "b", fx, fy)
         w.add(joint.a.body, moment=self.torque_a)

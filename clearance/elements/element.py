@@ -69,13 +69,14 @@ FILM, CONTACT, BLENDED = range(3)
 
 @dataclass(frozen=True)
 class Spot:
-    """A place where an element may touch, which the time loop watches. reach: its free way [m].
+    """A place where an element may touch, which the time loop watches.
 
-    name: empty where an element has one only.
+    reach: its free way [m]; speed: that of its start [m/s]; name: empty where an element has one only.
     """
 
     kind: int
     reach: float
+    speed: float = 0.0
     name: str = ""
 
 

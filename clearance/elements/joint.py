@@ -93,6 +93,6 @@ class Joint(Element):
         """Laws that cannot stand in this joint."""
         for one in fields(self):
             value = getattr(self, one.name)
-            if isinstance(value, BoundLaw) and value.law.demand:
-                if missing := value.law.demand(self, value.parameters):
-                    raise ValueError(f"{self.label()}: {one.name} {value.law.name} {missing}")
+            demand = value.law.demand if isinstance(value, BoundLaw) else None
+            if demand and (missing := demand(self, value.parameters)):
+                raise ValueError(f"{self.label()}: {one.name} {value.law.name} {missing}")

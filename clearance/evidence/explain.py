@@ -4,7 +4,6 @@ import re
 import sys
 from importlib import import_module
 
-from clearance.elements import ClearanceRevolute
 from clearance.elements.clearance_revolute import SLOTS
 from clearance.elements.joint import Joint
 from clearance.mechanism.build import Mechanism, build
@@ -35,8 +34,8 @@ def explain(scene: Scene) -> dict:
         "kernels": {r: _kernel(structure, r) for r in structure.programs if r in roles},
         "left_out": _left_out(mechanism, roles),
         "warnings": scene_warnings(mechanism),
-        "parameters": len(structure.index),
-        "derived_parameters": structure.derived,
+        "parameters": len(structure.layout.parameters),
+        "derived_parameters": structure.layout.derived,
         "channels": [c.path for c in structure.channels],
         "store": str(folder()),
         "method": method,
@@ -51,24 +50,19 @@ def scene_warnings(mechanism: Mechanism) -> list[str]:
 
 
 def _states(mechanism: Mechanism) -> list[str]:
-    plan, structure = mechanism.plan, mechanism.structure
-    names = [f"{c.body.name} {c.what}" for c in plan.free]
-    names += [f"{j.name} eccentricity {a}" for j in mechanism.eccentric for a in "xy"]
-    own = [f"{name} bristle deflection" for name in structure.bristles]
-    own += [f"{name} oil temperature" for name in structure.warm]
-    ledger = ["energy input"] if structure.ledger else []
-    ledger += [f"{name} energy dissipated" for name in structure.dissipated]
-    return [*names, *(f"rate of {n}" for n in names), *own, *ledger]
+    layout = mechanism.layout
+    ledger = ["energy input"] if layout.ledger else []
+    return [*layout.names, *ledger, *(f"energy dissipated by {key}" for key in layout.dissipated)]
 
 
 def _joint(joint: Joint) -> dict:
-    if not isinstance(joint, ClearanceRevolute):
+    if not joint.soft:
         made_of = {"friction": repr(joint.friction)} if joint.friction is not None else {}
         made_of |= {n: f"{getattr(joint, n):g} m" for n in joint.arms if getattr(joint, n) is not None}
         return {"kind": type(joint).__name__, "reality": "rubbing" if joint.friction else "ideal", **made_of}
-    parts = {s: repr(getattr(joint, s)) for s in PARTS if getattr(joint, s) is not None}
+    parts = {s: repr(getattr(joint, s)) for s in PARTS if getattr(joint, s, None) is not None}
     film = "lubricated" if joint.contact is None else "mixed"
-    return {"kind": "ClearanceRevolute", "reality": film if joint.film is not None else "dry", **parts}
+    return {"kind": type(joint).__name__, "reality": film if joint.film is not None else "dry", **parts}
 
 
 def _solved(group) -> str:
@@ -103,7 +97,7 @@ def _left_out(mechanism: Mechanism, roles: list[str]) -> list[str]:
     if not structure.spatial:
         missing.append("loads out of the plane")
     for slot in PARTS if joints else ():
-        if not any(getattr(j, slot) is not None for j in joints):
+        if not any(getattr(j, slot, None) is not None for j in joints):
             missing.append(slot)
     if "jacobian" not in roles:
         missing.append("jacobian kernel (explicit stepper)")

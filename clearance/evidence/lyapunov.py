@@ -152,7 +152,7 @@ def lyapunov(
     mechanism = build(scene, ledger=False)
     if mechanism.size == 0:
         raise ValueError("this scene has no degree of freedom: its motion has no neighbours and no exponent")
-    if mechanism.structure.remembering:
+    if mechanism.layout.remembering:
         raise ValueError("a film with a memory has more than its state to differ in: no exponent can be found")
     until = (settle + turns) * turn
     affordable(Demand(settle + turns, 3.0 * STOPS * (settle + turns)))

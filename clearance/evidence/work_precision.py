@@ -96,7 +96,7 @@ def work_precision(
     until, began = checks.positive("until", until), time.perf_counter()
     affordable(Demand(0, until / (scene.turn or until) / LARGEST_SHARE))
     problem, remarks = Problem(scene, until), []
-    if problem.mechanism.structure.remembering:
+    if problem.mechanism.layout.remembering:
         raise ValueError("a film with a memory makes no initial value problem that solvers could share")
     problem.own(problem.reference_methods[0], 1e-3, max_steps=STEP_LIMIT)
     shared = time.perf_counter() - began

@@ -29,7 +29,7 @@ class Explicit:
     def __init__(self, scene: Scene):
         self.scene, self.mechanism = scene, _built(scene)
         self.structure = self.mechanism.structure
-        self.channels = self.layout.channels
+        self.channels = self.structure.layout.channels
         roles = ("observe", "commit" if self.structure.commits else "observe")
         self.kernels = [store.address(self.mechanism.kernel(role), KERNEL) for role in roles]
         self.loop_s = 0.0  # time spent in compiled code
@@ -73,11 +73,11 @@ def _built(scene: Scene) -> Mechanism:
     for drive in (d for d in scene.loads if isinstance(d, Drive) and not d.prescribes):
         raise ValueError(f"{drive.label()} gives an effort, not a motion; inverse dynamics needs speed= or motion=")
     if free := closed_plan(scene).free:
-        names = ", ".join(f"{c.body.name} {c.what}" for c in free)
+        names = ", ".join(f"{c.label()}" for c in free)
         raise ValueError(f"no drive prescribes {names}: inverse dynamics needs a motion for every degree of freedom")
     mechanism = build(scene, ledger=False)
-    if bristles := mechanism.layout.bristles:
-        joint = next(j for j in scene.joints if j.name == bristles[0])
+    if own := mechanism.layout.own:
+        joint = next(j for j in scene.joints if own[0].startswith(f"{j.key}/"))
         raise ValueError(
             f"{joint.label()}: friction {joint.friction.law.name} has a state that time integrates; use cl.simulate"
         )

@@ -97,7 +97,7 @@ class Pairs:
         for j, joint in enumerate(self.scene.joints):
             found[0, :, 2 * j + 1] = getattr(joint, "angle", 0.0)
         for d, drive in enumerate(self.drives, 2 * len(self.scene.joints)):
-            found[:, :, d] = prescribed(drive, time, self.start.driven(drive))
+            found[:, :, d] = prescribed(drive, time, self.start.coordinate(drive.target))
         return found
 
     def motion(self, geometry: "Geometry", time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -131,7 +131,9 @@ def folded(dynamics, wrench: dict, driven: dict) -> Folded:
     for one in long_branches(dynamics.plan):
         columns = [Rates(k, {one.parent: unit}).carried(one) for unit in UNITS]
         rest = Rates(k, {}, dynamics.velocities, driven).carried(one)
-        (axis,) = [Rates(k, second={c.place: 1.0}).carried(one) for c in one.coordinates if c.source == "free"] or [None]
+        (coordinate,) = one.coordinates
+        free = coordinate.source == "free"
+        axis = Rates(k, second={coordinate.place: 1.0}).carried(one) if free else None
         result.add(Link(one, columns, rest, axis))
     return result
 

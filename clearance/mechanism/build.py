@@ -2,14 +2,14 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 
 import numpy as np
 
-from clearance.elements.clearance_revolute import SLOTS
-from clearance.laws.law import DataLaw
-from clearance.mechanism.assembly import Start, assemble
+from clearance.elements.element import BLENDED
+from clearance.laws.law import BoundLaw, DataLaw
+from clearance.mechanism.assembly import ABSOLUTE, Start, assemble
 from clearance.mechanism.kinematics import Kinematics, Pose
 from clearance.mechanism.layout import Layout
 from clearance.mechanism.loops import check_reach, mode
@@ -17,11 +17,9 @@ from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.structure import Structure, Tracing
 from clearance.mechanism.topology import Plan, closed_plan, cut_plan
 from clearance.mechanism.trace import Trace
-from clearance.regimes import facts
 from clearance.scene import Scene
 
 _structures: dict[tuple, Structure] = {}
-ABSOLUTE = ("x", "y", "angle")  # coordinates of a body, not of a joint
 MOST_STRUCTURES = 100  # that a process keeps; one takes some 3 MB
 
 
@@ -52,6 +50,10 @@ class Mechanism:
     def coordinates(self) -> int:
         """Number of second-order degrees of freedom."""
         return self.layout.size
+
+    def place(self, carried: tuple[str, str]) -> tuple:
+        """The place of a coordinate that a step carries on."""
+        return place_named(self.scene, *carried)
 
     def kernel(self, role: str) -> Callable:
         """The compiled kernel of a role; compiled on first use only."""
@@ -118,10 +120,16 @@ def build(scene: Scene, ledger: bool = True) -> Mechanism:
     y0 = _state(scene, plan, start, structure.layout)
     films = {joint: source for (joint, slot), source in sources.items() if slot == "film"}
     mechanism = Mechanism(scene, structure, plan, start, par, y0, _work(scene, structure, start), films)
-    for i, joint in enumerate(scene.clearance_joints):
-        if joint.contact is not None and not joint.impacts:  # no first touch: a typical speed instead
-            mechanism.work0[i] = max(mechanism.work0[i], joint.clearance * mechanism.frequency)
+    for i, spot in enumerate(spot for element in scene.elements for spot in element.spots()):
+        if spot.kind == BLENDED:  # no first touch: a typical speed instead
+            mechanism.work0[i] = max(mechanism.work0[i], spot.reach * mechanism.frequency)
     return mechanism
+
+
+def place_named(scene: Scene, what: str, name: str) -> tuple:
+    """The place of a coordinate that a step carries on, from its name and that of its body or joint."""
+    parts = scene.bodies if what in ABSOLUTE else scene.joints
+    return next(p for p in parts if p.name == name), what
 
 
 def _check_friction(scene: Scene, structure: Structure) -> None:
@@ -136,12 +144,12 @@ def _check_friction(scene: Scene, structure: Structure) -> None:
 
 
 def _sources(scene: Scene) -> dict:
-    """(joint, slot) -> what its law reads, of laws with data."""
-    laws = {(joint, slot): getattr(joint, slot) for joint in scene.clearance_joints for slot in SLOTS if hasattr(joint, slot)}
+    """(element, field) -> what its law reads, of laws with data."""
+    laws = {(e, f.name): getattr(e, f.name) for e in scene.elements for f in fields(e)}
     return {
-        (joint, slot): law.source(facts(joint))
-        for (joint, slot), law in laws.items()
-        if law is not None and isinstance(law.law, DataLaw)
+        (element, name): law.source(element.film_joint)
+        for (element, name), law in laws.items()
+        if isinstance(law, BoundLaw) and isinstance(law.law, DataLaw)
     }
 
 
@@ -185,9 +193,7 @@ def _work(scene: Scene, structure: Structure, start: Start) -> np.ndarray:
     """Impact speeds (from the start velocities), then the coordinates that kernels carry from step to step."""
     layout = structure.layout
     work = np.zeros(layout.work)
-    speeds = [math.hypot(*j.eccentricity_rate) for j in scene.clearance_joints]
+    speeds = [spot.speed for element in scene.elements for spot in element.spots()]
     work[: len(speeds)] = speeds
-    joints, bodies = ({p.name: p for p in group} for group in (scene.joints, scene.bodies))
-    carried = [start.value(((bodies if w in ABSOLUTE else joints)[name], w))[0] for w, name in layout.carried]
-    work[layout.carried_places] = carried
+    work[layout.carried_places] = [start.value(place_named(scene, *one))[0] for one in layout.carried]
     return work

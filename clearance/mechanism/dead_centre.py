@@ -7,10 +7,11 @@ from functools import cached_property
 import numpy as np
 
 from clearance.body import ground
-from clearance.elements import Prismatic
+from clearance.elements.joint import RELATIVE, TURN
 from clearance.mechanism.build import Mechanism
-from clearance.mechanism.kinematics import ZERO, Kinematics, Pose, Propagation
+from clearance.mechanism.kinematics import Kinematics, Pose, Propagation
 from clearance.mechanism.numbers import Numbers
+from clearance.mechanism.rates import ZERO, Rates
 from clearance.mechanism.topology import Group
 from clearance.mechanism.trace import Trace
 
@@ -45,7 +46,7 @@ class Motion:
     def kinematics(self) -> Kinematics:
         """Poses of all bodies, each number an array over the times."""
         numbers = Numbers(self.mechanism.scene).constants
-        index = self.mechanism.structure.index
+        index = self.mechanism.layout.parameters
         numbers |= {name: self.mechanism.par[i] for name, i in index.items()}
         k = Kinematics(Trace(), numbers.__getitem__, {}, {})
         for body in self.mechanism.scene.bodies:
@@ -69,10 +70,9 @@ class Motion:
         """
         number = self.mechanism.plan.groups.index(group)
         matrix = Propagation(self.kinematics, self.mechanism.plan).matrix(number, group)
-        lengths = [1.0] * len(matrix)
-        for i, joint in enumerate(group.closures):
-            if isinstance(joint, Prismatic):  # its second equation is of angles
-                lengths[2 * i + 1] = self.mechanism.start.size
+        size = self.mechanism.start.size  # makes an equation of angles one of lengths
+        closed = [what for joint in group.closures for what in RELATIVE if what not in joint.free]
+        lengths = [size if what == TURN else 1.0 for what in closed]
         cells = np.zeros((len(self.times), len(matrix), len(matrix)))
         for i, row in enumerate(matrix):
             for j, value in enumerate(row):
@@ -81,48 +81,39 @@ class Motion:
             return np.linalg.det(cells) / np.linalg.norm(cells, axis=1).prod(axis=1)
 
     # --- between the times
-    def slide(self, joint: Prismatic) -> np.ndarray:
-        """Displacement of a slide."""
-        (x, y), _ = self.kinematics.separation(joint, self.velocities)
-        dx, dy = self.kinematics.axis(joint, joint.a.body)
-        return dx * x + dy * y
+    def coordinate(self, place: tuple) -> tuple[np.ndarray, np.ndarray]:
+        """A coordinate and its rate: of a body, or a relative one of a joint."""
+        part, what = place
+        if what in RATES:
+            name = "theta" if what == "angle" else what
+            return self.column(f"{part.key}/{name}"), self.column(f"{part.key}/{RATES[what]}")
+        jet = Rates(self.kinematics, real=self.velocities).measured(part, {})[what]
+        return (self.kinematics.turn(part) if what == TURN else jet.v), jet.d
 
     @cached_property
     def states(self) -> tuple[np.ndarray, np.ndarray]:
         """Independent coordinates and their rates, (times, coordinates)."""
-        values, rates = [], []
-        placed = {a.body: a.joint for g in self.mechanism.plan.groups for a in g.attachments}
-        for c in self.mechanism.plan.free:
-            if c.what == "slide":
-                values.append(self.slide(placed[c.body]))
-                rates.append(self.kinematics.slide_rate(placed[c.body], self.velocities))
-            else:
-                name = "theta" if c.what == "angle" else c.what
-                values.append(self.column(f"bodies/{c.body.name}/{name}"))
-                rates.append(self.column(f"bodies/{c.body.name}/{RATES[c.what]}"))
-        for joint in self.mechanism.eccentric:
-            offset, rate = self.kinematics.separation(joint, self.velocities)
-            values += offset
-            rates += rate
-        shape = (len(self.times), len(values))
-        return tuple(np.array(found).T.reshape(shape) for found in (values, rates))
+        places = [c.place for c in self.mechanism.plan.free]
+        places += [(j, what) for j in self.mechanism.eccentric for what, _ in j.soft_coordinates]
+        columns = [self.coordinate(place) for place in places]
+        shape = (len(self.times), len(places))
+        values, rates = zip(*columns, strict=True) if columns else ((), ())
+        return tuple(np.array(column).T.reshape(shape) for column in (values, rates))
 
     @cached_property
     def carried(self) -> np.ndarray:
-        """Angles and slides that steps carry on, (times, carried)."""
-        joints = {j.name: j for j in self.mechanism.scene.joints}
-        found = [
-            self.column(f"bodies/{name}/theta") if what == "angle" else self.slide(joints[name])
-            for what, name in self.mechanism.structure.carried
-        ]
-        return np.array(found).T.reshape(len(self.times), len(found))
+        """Coordinates that steps carry on, (times, carried)."""
+        carried = self.mechanism.layout.carried
+        places = map(self.mechanism.place, carried)
+        values = [self.coordinate(place)[0] for place in places]
+        return np.array(values).T.reshape(len(self.times), len(carried))
 
     def between(self, times: np.ndarray) -> "Motion":
         """Outputs at other times, from cubic interpolation of the states."""
         rows = np.empty((len(times), self.rows.shape[1]))
         y, work = self.mechanism.y0.copy(), self.work.copy()
         values, rates = self.states
-        size, joints = values.shape[1], len(self.mechanism.scene.clearance_joints)
+        size = values.shape[1]
         for time, row in zip(times, rows, strict=True):
             i = int(np.clip(np.searchsorted(self.times, time) - 1, 0, len(self.times) - 2))
             h = self.times[i + 1] - self.times[i]
@@ -130,7 +121,7 @@ class Motion:
             y[:size] = (1.0 - s) ** 2 * ((1.0 + 2.0 * s) * values[i] + s * h * rates[i])
             y[:size] += s**2 * ((3.0 - 2.0 * s) * values[i + 1] + (s - 1.0) * h * rates[i + 1])
             carried = (1.0 - s) * self.carried[i] + s * self.carried[i + 1]
-            work[joints : joints + carried.size] = carried
+            work[self.mechanism.layout.carried_places] = carried
             self.mechanism.kernel("observe")(time, y, self.mechanism.par, work.copy(), row)
         return Motion(self.mechanism, self.work, times, rows)
 

@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from clearance.body import ground
 from clearance.elements.joint import ALONG, TURN
 from clearance.mechanism.emission import function_text
 from clearance.mechanism.function import Function

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from clearance.mechanism.function import Function, Inside, Loop
 from clearance.mechanism.loops import implicit, solve
 from clearance.mechanism.motion import Calls
-from clearance.mechanism.trace import Trace, is_zero
+from clearance.mechanism.trace import Trace
 
 #: change of the friction efforts over their sum at which they are found
 TOLERANCE = 1e-13

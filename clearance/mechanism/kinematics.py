@@ -99,6 +99,11 @@ class Kinematics:
             x, y = c * x + s * y, c * y - s * x
         return self.poses[base].turned(x, y)
 
+    def turn(self, joint: Joint) -> Value:
+        """Angle of body b against body a."""
+        a, b = joint.bodies()
+        return self.angle(b) - self.angle(a)
+
     def relative(self, joint: Joint) -> Vector:
         """Cosine and sine of the turn that a joint keeps."""
         turn = self.known(joint, TURN)[0]
