@@ -36,7 +36,7 @@ def explain(scene: Scene) -> dict:
         "warnings": scene_warnings(mechanism),
         "parameters": len(structure.layout.parameters),
         "derived_parameters": structure.layout.derived,
-        "channels": [c.path for c in structure.channels],
+        "channels": [c.path for c in structure.layout.channels],
         "store": str(folder()),
         "method": method,
         "method_reason": reason,

@@ -311,11 +311,11 @@ def counted_operations(solver: Explicit, times: np.ndarray, channels: Iterable[i
     out = [0.0] * len(solver.channels)
     for i, time in enumerate(times):
         way = time - times[i - 1] if i else 0.0
-        stretches = max(math.ceil(way * m.frequency / STRETCH), 1) if structure.commits else 0
+        stretches = max(math.ceil(way * m.frequency / STRETCH), 1) if structure.layout.commits else 0
         for k in range(1, stretches):
             keep(count.number(time - way + way * k / stretches), state, par, work, work)
         look(count.number(time), state, par, work, out)
-        if structure.commits:
+        if structure.layout.commits:
             keep(count.number(time), state, par, work, work)
     return Operations(*(count.tally[kind] / len(times) for kind in KINDS))
 

@@ -30,7 +30,7 @@ class Explicit:
         self.scene, self.mechanism = scene, _built(scene)
         self.structure = self.mechanism.structure
         self.channels = self.structure.layout.channels
-        roles = ("observe", "commit" if self.structure.commits else "observe")
+        roles = ("observe", "commit" if self.structure.layout.commits else "observe")
         self.kernels = [store.address(self.mechanism.kernel(role), KERNEL) for role in roles]
         self.loop_s = 0.0  # time spent in compiled code
 
@@ -40,7 +40,7 @@ class Explicit:
         m, rows = self.mechanism, np.empty((times.size, len(self.channels)))
         work, began = np.append(m.work0, 0.0), clock.perf_counter()
         done = tour(
-            *self.kernels, self.structure.commits, times, m.y0, m.par, work, STRETCH / m.frequency, self._places(),
+            *self.kernels, self.structure.layout.commits, times, m.y0, m.par, work, STRETCH / m.frequency, self._places(),
             m.start.size, np.empty((2, rows.shape[1])), rows,
         )  # fmt: skip
         self.loop_s = clock.perf_counter() - began
