@@ -6,7 +6,7 @@ from functools import lru_cache
 from clearance import checks
 from clearance.elements import ClearanceRevolute
 from clearance.laws.contact import layer_of, oedometric_modulus
-from clearance.laws.law import FilmJoint, memory_film
+from clearance.laws.law import memory_film
 
 FULL_FILM = 3.0  # film thickness ratio above which surfaces count as separated
 PIEZOVISCOUS = 0.5  # alpha p above which the viscosity no longer counts as constant
@@ -48,16 +48,9 @@ class HoleCheck:
         return self.lost <= LOSS * abs(self.highest)
 
 
-def facts(joint: ClearanceRevolute) -> FilmJoint:
-    """Numbers that the joint's laws read of it."""
-    return FilmJoint(
-        joint.radius, joint.clearance, joint.length or 0.0, joint.viscosity or 0.0, joint.roughness or 0.0
-    )  # fmt: skip
-
-
 def film_load(joint: ClearanceRevolute, gap: float, approach: float, entrainment: float) -> float:
     """The film's part of `radial_load` [N]."""
-    known = facts(joint)
+    known = joint.film_joint
     share, film_gap, slope, *_ = joint.transition(gap, known)
     rate = slope * approach / joint.clearance
     radial, *_ = joint.film(1.0 - film_gap / joint.clearance, rate, entrainment, known)
@@ -70,7 +63,7 @@ def radial_load(joint: ClearanceRevolute, gap: float, approach: float, entrainme
     Contact laws that look at the impact speed get the approach speed, or `typical_speed` if that is
     larger.
     """
-    known = facts(joint)
+    known = joint.film_joint
     _, _, _, share, penetration, *_ = joint.transition(gap, known)
     impact = max(approach, typical_speed(joint, entrainment))
     load = film_load(joint, gap, approach, entrainment)
@@ -126,7 +119,7 @@ def hole_check(joint: ClearanceRevolute, entrainment: float, approach: float = 0
 
 def _cause(joint: ClearanceRevolute, ratio: list[float], rim: int, half: int) -> str:
     """Why a load falls: what the film loses and contact lacks where half of the loss has come about."""
-    shares = [joint.transition(r * joint.roughness, facts(joint)) for r in ratio]
+    shares = [joint.transition(r * joint.roughness, joint.film_joint) for r in ratio]
     (film, _, rate, *_), (film_left, _, rate_left, *_) = shares[rim], shares[half]
     fades = "the film fades"
     if rate_left * film < film_left * rate:

@@ -21,6 +21,7 @@ from clearance import checks, fields
 from clearance.checkpoint import PartsSink, restore, state_of
 from clearance.compiling import announced
 from clearance.demand import Demand, affordable
+from clearance.elements.element import CONTACT
 from clearance.extremes import Extremes, along, followed, guides, stretch_length, stretches
 from clearance.interrupts import Held, ended
 from clearance.mechanism import store
@@ -29,7 +30,7 @@ from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.closing import last_position, lost_at, no_number
 from clearance.mechanism.dead_centre import Motion, dead_centre
 from clearance.recording import FileSink, LedgerWatch, Recorder, Unwritable, chosen, filters
-from clearance.regimes import FULL_FILM, depth_warning, facts, hole_warning
+from clearance.regimes import FULL_FILM, depth_warning, hole_warning
 from clearance.results import Record, Result
 from clearance.scene import Scene
 from clearance.starting import end_state, state_from
@@ -196,7 +197,7 @@ def dear(mechanism: Mechanism) -> list[str]:
     found, turn = [], mechanism.scene.turn
     for joint in (j for j, s in mechanism.sources.items() if isinstance(s, Answerer)):
         try:
-            film = joint.film.source(facts(joint))  # another film: the run's stays as it is
+            film = joint.film.source(joint.film_joint)  # another film: the run's stays as it is
             each = film.seconds()
         except Exception:  # noqa: BLE001 - the run itself ends with the reason
             continue
@@ -257,7 +258,7 @@ def kernel_roles(mechanism: Mechanism, method: str) -> list[str]:
     needed = {
         "rhs": True,
         "jacobian": method != "dop853",
-        "events": bool(mechanism.scene.clearance_joints),
+        "events": bool(mechanism.spots),
         "commit": mechanism.layout.commits > 0,
         "observe": True,
     }
@@ -272,13 +273,6 @@ def _beyond(joint, depth: float) -> str | None:
     if depth <= limit:
         return None
     return f"{joint.label()}: penetrations reach {depth:.2g} m; {law.name} is meant up to {limit:.2g} m only"
-
-
-def _kind(state, joint) -> int:
-    """Kind of events in a joint, for the time loop."""
-    if joint.contact is None:
-        return state.FILM
-    return state.CONTACT if joint.impacts else state.BLENDED
 
 
 def _left(sink, path) -> str:
@@ -315,12 +309,12 @@ class Run:
         self.loop, self.state, self.types = loop, state, t
         self.method, self.reason = method
         self.outputs = outputs
-        scene, size = mechanism.scene, mechanism.y0.size
-        states, joints = mechanism.size or size, len(scene.clearance_joints)
+        size = mechanism.y0.size
+        states, spots = mechanism.size or size, mechanism.spots
         self.y, self.f = mechanism.y0.copy(), np.zeros(size)
         self.work = np.concatenate([mechanism.work0, np.zeros(1)])
         self.scale = np.concatenate([mechanism.scale, np.full(size - mechanism.size, self._energy_scale())])
-        self.band = loop.BAND * np.array([j.clearance for j in scene.clearance_joints])
+        self.band = loop.BAND * np.array([spot.reach for _, spot in spots])
         self.control, self.counts = np.zeros(t.CONTROL_SIZE), np.zeros(t.COUNTS_SIZE, np.int64)
         self.control[t.RTOL] = rtol
         self.control[t.EVALUATE_LEDGER] = float(size > mechanism.size)
@@ -339,10 +333,10 @@ class Run:
         self.place[state.STEP_LIMIT] = max_steps or STEP_LIMIT
         self.place[state.COMMITS] = mechanism.layout.commits
         self.place[state.REMEMBERING] = len(mechanism.layout.remembering)
-        self.contacts = np.zeros((joints, state.CONTACT_COLUMNS))
-        self.contacts[:, state.KIND] = [_kind(state, j) for j in scene.clearance_joints]
-        self.contacts[:, state.CLEARANCE] = [j.clearance for j in scene.clearance_joints]
-        self.contacts[:, state.COORDINATE] = [mechanism.places.get(j, -1) for j in scene.clearance_joints]
+        self.contacts = np.zeros((len(spots), state.CONTACT_COLUMNS))
+        self.contacts[:, state.KIND] = [spot.kind for _, spot in spots]
+        self.contacts[:, state.CLEARANCE] = [spot.reach for _, spot in spots]
+        self.contacts[:, state.COORDINATE] = [mechanism.places.get(e, -1) for e, _ in spots]
         self.contacts[:, state.PEAKS] = -1
         self.impacts = np.zeros((IMPACT_ROWS, state.IMPACT_COLUMNS))
         self._follow()
@@ -351,7 +345,7 @@ class Run:
         self.dense = np.zeros((t.DENSE_ROWS, size))
         self.vector = np.zeros(max(states * states, 1))
         self.complexes = np.zeros((2 * (states + 2), max(states, 1)), np.complex128)
-        self.scratch = np.zeros((7, max(size, 3 * joints, 1)))
+        self.scratch = np.zeros((7, max(size, 3 * len(spots), 1)))
         self.looks = np.zeros((2, self.rows.shape[1]))
         self.place[state.MAY_SWITCH] = self.reason == NOT_STIFF
         self.take(self.method)
@@ -369,14 +363,14 @@ class Run:
         place = {c.path: i for i, c in enumerate(channels)}
         guided = guides(scene.description()) if channels else {}
         self.followed = followed(channels, [f"bodies/{b}/a{along(d)[0]}" for b, d in guided.items()])
-        touching = [(i, j) for i, j in enumerate(scene.clearance_joints) if j.impacts and channels]
+        touching = [(i, e, s) for i, (e, s) in enumerate(self.mechanism.spots) if s.kind == CONTACT and channels]
         count = len(self.followed)
         self.peaks = np.zeros((count + 2 * len(touching), state.PEAK_COLUMNS))
         rows = [(q.channel, q.paired, q.sign, -1) for q in self.followed]
-        for i, joint in touching:
+        for i, element, spot in touching:
             self.contacts[i, state.PEAKS] = len(rows)
-            rows.append((place[f"joints/{joint.name}/contact_force"], False, 1.0, i))
-            rows.append((place[f"joints/{joint.name}/gap"], False, -1.0, i))
+            rows.append((place[spot.path(element, "contact_force")], False, 1.0, i))
+            rows.append((place[spot.path(element, "gap")], False, -1.0, i))
         columns = [state.CHANNEL, state.PAIRED, state.SIGN, state.JOINT]
         self.peaks[:, columns] = np.array(rows, dtype=float).reshape(-1, len(columns))
         self.peaks[:, state.VALUE] = -np.inf
@@ -408,9 +402,8 @@ class Run:
     def start_from(self, start: Record | str | Path) -> None:
         """Begin in another state than the scene's. Raises ValueError as `state_from` does."""
         state, carried, self.started = state_from(self.mechanism, start)
-        joints = len(self.mechanism.scene.clearance_joints)
         self.y[: state.size] = state
-        self.work[joints : joints + carried.size] = carried
+        self.work[self.mechanism.layout.carried_places] = carried
 
     def take(self, method: str) -> None:
         """Use a stepper: its functions, the kernels it needs, its scratch."""
@@ -470,7 +463,7 @@ class Run:
                 damping = abs(after[k] - before[k]) / self.scale[k]
                 if damping * self.scale[k] > pull:
                     self.scale[k] = pull / damping
-            row = self.contacts[mechanism.scene.clearance_joints.index(joint)]
+            row = self.contacts[[e for e, _ in mechanism.spots].index(joint)]
             row[state.RATE_X], row[state.RATE_Y] = self.scale[p + at], self.scale[p + at + 1]
 
     def advance(self) -> int:
@@ -637,7 +630,7 @@ class Run:
                 raise source.failure
 
     def _names(self) -> list[str]:
-        return [j.name for j in self.mechanism.scene.clearance_joints]
+        return [spot.label(element) for element, spot in self.mechanism.spots]
 
     def _open_contacts(self, writer: Recorder) -> None:
         """Contacts that the end of the run cuts off."""

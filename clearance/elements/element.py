@@ -79,6 +79,14 @@ class Spot:
     speed: float = 0.0
     name: str = ""
 
+    def path(self, element: "Element", quantity: str) -> str:
+        """Path of an output of this spot."""
+        return f"{element.key}/{quantity}" + (f"_{self.name}" if self.name else "")
+
+    def label(self, element: "Element") -> str:
+        """Name in tables of impacts: that of the element, with the spot's where it has several."""
+        return f"{element.name}/{self.name}" if self.name else element.name
+
 
 class Element:
     """Base of all parts of a scene. Subclasses are frozen dataclasses with a name."""

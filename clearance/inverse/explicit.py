@@ -39,8 +39,9 @@ class Explicit:
         times = np.ascontiguousarray(time, dtype=float)
         m, rows = self.mechanism, np.empty((times.size, len(self.channels)))
         work, began = np.append(m.work0, 0.0), clock.perf_counter()
+        commits = self.structure.layout.commits
         done = tour(
-            *self.kernels, self.structure.layout.commits, times, m.y0, m.par, work, STRETCH / m.frequency, self._places(),
+            *self.kernels, commits, times, m.y0, m.par, work, STRETCH / m.frequency, self._places(),
             m.start.size, np.empty((2, rows.shape[1])), rows,
         )  # fmt: skip
         self.loop_s = clock.perf_counter() - began

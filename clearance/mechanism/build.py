@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from clearance.elements.element import BLENDED
+from clearance.elements.element import BLENDED, Element, Spot
 from clearance.laws.law import BoundLaw, DataLaw
 from clearance.mechanism.assembly import ABSOLUTE, Start, assemble
 from clearance.mechanism.kinematics import Kinematics, Pose
@@ -58,6 +58,11 @@ class Mechanism:
     def kernel(self, role: str) -> Callable:
         """The compiled kernel of a role; compiled on first use only."""
         return self.structure.kernel(role)
+
+    @cached_property
+    def spots(self) -> list[tuple[Element, Spot]]:
+        """Places where elements may touch, in the order of the layout."""
+        return [(element, spot) for element in self.scene.elements for spot in element.spots()]
 
     @property
     def eccentric(self) -> list:
@@ -120,7 +125,7 @@ def build(scene: Scene, ledger: bool = True) -> Mechanism:
     y0 = _state(scene, plan, start, structure.layout)
     films = {joint: source for (joint, slot), source in sources.items() if slot == "film"}
     mechanism = Mechanism(scene, structure, plan, start, par, y0, _work(scene, structure, start), films)
-    for i, spot in enumerate(spot for element in scene.elements for spot in element.spots()):
+    for i, (_, spot) in enumerate(mechanism.spots):
         if spot.kind == BLENDED:  # no first touch: a typical speed instead
             mechanism.work0[i] = max(mechanism.work0[i], spot.reach * mechanism.frequency)
     return mechanism

@@ -10,7 +10,7 @@ from clearance.mechanism.motion import Motion
 from clearance.mechanism.rates import UNITS, ZERO, Rates
 from clearance.mechanism.spatial import inertia_across, reactions_across
 from clearance.mechanism.topology import Plan
-from clearance.mechanism.trace import is_zero
+from clearance.mechanism.trace import Trace, is_zero
 from clearance.mechanism.work import Work
 from clearance.scene import Scene
 
@@ -92,7 +92,7 @@ class Dynamics:
                     if j <= i:
                         mass_matrix[i, j] = mass_matrix.get((i, j), 0.0) + product(weighted, other)
         self.trace.section = "independent accelerations"
-        speeds = solve_blocks(mass_matrix, load)
+        speeds = solve_blocks(self.trace, mass_matrix, load)
         result = {ground: ZERO}
         for body in branches.inertia:
             result[body] = tuple(
@@ -212,13 +212,37 @@ class Dynamics:
         return -sign * (load[2] - x * load[1] + y * load[0])
 
 
-def solve_blocks(matrix: dict, right: list) -> list:
-    """Solve a symmetric positive system of traced scalars by LDL^T; structural zeros are never touched."""
-    size = len(right)
+def solve_blocks(trace: Trace, matrix: dict, right: list) -> list:
+    """Solve a symmetric positive system of traced scalars by LDL^T; structural zeros are never touched.
+
+    matrix: entries (i, j), j <= i. The solution is differentiated as one: A dx = db - dA x, with the same factors.
+    """
+    lower, inverse = _factors(matrix, len(right))
+    solution = _backwards(lower, inverse, right)
+
+    def tangents(given: list) -> list:
+        entries, sides = dict(zip(matrix, given, strict=False)), given[len(matrix) :]
+        rows: list[dict] = [{} for _ in right]
+        for column in sorted({c for t in given for c in t}):
+            change = [side.get(column, 0.0) for side in sides]
+            for (i, j), slope in entries.items():
+                d = slope.get(column, 0.0)
+                change[i] = change[i] - d * solution[j]
+                if i != j:
+                    change[j] = change[j] - d * solution[i]
+            for row, value in zip(rows, _backwards(lower, inverse, change), strict=True):
+                row[column] = value
+        return rows
+
+    trace.follow(solution, [*matrix.values(), *right], tangents)
+    return solution
+
+
+def _factors(matrix: dict, size: int) -> tuple[dict, list]:
+    """The lower factor of LDL^T and the inverse of D."""
     lower: dict[tuple[int, int], object] = {}
     scaled: dict[tuple[int, int], object] = {}
     inverse = []
-    solution = list(right)
     for i in range(size):
         pivot = matrix[i, i]
         for j in range(i):
@@ -230,8 +254,17 @@ def solve_blocks(matrix: dict, right: list) -> list:
                 scaled[i, j] = value
                 lower[i, j] = value * inverse[j]
                 pivot = pivot - value * lower[i, j]
-                solution[i] = solution[i] - lower[i, j] * solution[j]
         inverse.append(1.0 / pivot)
+    return lower, inverse
+
+
+def _backwards(lower: dict, inverse: list, right: list) -> list:
+    """The solution of LDL^T x = right."""
+    size, solution = len(right), list(right)
+    for i in range(size):
+        for j in range(i):
+            if (i, j) in lower:
+                solution[i] = solution[i] - lower[i, j] * solution[j]
     for i in reversed(range(size)):
         solution[i] = solution[i] * inverse[i]
         for m in range(i + 1, size):

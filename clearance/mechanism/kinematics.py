@@ -6,6 +6,7 @@ the quadratic terms added.
 """
 
 from dataclasses import dataclass
+from functools import cached_property, partial
 
 from clearance.body import Body, ground
 from clearance.elements.joint import ACROSS, ALONG, TURN, Joint
@@ -48,6 +49,7 @@ class Kinematics:
         self.solved: list = []  # groups that Newton's method solves
         self.remembered: list[tuple[str, str]] = []  # coordinate (its name, of what) in each slot
         self.values: list = []  # what an accepted step puts there
+        self.columns: Columns | None = None  # what poses and turning vectors are differentiated by
 
     # --- geometry
     def local(self, element, side: str) -> Vector:
@@ -56,7 +58,14 @@ class Kinematics:
 
     def arm(self, element, side: str) -> Vector:
         """From a body's centre of mass to an element's point, along the fixed axes."""
-        return self.poses[getattr(element, side).body].turned(*self.local(element, side))
+        return self.turned(getattr(element, side).body, *self.local(element, side))
+
+    def turned(self, body: Body, x, y) -> Vector:
+        """A vector of a body's frame along the fixed axes; it is differentiated as one that turns."""
+        vector = self.poses[body].turned(x, y)
+        if self.columns is not None and body is not ground:
+            self.columns.turn(body, vector, (x, y))
+        return vector
 
     def joint_point(self, joint, side: str) -> Vector:
         pose, (x, y) = self.poses[getattr(joint, side).body], self.arm(joint, side)
@@ -97,7 +106,7 @@ class Kinematics:
         if base is joint.b.body:
             c, s = self.relative(joint)
             x, y = c * x + s * y, c * y - s * x
-        return self.poses[base].turned(x, y)
+        return self.turned(base, x, y)
 
     def turn(self, joint: Joint) -> Value:
         """Angle of body b against body a."""
@@ -205,6 +214,73 @@ class Kinematics:
         turned = self.trace.atan2(pose.sine * c - pose.cosine * s, pose.cosine * c + pose.sine * s)
         self.values.append(last + turned)
         return self.values[-1]
+
+
+class Columns:
+    """Tangents of poses and of turning vectors along the coordinates of a plan: columns solved once for all.
+
+    values: of the coordinates and of states that are coordinates, by their place.
+    """
+
+    def __init__(self, kinematics: Kinematics, plan: Plan, values: dict):
+        self.k, self.values, self.propagation = kinematics, values, Propagation(kinematics, plan)
+        self.moving = _moving(plan, values)
+
+    @cached_property
+    def fields(self) -> dict[tuple, dict]:
+        """The field of each coordinate's unit rate."""
+        return {place: self.propagation.field({place: 1.0}) for place in self.values}
+
+    def _inputs(self, body: Body) -> list:
+        return [self.values[place] for place in self.moving[body]]
+
+    def poses(self) -> None:
+        """Differentiate all poses by columns."""
+        for body, pose in self.k.poses.items():
+            if body is not ground:
+                self.k.trace.follow([pose.x, pose.y], self._inputs(body), partial(self._moved, body))
+                self.turn(body, (pose.cosine, pose.sine), (1.0, 0.0))
+
+    def turn(self, body: Body, vector: Vector, local: Vector) -> None:
+        """Differentiate a vector that turns with a body, and whose parts in the body's frame may change."""
+        self.k.trace.follow(list(vector), [*self._inputs(body), *local], partial(self._turned, body, vector))
+
+    def _moved(self, body: Body, given: list) -> list:
+        return [self._rate(body, axis, given) for axis in (0, 1)]
+
+    def _turned(self, body: Body, vector: Vector, given: list) -> list:
+        """w x v, and the change in the body's frame, turned."""
+        spin = self._rate(body, 2, given)
+        dx, dy = given[-2:]
+        x, y, pose = {}, {}, self.k.poses[body]
+        for column in sorted({*spin, *dx, *dy}):
+            w, step = spin.get(column, 0.0), pose.turned(dx.get(column, 0.0), dy.get(column, 0.0))
+            x[column], y[column] = step[0] - w * vector[1], step[1] + w * vector[0]
+        return [x, y]
+
+    def _rate(self, body: Body, axis: int, given: list) -> dict:
+        """One component of a body's columns, times the tangents of the coordinates."""
+        factors = [self.fields[place][body][axis] for place in self.moving[body]]
+        pairs = [(t, f) for t, f in zip(given, factors, strict=False) if not is_zero(f)]
+        columns = sorted({c for t, _ in pairs for c in t})
+        return {c: self.k.trace.sum(f * t[c] for t, f in pairs if c in t) for c in columns}
+
+
+def _moving(plan: Plan, places: dict) -> dict[Body, list]:
+    """The coordinates that move each body."""
+    moving: dict[Body, dict] = {ground: {}}
+    for group in plan.groups:
+        together: dict = {}
+        for attachment in group.attachments:
+            joints = {attachment.joint, *group.closures}
+            own = [p for p in places if p[0] in joints or p in (c.place for c in attachment.coordinates)]
+            together |= moving.get(attachment.parent, {}) | dict.fromkeys(own)
+            for body in (b for j in group.closures for b in j.bodies()):
+                together |= moving.get(body, {})
+            moving[attachment.body] = dict(together)
+        if group.closures:
+            moving |= {a.body: together for a in group.attachments}
+    return {body: list(those) for body, those in moving.items()}
 
 
 class Propagation:

@@ -19,25 +19,29 @@ def solve(trace: Trace, matrix: list[list], right: list) -> list:
     size = len(right)
     if size == 1:
         return [right[0] / matrix[0][0]]
-    if size == 2:
+    solution = _solved(trace, matrix, right)
+
+    def tangents(given: list) -> list:
+        """A dx = db - dA x."""
+        rows: list[dict] = [{} for _ in range(size)]
+        for column in sorted({c for t in given for c in t}):
+            change = [given[size * size + i].get(column, 0.0) for i in range(size)]
+            for i, j in itertools.product(range(size), range(size)):
+                change[i] = change[i] - given[i * size + j].get(column, 0.0) * solution[j]
+            for row, value in zip(rows, _solved(trace, matrix, change), strict=True):
+                row[column] = value
+        return rows
+
+    trace.follow(solution, [*(v for row in matrix for v in row), *right], tangents)
+    return solution
+
+
+def _solved(trace: Trace, matrix: list[list], right: list) -> list:
+    if len(right) == 2:
         (a, b), (c, d) = matrix
         inverse = 1.0 / (a * d - b * c)
         return [(d * right[0] - b * right[1]) * inverse, (a * right[1] - c * right[0]) * inverse]
-
-    def rule(args, tangents):
-        """A dx = db - dA x."""
-        results: list[dict] = [{} for _ in range(size)]
-        for column in sorted({c for t in tangents for c in t}):
-            change = [tangents[size * size + i].get(column, 0.0) for i in range(size)]
-            for i, j in itertools.product(range(size), range(size)):
-                change[i] = change[i] - tangents[i * size + j].get(column, 0.0) * solution[j]
-            rows = [args[i * size : (i + 1) * size] for i in range(size)]
-            for i, value in enumerate(solve(trace, rows, change)):
-                results[i][column] = value
-        return results
-
-    solution = trace.call(solver(size), [*(v for row in matrix for v in row), *right], rule)
-    return solution
+    return trace.call(solver(len(right)), [*(v for row in matrix for v in row), *right])
 
 
 @lru_cache(maxsize=64)

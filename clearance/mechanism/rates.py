@@ -61,9 +61,9 @@ class Rates:
 
     def _turned(self, body: Body, parts: tuple, start: tuple[Jet, Jet]) -> tuple[Jet, Jet]:
         """Vectors of a body's frame, added to a start."""
-        turned, add = self.k.poses[body].turned, self.k.trace.sum
+        turned, add = self.k.turned, self.k.trace.sum
         v, r, q = (
-            [add(c) for c in zip(*(turned(getattr(x, n), getattr(y, n)) for x, y in parts), strict=True)]
+            [add(c) for c in zip(*(turned(body, getattr(x, n), getattr(y, n)) for x, y in parts), strict=True)]
             for n in "vda"
         )
         (x, y), spin = start, self.spin(body)

@@ -18,7 +18,7 @@ from clearance.mechanism.dynamics import Dynamics
 from clearance.mechanism.emission import Program, derive_text, kernel_text
 from clearance.mechanism.function import Expansion
 from clearance.mechanism.joint_friction import joint_friction
-from clearance.mechanism.kinematics import Kinematics, Propagation
+from clearance.mechanism.kinematics import Columns, Kinematics, Propagation
 from clearance.mechanism.layout import Channel, Layout
 from clearance.mechanism.motion import Calls, Motion
 from clearance.mechanism.numbers import Numbers
@@ -89,6 +89,7 @@ class Tracing:
         self.spots = [(e, spot) for e in scene.elements for spot in e.spots()]
         self._trace()
         self._write()
+        self.trace.rules.clear()  # which hold bodies and joints
 
     def structure(self) -> Structure:
         """The result of tracing, without the scene."""
@@ -165,6 +166,10 @@ class Tracing:
         self.driven = {d: d.motion_at(motion) for d in self.scene.loads if d.prescribes}
         k.coordinate |= self._driven(self.plan, 0)
         k.place(self.plan)
+        places = {c.place for g in self.plan.groups for c in g.given} | set(position)
+        values = {place: value for place, value in (position | k.coordinate).items() if place in places}
+        k.columns = Columns(k, self.plan, values)
+        k.columns.poses()
         trace.section = "velocities"
         motion.at(Propagation(k, self.plan).velocities(rate | self._driven(self.plan, 1)))
         return motion

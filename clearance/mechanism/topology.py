@@ -69,6 +69,11 @@ class Group:
     def unknowns(self) -> list[Coordinate]:
         return [c for a in self.attachments for c in a.coordinates if c.source == "unknown"]
 
+    @property
+    def given(self) -> list[Coordinate]:
+        """Coordinates that are free or prescribed."""
+        return [c for a in self.attachments for c in a.coordinates if c.source != "unknown"]
+
     def label(self) -> str:
         return "+".join(a.body.name for a in self.attachments)
 

@@ -10,6 +10,7 @@ LLVM IR by `ir`.
 import math
 import operator
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 
 Tangents = dict  # column -> Value
 
@@ -116,6 +117,21 @@ def defined(function: Callable, *numbers):
     return math.nan if isinstance(value, complex) else value
 
 
+@dataclass(frozen=True, eq=False)
+class Rule:
+    """How values are differentiated that follow from inputs in another way than by a chain of operations.
+
+    tangents(tangents of inputs) -> tangents of values. The inputs hold all that the values depend on.
+    """
+
+    inputs: list
+    tangents: Callable
+
+    def of(self, tangents: list[Tangents]) -> list[Tangents]:
+        """Tangents of the values, sparse."""
+        return [_without_zeros(row) for row in self.tangents(tangents)] 
+
+
 class Trace:
     """A growing list of operations, each written once."""
 
@@ -124,6 +140,7 @@ class Trace:
         self.nodes: list[Scalar] = []
         self.section = ""
         self._nodes: dict[tuple, Scalar] = {}
+        self.rules: dict[Scalar, tuple[Rule, int, float]] = {}  # with the place and sign of the value
 
     def node(self, op, *args) -> Scalar:
         """The one node of an operation on operands."""
@@ -330,19 +347,38 @@ class Trace:
         return [self.node("item", node, i) for i in range(function.count)]
 
     # --- differentiation
+    def follow(self, values: list, inputs: list, tangents: Callable) -> None:
+        """Differentiate values by a rule, in place of the operations that made them; see Rule."""
+        rule = Rule(inputs, tangents)
+        for i, value in enumerate(values):
+            negative = isinstance(value, Scalar) and value.op == "neg"
+            node = value.args[0] if negative else value
+            if isinstance(node, Scalar) and node.op != "load":
+                self.rules.setdefault(node, (rule, i, -1.0 if negative else 1.0))
+
+    def _needed(self, node: Scalar) -> list[Scalar]:
+        """Values that the tangents of a node follow from."""
+        inputs = self.rules[node][0].inputs if node in self.rules else node.args
+        return [a for a in inputs if isinstance(a, Scalar)]
+
     def tangent(self, outputs: Iterable, seeds: Mapping[Scalar, Tangents]) -> list[Tangents]:
         """Derivatives of the outputs along the seeded columns, as sparse dicts {column: value}."""
         outputs = list(outputs)
         slopes: dict[Scalar, Tangents] = {}
-        pulled: dict[Scalar, list[Tangents]] = {}
+        pulled: dict[Scalar | Rule, list[Tangents]] = {}
 
         def of(a):
             return slopes.get(a, {}) if isinstance(a, Scalar) else {}
 
         section = self.section
-        for node in live(outputs):
+        for node in live(outputs, seeds.__contains__, self._needed):
             if node in seeds:
                 slopes[node] = dict(seeds[node])
+            elif node in self.rules:
+                rule, place, sign = self.rules[node]
+                if rule not in pulled:
+                    pulled[rule] = rule.of([of(a) for a in rule.inputs])
+                slopes[node] = {c: v if sign > 0.0 else -v for c, v in pulled[rule][place].items()}
             elif node.op == "call":
                 args = node.args[1:]
                 if any(of(a) for a in args):
@@ -361,8 +397,8 @@ class Trace:
     def spread(self, outputs: Iterable, seeds: Iterable[Scalar]) -> int:
         """How many derivatives `tangent` would form along as many columns as there are seeds."""
         columns = {seed: {i} for i, seed in enumerate(seeds)}
-        for node in live(outputs):
-            columns.setdefault(node, set().union(*(columns[a] for a in node.operands)))
+        for node in live(outputs, columns.__contains__, self._needed):
+            columns.setdefault(node, set().union(*(columns[a] for a in self._needed(node))))
         return sum(map(len, columns.values()))
 
     def _through(self, function, args, tangents) -> list[Tangents]:
@@ -463,7 +499,11 @@ def _without_zeros(row: Tangents) -> Tangents:
     return {c: v for c, v in row.items() if not is_zero(v)}
 
 
-def live(outputs: Iterable, cut: Callable[[Scalar], bool] = lambda node: False) -> list[Scalar]:
+def live(
+    outputs: Iterable,
+    cut: Callable[[Scalar], bool] = lambda node: False,
+    operands: Callable[[Scalar], list] = lambda node: node.operands,
+) -> list[Scalar]:
     """The operations that outputs need, in order; the walk stops at nodes where `cut` holds."""
     needed, stack = set(), [o for o in outputs if isinstance(o, Scalar)]
     while stack:
@@ -471,7 +511,7 @@ def live(outputs: Iterable, cut: Callable[[Scalar], bool] = lambda node: False) 
         if node not in needed:
             needed.add(node)
             if not cut(node):
-                stack += node.operands
+                stack += operands(node)
     return sorted(needed, key=lambda s: s.index)
 
 
