@@ -1,8 +1,8 @@
 """The scene of a mechanism: its elements and the bodies that they act on."""
 
 import json
-from collections.abc import Iterable, Mapping
-from dataclasses import fields, is_dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import fields, is_dataclass, replace
 
 from clearance import checks
 from clearance.body import Body, Point, ground
@@ -91,6 +91,43 @@ class Scene:
         given = json.dumps(self.parameters, default=str, sort_keys=True)
         return {"case": self.name, "parameters": given, "scene": self.to_json(), **self.origin}
 
+    def rebuilt(
+        self,
+        *,
+        body: Callable[[Body], Body] = lambda b: b,
+        element: Callable[[Element], Element] = lambda e: e,
+        gravity: tuple[float, ...] | None = None,
+    ) -> "Scene":
+        """The scene with every body and element passed through a function; elements follow to the new ones."""
+        made: dict = {b: body(b) for b in self.bodies} | {ground: ground}
+
+        def followed(value):
+            if isinstance(value, Point):
+                return replace(value, body=made[value.body])
+            return made[value] if isinstance(value, Body | Element) else value
+
+        for one in self.elements:
+            made[one] = element(replace(one, **{f.name: followed(getattr(one, f.name)) for f in fields(one)}))
+        elements = [made[one] for one in self.elements]
+        scene = Scene(*elements, gravity=self.gravity if gravity is None else gravity, name=self.name)
+        scene.parameters.update(self.parameters)
+        scene.origin.update(self.origin)
+        return scene
+
+    def replaced(self, changes: Mapping[str, float]) -> "Scene":
+        """The scene with some numbers changed, by their names in result files: {"joints/B/clearance": 1e-4}.
+
+        Numbers of bodies, elements and their laws ("joints/B/contact/stiffness"). What a joint determines, such as
+        the stiffness of its contact, follows. Raises ValueError for a name that the scene has not got.
+        """
+        left = dict(changes)
+        scene = self.rebuilt(body=lambda b: _changed(b, left), element=lambda e: _changed(e, left))
+        if left:
+            names = [f"{p.key}/{f.name}" for p in (*self.bodies, *self.elements) for f in fields(p)]
+            name = next(iter(left))
+            raise ValueError(f"{name!r} is no number of this scene{checks.meant(name, names)}")
+        return scene
+
     def description(self) -> dict:
         """The scene as plain data: bodies, joints, loads with every number."""
         return {
@@ -108,6 +145,19 @@ class Scene:
     def __repr__(self) -> str:
         kinds = ", ".join(f"{j.name}:{type(j).__name__}" for j in self.joints)
         return f"Scene({self.name!r}: {len(self.bodies)} bodies; {kinds})"
+
+
+def _changed(part: Body | Element, changes: dict[str, float]) -> Body | Element:
+    """A part with the numbers that stand under its name; they are taken out of the changes."""
+    values: dict[str, object] = {}
+    for name in [name for name in changes if name.startswith(f"{part.key}/")]:
+        field, _, parameter = name.removeprefix(f"{part.key}/").partition("/")
+        value = values.get(field, getattr(part, field, None))
+        if isinstance(value, BoundLaw) and parameter in value.law.given:
+            values[field] = value.replaced(**{parameter: changes.pop(name)})
+        elif not parameter and isinstance(value, int | float) and not isinstance(value, bool):
+            values[field] = changes.pop(name)
+    return replace(part, **values) if values else part
 
 
 def _distinct(items: Iterable) -> tuple:

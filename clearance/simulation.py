@@ -26,7 +26,7 @@ from clearance.extremes import Extremes, along, followed, guides, stretch_length
 from clearance.interrupts import Held, ended
 from clearance.mechanism import store
 from clearance.mechanism.asking import Answerer
-from clearance.mechanism.build import Mechanism, build
+from clearance.mechanism.build import Mechanism, build, changed
 from clearance.mechanism.closing import last_position, lost_at, no_number
 from clearance.mechanism.dead_centre import Motion, dead_centre
 from clearance.recording import FileSink, LedgerWatch, Recorder, Unwritable, chosen, filters
@@ -54,6 +54,7 @@ LOST_ENERGY = 1e-3  # share of the energy turned over whose loss makes a run dou
 LEDGER = ("energy/kinetic", "energy/input", "energy/dissipated", "energy/residual")
 LARGEST_SHARE = 1.0 / 24.0  # largest step as a share of a turn
 PRESCRIBED_SHARE = 1.0 / 100.0  # the same where nothing is free to move
+SAME = 1e-12  # share of the time within which two moments are one
 REMEMBERED_SHARE = 1.0 / 400.0  # the same where a film has a memory
 
 
@@ -313,8 +314,7 @@ class Run:
         states, spots = mechanism.size or size, mechanism.spots
         self.y, self.f = mechanism.y0.copy(), np.zeros(size)
         self.work = np.concatenate([mechanism.work0, np.zeros(1)])
-        self.scale = np.concatenate([mechanism.scale, np.full(size - mechanism.size, self._energy_scale())])
-        self.band = loop.BAND * np.array([spot.reach for _, spot in spots])
+        self.scale, self.band = np.zeros(size), np.zeros(len(spots))
         self.control, self.counts = np.zeros(t.CONTROL_SIZE), np.zeros(t.COUNTS_SIZE, np.int64)
         self.control[t.RTOL] = rtol
         self.control[t.EVALUATE_LEDGER] = float(size > mechanism.size)
@@ -322,7 +322,7 @@ class Run:
         self.control[t.CONVERGENCE], self.control[t.EFFORT] = 1.0, 0.9
         self.control[t.NEWTON_TOLERANCE] = NEWTON_TOLERANCE
         self.clock, self.place = np.zeros(state.CLOCK_SIZE), np.zeros(state.PLACE_SIZE, np.int64)
-        self.clock[state.END] = span.until
+        self.clock[state.FINISH] = span.until
         online = [s for s in mechanism.sources.values() if isinstance(s, Answerer)]
         for source in online:
             source.reset()
@@ -335,7 +335,6 @@ class Run:
         self.place[state.REMEMBERING] = len(mechanism.layout.remembering)
         self.contacts = np.zeros((len(spots), state.CONTACT_COLUMNS))
         self.contacts[:, state.KIND] = [spot.kind for _, spot in spots]
-        self.contacts[:, state.CLEARANCE] = [spot.reach for _, spot in spots]
         self.contacts[:, state.COORDINATE] = [mechanism.places.get(e, -1) for e, _ in spots]
         self.contacts[:, state.PEAKS] = -1
         self.impacts = np.zeros((IMPACT_ROWS, state.IMPACT_COLUMNS))
@@ -349,7 +348,8 @@ class Run:
         self.looks = np.zeros((2, self.rows.shape[1]))
         self.place[state.MAY_SWITCH] = self.reason == NOT_STIFF
         self.take(self.method)
-        self._scale_film_rates()
+        self._take_numbers()
+        self.observers: list[tuple[float, Callable[[Run], None]]] = []
         self.wall, self.cpu, self.contact_count = 0.0, 0.0, 0
         self.started = "as the scene says"
         self.spoilt = ""  # why the outputs cannot be trusted any more
@@ -434,6 +434,60 @@ class Run:
         with announced():
             self.take(method)
 
+    def _take_numbers(self) -> None:
+        """Natural sizes of states and free ways of spots, from the numbers of the mechanism."""
+        state, size = self.state, self.mechanism.size
+        reach = [spot.reach for _, spot in self.mechanism.spots]
+        self.scale[:size], self.scale[size:] = self.mechanism.scale, self._energy_scale()
+        self.contacts[:, state.CLEARANCE] = reach
+        self.band[:] = self.loop.BAND * np.array(reach)
+        self._scale_film_rates()
+
+    # --- changes on the way
+    def every(self, period: float, observer: Callable[["Run"], None]) -> None:
+        """Call observer(run) at each multiple of a period [s]; a step ends there, and the observer may `change`."""
+        self.observers.append((checks.positive("period", period), observer))
+
+    def change(self, changes: dict[str, float]) -> None:
+        """Change numbers of the scene where the run stands: {"joints/B/clearance": 1.1e-4}; see Scene.replaced.
+
+        What depends on them follows: contact stiffness, film tables, natural sizes. The ledger counts as put in
+        what the change does to the energy. Raises ValueError where a journal with nothing but a film would lie
+        outside its clearance, and for changes that need another kernel.
+        """
+        t, before = self.types, self._energy()
+        self.mechanism = changed(self.mechanism, changes, self.clock[self.state.TIME])
+        self._take_numbers()
+        if outside := [j.label() for j in self.mechanism.places if j.contact is None and self._gap(j) <= 0.0]:
+            raise ValueError(f"{outside[0]}: its journal lies outside the changed clearance")
+        time = self.clock[self.state.TIME]
+        self.mechanism.kernel("rhs")(time, self.y, self.mechanism.par, self.work, self.f)
+        if before is not None:
+            self.y[self.mechanism.size] += self._energy() - before
+        self.counts[t.JACOBIAN_STATE] = self.counts[t.LU_STATE] = self.counts[t.HAS_PREDICTOR] = 0
+        self.control[t.LAST_H] = self.clock[self.state.LAST_STEP] = self.clock[self.state.INTERVAL] = 0.0
+
+    def _energy(self) -> float | None:
+        """Kinetic and potential energy where the run stands; None without a ledger or outputs."""
+        layout = self.mechanism.layout
+        if not (self.outputs and layout.ledger):
+            return None
+        row, time = np.empty(len(layout.channels)), self.clock[self.state.TIME]
+        self.mechanism.kernel("observe")(time, self.y, self.mechanism.par, self.work.copy(), row)
+        return float(row[layout.output["energy/kinetic"]] + row[layout.output["energy/potential"]])
+
+    def _next_stop(self) -> float:
+        """The first time from here on at which an observer waits, or the end."""
+        now = self.clock[self.state.TIME] * (1.0 + SAME)
+        return min([(math.floor(now / period) + 1) * period for period, _ in self.observers] + [self.span.until])
+
+    def _observed(self) -> None:
+        """Call the observers that wait at the present time."""
+        now = self.clock[self.state.TIME]
+        for period, observer in self.observers:
+            if abs(now / period - round(now / period)) <= SAME * max(now / period, 1.0):
+                observer(self)
+
     def _energy_scale(self) -> float:
         mass = sum(b.mass for b in self.mechanism.scene.bodies)
         return mass * (self.mechanism.start.size * self.mechanism.frequency) ** 2
@@ -469,6 +523,7 @@ class Run:
     def advance(self) -> int:
         """One call of the compiled loop; `wall` and `cpu` sum the time spent there [s]."""
         began, cpu = clock_of_the_wall.perf_counter(), clock_of_the_wall.thread_time()
+        self.clock[self.state.END] = self._next_stop()
         state = self._state()
         words = self.state.words(state)
         code = self.loop.run(words.ctypes.data if store.COMPILED else state, self.budget)
@@ -477,7 +532,9 @@ class Run:
         if code == codes.STIFF:
             self._become_implicit()
             return codes.RUNNING
-        return code
+        if code == codes.DONE and self.observers:
+            self._observed()
+        return codes.RUNNING if code == codes.DONE and self.clock[self.state.TIME] < self.span.until else code
 
     def _state(self):
         """What the compiled loop works on."""

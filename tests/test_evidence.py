@@ -15,7 +15,7 @@ from clearance.catalogue import find_case
 from clearance.evidence import ablation, physics, pictures, statistics, work_precision
 from clearance.evidence.peers import PEERS
 from clearance.evidence.problem import NotSolved, Problem, horizon
-from clearance.evidence.variants import rebuilt, reduced
+from clearance.evidence.variants import reduced
 from clearance.simulation import METHODS
 from tests.test_stepping import ball
 
@@ -225,7 +225,7 @@ class TestAblation:
 
     def test_rebuilding_changes_nothing(self):
         scene = cl.load_case("six_bar_feeder", joints="B,C")
-        assert rebuilt(scene).to_json() == scene.to_json()
+        assert scene.rebuilt().to_json() == scene.to_json()
 
     def test_explain_prints_it(self, capsys):
         assert cli.main(["explain", "six_bar_feeder", "-p", "joints=B,C"]) == 0

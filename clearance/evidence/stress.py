@@ -22,7 +22,6 @@ from clearance.body import Body, ground
 from clearance.catalogue import find_case
 from clearance.elements import ClearanceRevolute, Drive, Prismatic, Revolute
 from clearance.elements.joint import Joint
-from clearance.evidence.variants import rebuilt
 from clearance.interrupts import end_groups, follow_parent
 from clearance.results import Result, save_tables
 from clearance.scene import Scene
@@ -172,7 +171,7 @@ def altered(scene: Scene, changes: dict, laws: dict, masses: float, gravity) -> 
             own["contact"] = j.contact.law(**(j.contact.parameters | laws))
         return dataclasses.replace(j, **own)
 
-    return rebuilt(scene, body=body, joint=joint, gravity=gravity)
+    return scene.rebuilt(body=body, element=joint, gravity=gravity)
 
 
 def random_scene(seed: int, model: str) -> Scene:

@@ -1,38 +1,10 @@
 """Scenes made from a scene: the same mechanism with other bodies or joints."""
 
 import dataclasses
-from collections.abc import Callable
 
-from clearance.body import Body, Point, ground
 from clearance.elements import ClearanceRevolute, Revolute
-from clearance.elements.joint import Joint
+from clearance.elements.element import Element
 from clearance.scene import Scene
-
-
-def rebuilt(
-    scene: Scene, *, body: Callable[[Body], Body] = lambda b: b, joint: Callable[[Joint], Joint] = lambda j: j,
-    gravity: tuple[float, float] | None = None,
-) -> Scene:  # fmt: skip
-    """The scene with every body and joint passed through a function; loads follow to the new ones."""
-    bodies = {b: body(b) for b in scene.bodies} | {ground: ground}
-
-    def followed(value):
-        if isinstance(value, Point):
-            return dataclasses.replace(value, body=bodies[value.body])
-        if isinstance(value, Joint):
-            return joints[value]
-        return bodies[value] if isinstance(value, Body) else value
-
-    joints = {}
-    for j in scene.joints:
-        joints[j] = joint(dataclasses.replace(j, a=followed(j.a), b=followed(j.b)))
-    loads = [
-        dataclasses.replace(
-            load, **{f.name: followed(getattr(load, f.name)) for f in dataclasses.fields(load) if f.init}
-        )
-        for load in scene.loads
-    ]
-    return Scene(*joints.values(), *loads, gravity=scene.gravity if gravity is None else gravity, name=scene.name)
 
 
 def reduced(scene: Scene) -> dict[str, Scene]:
@@ -40,12 +12,12 @@ def reduced(scene: Scene) -> dict[str, Scene]:
     found = {"as it is": scene}
     clearances = scene.clearance_joints
     if any(j.friction is not None for j in scene.joints):
-        found["without friction"] = rebuilt(scene, joint=lambda j: dataclasses.replace(j, friction=None))
+        found["without friction"] = scene.rebuilt(element=_smooth)
     if any(j.film is not None and j.film_torques for j in clearances):
-        found["without film torques"] = rebuilt(scene, joint=_without_film_torques)
+        found["without film torques"] = scene.rebuilt(element=_without_film_torques)
     if len(clearances) > 1:
         first = clearances[0].name
-        found[f"clearance in {first} only"] = rebuilt(scene, joint=lambda j: j if j.name == first else _ideal(j))
+        found[f"clearance in {first} only"] = scene.rebuilt(element=lambda e: e if e.name == first else _ideal(e))
     if clearances:
         found["ideal joints"] = idealised(scene)
     return found
@@ -53,14 +25,18 @@ def reduced(scene: Scene) -> dict[str, Scene]:
 
 def idealised(scene: Scene) -> Scene:
     """The scene with an ideal hinge for every clearance joint, and no friction in any joint."""
-    return rebuilt(scene, joint=_ideal)
+    return scene.rebuilt(element=_ideal)
 
 
-def _without_film_torques(joint: Joint) -> Joint:
-    return dataclasses.replace(joint, film_torques=False) if isinstance(joint, ClearanceRevolute) else joint
+def _smooth(element: Element) -> Element:
+    return dataclasses.replace(element, friction=None) if hasattr(element, "friction") else element
 
 
-def _ideal(joint: Joint) -> Joint:
-    if isinstance(joint, ClearanceRevolute):  # which carries nothing out of the plane
-        return Revolute(joint.a, joint.b, name=joint.name, self_aligning=True)
-    return dataclasses.replace(joint, friction=None)
+def _without_film_torques(element: Element) -> Element:
+    return dataclasses.replace(element, film_torques=False) if hasattr(element, "film_torques") else element
+
+
+def _ideal(element: Element) -> Element:
+    if isinstance(element, ClearanceRevolute):  # which carries nothing out of the plane
+        return Revolute(element.a, element.b, name=element.name, self_aligning=True)
+    return _smooth(element)

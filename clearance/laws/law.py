@@ -7,7 +7,7 @@ callable on floats and arrays. Nothing is registered anywhere: kernels take the 
 import inspect
 from collections import namedtuple
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 from clearance.checks import Check, finite, meant
@@ -171,11 +171,13 @@ class BoundLaw:
     """A law with its parameters. `law(*state)` evaluates it on floats or, element by element, on arrays.
 
     numbers: in the order of the law's parameters; None where a joint determines it, until the law is `of` one.
+    of_joint: parameters that the joint has determined, and would determine anew.
     """
 
     law: Law
     numbers: tuple[float | None, ...]
     settings: tuple[tuple[str, object], ...] = ()
+    of_joint: tuple[str, ...] = field(default=(), compare=False)
 
     @property
     def values(self) -> dict[str, float]:
@@ -189,7 +191,8 @@ class BoundLaw:
 
     def replaced(self, **changes: float) -> "BoundLaw":
         """The law with some of its parameters changed. Raises TypeError for one that it has not got."""
-        numbers = {n: v for n, v in self.values.items() if n in self.law.given and v is not None}
+        given = [n for n in self.law.given if n not in self.of_joint]
+        numbers = {n: self.values[n] for n in given if self.values[n] is not None}
         if isinstance(self.law, DataLaw):
             return self.law.bind(dict(self.settings), **(numbers | changes))
         return self.law(**(numbers | changes))
@@ -200,15 +203,14 @@ class BoundLaw:
         joint: something with radius, clearance, length, material and layer, such as a ClearanceRevolute. Raises
         ValueError for a parameter that the joint cannot determine.
         """
-        if None not in self.numbers:
+        left = tuple(n for n, v in self.values.items() if v is None or n in self.of_joint)
+        if not left:
             return self
-        given = self.values
-        whole = dict(given)
-        for name in (n for n, v in given.items() if v is None):
-            whole[name] = self.law.checks[name].function(joint, given)
-            if whole[name] is None:
-                raise ValueError(f"{name} is missing: give it to the law or to the joint")
-        return BoundLaw(self.law, tuple(whole.values()), self.settings)
+        given = self.values | dict.fromkeys(left)
+        made = {name: self.law.checks[name].function(joint, given) for name in left}
+        if missing := [name for name, value in made.items() if value is None]:
+            raise ValueError(f"{missing[0]} is missing: give it to the law or to the joint")
+        return BoundLaw(self.law, tuple((given | made).values()), self.settings, left)
 
     def source(self, joint: FilmJoint):
         """Data of a law in this joint: an object with `numbers`, a flat array."""

@@ -56,6 +56,19 @@ class Start:
         return self.value(place_of(target))[0]
 
 
+    def followed(self, before: Scene, after: Scene) -> "Start":
+        """The same start for a scene whose parts are others with the same names."""
+        parts = {p.key: p for p in (*after.bodies, *after.elements)}
+        new = {p: parts[p.key] for p in (*before.bodies, *before.elements)} | {ground: ground}
+        return Start(
+            {new[b]: pose for b, pose in self.pose.items()},
+            {new[b]: rate for b, rate in self.velocity.items()},
+            self.size,
+            tuple(new[j] for j in self.measured),
+            {(new[j], what): value for (j, what), value in self.relative.items()},
+        )
+
+
 def place_of(target: Body | Joint) -> tuple:
     """The coordinate that a drive of this target drives."""
     return (target, "angle") if isinstance(target, Body) else (target, target.free[0])

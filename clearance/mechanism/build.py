@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -114,21 +114,52 @@ def build(scene: Scene, ledger: bool = True) -> Mechanism:
         _structures[signature] = Tracing(scene, numbers, plan, cut, start.measured, ledger).structure()
     structure = _structures[signature]
     _check_friction(scene, structure)
-    values = _values(scene, structure, plan, numbers, start)
     sources = _sources(scene)
+    par = _parameters(structure, _values(scene, structure, plan, numbers, start), sources)
+    y0 = _state(scene, plan, start, structure.layout)
+    mechanism = Mechanism(scene, structure, plan, start, par, y0, _work(scene, structure, start), _films(sources))
+    for i, (_, spot) in enumerate(mechanism.spots):
+        if spot.kind == BLENDED:  # no first touch: a typical speed instead
+            mechanism.work0[i] = max(mechanism.work0[i], spot.reach * mechanism.frequency)
+    return mechanism
+
+
+def changed(mechanism: Mechanism, changes: dict[str, float], time: float = 0.0) -> Mechanism:
+    """The mechanism with other numbers and all that depends on them, in its structure; see Scene.replaced.
+
+    A drive whose speed changes goes on from where it stands at the given time [s].
+    Raises ValueError for a number that the code has folded in, such as one that becomes 0.
+    """
+    scene, layout = mechanism.scene.replaced(changes), mechanism.layout
+    before, numbers = Numbers(mechanism.scene), Numbers(scene)
+    if numbers.signature != before.signature:
+        raise ValueError(f"{', '.join(changes)}: the change needs another kernel; make another scene")
+    values = list(mechanism.par[: len(layout.parameters)])
+    old, new = np.array(before.values), np.array(numbers.values)
+    for place in np.flatnonzero((old != new) & ~np.isnan(new)):
+        values[place] = numbers.values[place]
+    for drive in (d for d in scene.loads if d.prescribes and d.motion is None):
+        start, speed = (numbers.index[f"{drive.key}/{name}"] for name in ("start", "speed"))
+        values[start] += (old[speed] - new[speed]) * time
+    sources = _sources(scene)
+    par = _parameters(mechanism.structure, values, sources)
+    start = mechanism.start.followed(mechanism.scene, scene)
+    return replace(mechanism, scene=scene, start=start, par=par, sources=_films(sources))
+
+
+def _films(sources: dict) -> dict:
+    """What the film of each joint reads or asks."""
+    return {element: source for (element, name), source in sources.items() if name == "film"}
+
+
+def _parameters(structure: Structure, values: list[float], sources: dict) -> np.ndarray:
+    """The parameter vector: numbers, what is derived from them, and what laws read as a whole."""
     data = _data(sources, structure, values)
     par = np.zeros(len(values) + structure.layout.derived)
     par[: len(values)] = values
     with np.errstate(all="ignore"):
         structure.derive(par)
-    par = np.concatenate([par, *data])
-    y0 = _state(scene, plan, start, structure.layout)
-    films = {joint: source for (joint, slot), source in sources.items() if slot == "film"}
-    mechanism = Mechanism(scene, structure, plan, start, par, y0, _work(scene, structure, start), films)
-    for i, (_, spot) in enumerate(mechanism.spots):
-        if spot.kind == BLENDED:  # no first touch: a typical speed instead
-            mechanism.work0[i] = max(mechanism.work0[i], spot.reach * mechanism.frequency)
-    return mechanism
+    return np.concatenate([par, *data])
 
 
 def place_named(scene: Scene, what: str, name: str) -> tuple:

@@ -21,6 +21,7 @@ from clearance.stepping.state import (
     EVENTS,
     FAILED_JOINT,
     FILM,
+    FINISH,
     FLIPS,
     FREE_STEP,
     IMPACT_SPEED,
@@ -253,7 +254,7 @@ def switch(s, joint, t, values):
 def next_sample(s):
     """Time of the next output row."""
     if s.place[SAMPLE] == s.place[SAMPLES] - 1:
-        return s.clock[END]
+        return s.clock[FINISH]
     return s.clock[BEGIN] + s.place[SAMPLE] * s.clock[SAMPLE_EVERY]
 
 

@@ -24,7 +24,8 @@ from clearance.stepping.types import (
 TIME, STEP_SIZE, END, LARGEST, SAMPLE_EVERY, BEGIN, CONTACT_STEP, FREE_STEP, LAST_STEP, LAST_ERROR = range(10)
 STRETCH = 10  # length of the stretches of a run that have extremes of their own
 INTERVAL = 11  # from the last look but one at the outputs to the last; 0: their slopes have jumped since
-CLOCK_SIZE = 12
+FINISH = 12  # end of the whole run; END may stand before it, where something is to happen on the way
+CLOCK_SIZE = 13
 # entries of `place`
 SAMPLE, SAMPLES, ROWS, LOGGED, EVENTS, STEP_LIMIT, STARTED, COMMITS, LAST_REFUSAL, FAILED_JOINT, FLIPS = range(11)
 REFUSALS, INTERPOLATED, STIFF_STEPS, MILD_STEPS, MAY_SWITCH, REMEMBERING, WATCHED, STRETCHES = range(11, 19)

@@ -1,0 +1,89 @@
+"""Numbers that change between turns: `Scene.replaced`, `Run.every`, `Run.change`."""
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance.mechanism.build import build, changed
+from clearance.recording import MemorySink
+from clearance.simulation import prepare
+
+
+def test_what_a_joint_determines_follows_a_change():
+    """Contact stiffness that the joint determines is that of a joint made with the new clearance."""
+    scene = cl.load_case("slider_crank", model="dry")
+    one = scene.replaced({"joints/C/clearance": 2e-4})
+    joint = next(j for j in one.joints if j.name == "C")
+    assert joint.clearance == 2e-4
+    assert joint.contact.values["stiffness"] == cl.hertz_stiffness(joint.radius, 2e-4, joint.material)
+
+
+def test_a_changed_mechanism_has_the_numbers_of_a_new_one():
+    scene = cl.load_case("slider_crank", model="dry")
+    mechanism = build(scene)
+    new = changed(mechanism, {"joints/C/clearance": 2e-4, "bodies/slider/mass": 0.2})
+    assert new.structure is mechanism.structure
+    other = build(scene.replaced({"joints/C/clearance": 2e-4, "bodies/slider/mass": 0.2}))
+    np.testing.assert_array_equal(new.par, other.par)
+
+
+@pytest.mark.parametrize("name", ["joints/C/clerance", "joints/X/clearance", "joints/C/contact/nothing", "slider/mass"])
+def test_an_unknown_name_is_refused(name):
+    scene = cl.load_case("slider_crank", model="dry")
+    with pytest.raises(ValueError, match=name.replace("/", ".")):
+        scene.replaced({name: 1.0})
+
+
+def recorded(run):
+    """The record of a run in memory."""
+    sink = MemorySink(run.mechanism.layout.channels, {})
+    assert run.record(sink) is None
+    return sink.record
+
+
+def test_an_oscillator_whose_stiffness_changes_on_the_way():
+    """theta'' = -k / I theta: amplitude and phase of each piece follow from the one before, to 1e-7 of the largest.
+
+    The tolerance of the run is 1e-9; the ledger counts the work of the changes as put in, and closes to 1e-7.
+    """
+    rod = cl.Body("rod", mass=1.0, inertia=0.01, points={"pin": (0.0, 0.0)}, angle=0.3)
+    hinge = cl.Revolute(cl.ground, rod["pin"], name="P")
+    spring = cl.TorsionSpring(cl.ground, rod, stiffness=1.0, name="spring")
+    scene = cl.Scene(hinge, spring, gravity=(0.0, 0.0))
+    run = prepare(scene, until=1.0, samples=201, rtol=1e-9)
+    stiffness = iter((4.0, 0.25, 2.0, 1.0))
+    run.every(0.25, lambda r: r.change({"springs/spring/stiffness": next(stiffness)}))
+    record = recorded(run)
+    times, theta = record.time, record["rod"].theta
+    position, speed, wanted = 0.3, 0.0, []
+    for first, k in zip(np.arange(4) * 0.25, (1.0, 4.0, 0.25, 2.0), strict=True):
+        w = np.sqrt(k / 0.01)
+        inside = times[(times > first - 1e-12) & (times < first + 0.25 - 1e-12)] - first
+        wanted += list(position * np.cos(w * inside) + speed / w * np.sin(w * inside))
+        angle = 0.25 * w
+        position, speed = (
+            position * np.cos(angle) + speed / w * np.sin(angle),
+            speed * np.cos(angle) - position * w * np.sin(angle),
+        )
+    np.testing.assert_allclose(theta[:-1], wanted, atol=1e-7 * np.abs(wanted).max())
+    assert np.abs(record.energy.residual).max() < 1e-7 * 0.5 * 4.0 * 0.09
+
+
+def test_a_change_of_nothing_changes_nothing():
+    """Stops on the way alone: the motion of a lubricated slider-crank within 1e-6 of its clearance."""
+    scene = cl.load_case("slider_crank", model="lubricated")
+    plain = cl.simulate(scene, turns=0.5, samples_per_turn=100, rtol=1e-8)
+    run = prepare(scene, turns=0.5, samples_per_turn=100, rtol=1e-8)
+    times = []
+    run.every(0.1 * scene.turn, lambda r: times.append(r.clock[r.state.TIME]))
+    gap = recorded(run).joint("C").gap
+    np.testing.assert_allclose(times, 0.1 * scene.turn * np.arange(1, 6), rtol=1e-12)
+    np.testing.assert_allclose(gap, plain.joint("C").gap, atol=1e-6 * 1e-4)
+
+
+def test_a_journal_outside_its_changed_clearance_is_refused():
+    scene = cl.load_case("slider_crank", model="lubricated")
+    run = prepare(scene, turns=0.1, samples_per_turn=50)
+    run.every(0.05 * scene.turn, lambda r: r.change({"joints/C/clearance": 1e-7}))
+    with pytest.raises(ValueError, match="joint C: its journal lies outside the changed clearance"):
+        run.record(MemorySink(run.mechanism.layout.channels, {}))
