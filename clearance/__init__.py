@@ -1,100 +1,23 @@
 """clearance: tribodynamics of planar mechanisms whose joints have clearance, lubricant and friction."""
 
-from clearance import film, laws
+# isort: off
+from clearance.laws import *  # noqa: F403
+from clearance.elements import *  # noqa: F403
+
+# isort: on
+from clearance import elements, films, laws
+from clearance import film as film
 from clearance.body import Body, Point, ground
 from clearance.choices import joint_factory, joint_friction_law, one_of
-from clearance.elements import ClearanceRevolute, Drive, Force, Prismatic, Revolute, SpringDamper, Torque, TorsionSpring
 from clearance.film.bearing import Bearing, FilmSolution, Groove
 from clearance.film.online import conserving_film, fast_film, fem_film
 from clearance.film.tabulated import table_film
-from clearance.laws import (
-    ambrosio,
-    asperity,
-    bengisu_akay,
-    breakaway_linear,
-    breakaway_smooth,
-    bristle,
-    composite_roughness,
-    contact,
-    contact_flow_factor,
-    contact_modulus,
-    coulomb,
-    coulomb_tanh,
-    coulomb_viscous,
-    delivered_restitution,
-    effort,
-    exact_damping,
-    exact_restitution,
-    film_torques,
-    flores,
-    flores_hybrid,
-    friction,
-    full_sommerfeld,
-    fuzzy,
-    fuzzy_table,
-    gonthier,
-    greenwood_tripp,
-    greenwood_williamson,
-    harmonic,
-    herbert_mcwhannell,
-    hertz,
-    hertz_stiffness,
-    hu_guo,
-    hunt_crossley,
-    hunt_crossley_memoryless,
-    impact,
-    johnson,
-    joint_bristle,
-    joint_coulomb,
-    joint_friction,
-    joint_lugre,
-    joint_lugre_loaded,
-    joint_stribeck,
-    kelvin_voigt,
-    lankarani_nikravesh,
-    layer_modulus,
-    lee_wang,
-    liu,
-    load_sharing,
-    long_film,
-    lugre,
-    memberships,
-    pinkus_sternlicht,
-    pressure_flow_factor,
-    shear_flow_factor,
-    short_film,
-    signal,
-    stribeck,
-    superposed,
-    threlfall,
-    transition,
-    winkler,
-    zhiying_qishao,
-)
 from clearance.materials import HeatBalance, Lubricant, Material, steel
 from clearance.scene import Scene
 from clearance.units import cP, degree, mm, rpm, um
 from clearance.version import VERSION
 
 __version__ = VERSION
-
-__all__ = [
-    "Bearing", "Body", "ClearanceRevolute", "Drive", "FilmSolution", "Force", "Groove", "HeatBalance", "Lubricant",
-    "Material", "Point", "Prismatic", "Revolute", "Scene", "SimulationError", "SpringDamper", "SweepError", "Torque",
-    "TorsionSpring", "ambrosio", "asperity", "bengisu_akay", "breakaway_linear", "breakaway_smooth", "bristle", "cP",
-    "composite_roughness", "conserving_film", "contact", "contact_flow_factor", "contact_modulus", "coulomb",
-    "coulomb_tanh", "coulomb_viscous", "degree", "delivered_restitution", "effort", "exact_damping",
-    "exact_restitution", "fast_film", "fem_film", "film", "film_torques", "flores", "flores_hybrid", "friction",
-    "full_sommerfeld", "fuzzy", "fuzzy_table", "gonthier", "greenwood_tripp", "greenwood_williamson", "grid", "ground",
-    "harmonic", "herbert_mcwhannell", "hertz", "hertz_stiffness", "hole_check", "hu_guo", "hunt_crossley",
-    "hunt_crossley_memoryless", "impact", "inverse_dynamics", "johnson", "joint_bristle", "joint_coulomb",
-    "joint_factory", "joint_friction", "joint_friction_law", "joint_lugre", "joint_lugre_loaded", "joint_stribeck",
-    "kelvin_voigt", "lankarani_nikravesh", "laws", "layer_modulus", "lee_wang", "liu", "load_case", "load_sharing",
-    "long_film", "lugre", "memberships", "mm", "one_of", "open_result", "open_sweep", "pinkus_sternlicht", "plot",
-    "pressure_flow_factor", "report", "rpm", "sampled", "shear_flow_factor", "short_film", "signal", "simulate",
-    "solve_film", "steel", "stribeck", "superposed", "sweep", "table_film", "threlfall", "transition", "um", "winkler",
-    "zhiying_qishao", "zipped",
-]  # fmt: skip
 
 _LAZY = {
     "simulate": "clearance.simulation", "SimulationError": "clearance.simulation", "open_result": "clearance.results",
@@ -105,6 +28,38 @@ _LAZY = {
     "Sweep": "clearance.sweeping.index", "grid": "clearance.sweeping.points", "zipped": "clearance.sweeping.points",
     "sampled": "clearance.sweeping.points", "plot": "clearance.commands.plot", "report": "clearance.postprocess.report",
 }  # fmt: skip
+
+__all__ = [
+    *laws.__all__,
+    *elements.__all__,
+    "Bearing",
+    "Body",
+    "FilmSolution",
+    "Groove",
+    "HeatBalance",
+    "Lubricant",
+    "Material",
+    "Point",
+    "Scene",
+    "cP",
+    "conserving_film",
+    "degree",
+    "elements",
+    "fast_film",
+    "fem_film",
+    "films",
+    "ground",
+    "joint_factory",
+    "joint_friction_law",
+    "laws",
+    "mm",
+    "one_of",
+    "rpm",
+    "steel",
+    "table_film",
+    "um",
+    *_LAZY,
+]
 
 
 def __getattr__(name: str):

@@ -9,11 +9,9 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from clearance import checks, laws
+from clearance import checks, films, laws
 from clearance.elements import ClearanceRevolute, Revolute
 from clearance.elements.joint import Joint
-from clearance.film.online import conserving_film, fast_film, fem_film
-from clearance.film.tabulated import table_film
 from clearance.materials import Lubricant, Material, steel
 
 MODELS = ("ideal", "dry", "lubricated", "mixed")
@@ -91,12 +89,9 @@ FRICTIONS: dict[str, Callable] = {
 #: friction of joints without clearance
 JOINT_FRICTIONS = ("none", "coulomb", "stribeck")
 #: coarse to fine: formulas and the table of the Reynolds equation
-FILMS = {
-    "sommerfeld": laws.full_sommerfeld, "pinkus_sternlicht": laws.pinkus_sternlicht, "long": laws.long_film,
-    "short": laws.short_film, "harmonic": laws.harmonic, "table": table_film,
-}  # fmt: skip
+FILMS = {n: getattr(films, n) for n in ("sommerfeld", "pinkus_sternlicht", "long", "short", "harmonic", "table")}
 #: films that solve the Reynolds equation as the run goes: 1e3 times dearer and more
-ONLINE_FILMS = {"fast": fast_film, "fem": fem_film, "conserving": conserving_film}
+ONLINE_FILMS = {n: getattr(films, n) for n in ("fast", "fem", "conserving")}
 #: what a film must be to know an ambient pressure, or the flow factors of rough surfaces
 WITH_AMBIENT, WITH_FLOW_FACTORS = ("table", *ONLINE_FILMS), ("table", "fast", "fem")
 ASPERITIES = {"greenwood_tripp": laws.greenwood_tripp, "greenwood_williamson": laws.greenwood_williamson}

@@ -2,18 +2,24 @@
 
 from clearance.elements.clearance_revolute import ClearanceRevolute
 from clearance.elements.drive import Drive
-from clearance.elements.forces import Force, Torque
+from clearance.elements.forces import FollowerForce, Force, Torque
+from clearance.elements.pin_slot import ClearancePinSlot, PinSlot
 from clearance.elements.prismatic import Prismatic
 from clearance.elements.revolute import Revolute
 from clearance.elements.springs import SpringDamper, TorsionSpring
+from clearance.elements.weld import Weld
 
 __all__ = [
+    "ClearancePinSlot",
     "ClearanceRevolute",
     "Drive",
+    "FollowerForce",
     "Force",
+    "PinSlot",
     "Prismatic",
     "Revolute",
     "SpringDamper",
     "Torque",
     "TorsionSpring",
+    "Weld",
 ]

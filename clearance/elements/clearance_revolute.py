@@ -177,6 +177,9 @@ class ClearanceRevolute(Joint):
         kind = FILM if self.contact is None else CONTACT if self.impacts else BLENDED
         return [Spot(kind, self.clearance, math.hypot(*self.eccentricity_rate))]
 
+    def outputs(self, m) -> tuple:
+        return ()  # `act` shows all
+
     def act(self, m, w) -> None:
         """Film, contact and friction, each as far as the joint has it."""
         journal = Journal(self, m, w)
@@ -329,19 +332,12 @@ class Journal:
         return fx * self.nx + fy * self.ny, fy * self.nx - fx * self.ny, shear
 
     def contact(self, share: Shares) -> None:
-        """Normal force and friction at the contact point, which both bodies share: the journal's surface.
-
-        In free flight (a negative impact speed, see stepping/loop.py) the law feels no penetration: a trial step may
-        cross the wall and stays smooth, so that the contact's start can be found on it. A joint without impacts has no
-        flight.
-        """
+        """Normal force and friction at the contact point, which both bodies share: the journal's surface."""
         m, w, joint = self.m, self.w, self.joint
         depth = -self.gap if share.penetration is None else share.penetration
         speed = m.impact_speed(joint)
         if joint.impacts:
-            touching = speed + 0.5
-            depth = m.trace.select(touching, depth, m.trace.select(depth, 0.0, depth))
-            speed = m.trace.select(touching, speed, 0.0)
+            depth, speed = m.contact(joint, depth)
         (normal,) = m.law(joint, "contact", [depth, self.outward, speed])
         self.contact_force = normal = share.contact * normal
         w.show(joint, "contact_force", "N", "normal contact force", normal)

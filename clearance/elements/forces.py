@@ -41,6 +41,35 @@ class Force(Load):
 
 @checks.answers
 @dataclass(frozen=True)
+class FollowerForce(Load):
+    """Force on a point of a body, along the axes of the body's frame, with which it turns: x, y are numbers or
+    `signal` laws of time [N].
+    """
+
+    point: Point
+    x: float | BoundLaw = number("force along the body's x [N]", default=0.0, families=(signal,))
+    y: float | BoundLaw = number("force along the body's y [N]", default=0.0, families=(signal,))
+    name: str | None = None
+
+    group, kind = "forces", "follower_force"
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.point.body is ground:
+            raise ValueError(f"{self.label()} acts on ground, which does not move")
+
+    def bodies(self) -> tuple[Body]:
+        return (self.point.body,)
+
+    def act(self, m, w) -> None:
+        x, y = m.pose(self.point.body).turned(*(m.amount(self, axis, [m.time]) for axis in "xy"))
+        w.at(self, "point", x, y)
+        px, py = m.point(self, "point")
+        w.feed(x * px.d + y * py.d)
+
+
+@checks.answers
+@dataclass(frozen=True)
 class Torque(Load):
     """Torque on a body: a number or a `signal` law of time [N m]."""
 

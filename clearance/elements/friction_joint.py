@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator
 
 from clearance.elements.element import ZERO, Row, State
-from clearance.elements.joint import ALONG, FREE, TURN, Joint
+from clearance.elements.joint import ALONG, TURN, Joint
 from clearance.laws.law import joint_bristle, joint_friction
 
 FRICTIONS = (joint_friction, joint_bristle)
@@ -86,35 +86,16 @@ class FrictionJoint(Joint):
         return values
 
     def outputs(self, m) -> Iterable[tuple]:
-        """Its reaction, in the plane and out of it, and its friction."""
-        fx, fy, moment = m.reaction(self)
-        body = self.b.body.name
-        words = ""
-        if self.slides:  # all that passes from a to b there
-            fx, fy, words = self._with_efforts(m, fx, fy)
-        for axis, value in (("x", fx), ("y", fy)):
-            yield f"force_{axis}", "N", f"force {axis} on {body}{words}", value
-        if self.turn is not FREE:
-            yield "moment", "N m", f"moment on {body} about its joint point", moment
-        for (name, units, axis), value in zip(OUT_OF_PLANE, m.reaction_across(self), strict=False):
-            meaning = "force" if units == "N" else "moment about the joint point,"
-            yield name, units, f"{meaning} {axis} on {body}, out of the plane", value
+        """Its reaction, and its friction."""
+        yield from super().outputs(m)
         if self.friction is not None:
             yield from self._friction_outputs(m)
 
-    def _with_efforts(self, m, fx, fy) -> tuple:
-        """The force with what drives and friction add along the slide, and these in words.
-
-        The effort of a drive that prescribes the motion stands in the reaction already.
-        """
-        drives = m.drives_of(self)
-        parts = [f"drive {d.name}" for d in drives] + (["friction"] if self.friction is not None else [])
-        effort = m.trace.sum(m.effort(d) for d in drives if not d.prescribes)
-        if self.friction is not None:
-            effort = effort + m.friction.efforts[self]
-        dx, dy = m.axis(self)
-        words = f", with that of {' and '.join(parts)} along the slide" if parts else ""
-        return fx + effort * dx, fy + effort * dy, words
+    def efforts_along(self, m) -> tuple:
+        effort, words = super().efforts_along(m)
+        if self.friction is None:
+            return effort, words
+        return effort + m.friction.efforts[self], [*words, "friction"]
 
     def _friction_outputs(self, m) -> Iterable[tuple]:
         friction, (unit, units) = m.friction, self.units
@@ -129,7 +110,3 @@ class FrictionJoint(Joint):
             yield "friction_load", units, "what friction makes of the reaction", friction.loads[self]
         power = -effort * friction.rates[self]
         yield "power_loss", "W", "power the joint takes out of the mechanism", power
-
-
-#: name, unit and axis of reactions out of the plane
-OUT_OF_PLANE = (("axial_force", "N", "z"), ("bending_x", "N m", "x"), ("bending_y", "N m", "y"))

@@ -1,5 +1,6 @@
 """Joints: two points on two bodies, and which of three relative coordinates are free."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 
 from clearance import checks
@@ -22,6 +23,8 @@ class Known:
     state: str = ""
 
 
+#: name, unit and axis of reactions out of the plane
+OUT_OF_PLANE = (("axial_force", "N", "z"), ("bending_x", "N m", "x"), ("bending_y", "N m", "y"))
 #: a relative coordinate that the joint leaves to the mechanism, and one that it keeps at zero
 FREE, CLOSED = "free", Known()
 
@@ -82,6 +85,31 @@ class Joint(Element):
     def slides(self) -> bool:
         """True where the free coordinate that a drive or friction acts on is a displacement."""
         return self.along is FREE
+
+    def outputs(self, m) -> Iterable[tuple]:
+        """The reaction of a joint that keeps some coordinate, in the plane and out of it."""
+        (fx, fy, moment), body, words = m.reaction(self), self.b.body.name, ""
+        if self.slides:  # all that passes from a to b there
+            effort, parts = self.efforts_along(m)
+            dx, dy = m.axis(self)
+            fx, fy = fx + effort * dx, fy + effort * dy
+            words = f", with that of {' and '.join(parts)} along the slide" if parts else ""
+        for axis, value in (("x", fx), ("y", fy)):
+            yield f"force_{axis}", "N", f"force {axis} on {body}{words}", value
+        if self.turn is not FREE:
+            yield "moment", "N m", f"moment on {body} about its joint point", moment
+        for (name, units, axis), value in zip(OUT_OF_PLANE, m.reaction_across(self), strict=False):
+            meaning = "force" if units == "N" else "moment about the joint point,"
+            yield name, units, f"{meaning} {axis} on {body}, out of the plane", value
+
+    def efforts_along(self, m) -> tuple:
+        """Efforts along a slide that its reaction has not got, and all that act there, in words.
+
+        The effort of a drive that prescribes the motion stands in the reaction already.
+        """
+        drives = m.drives_of(self)
+        effort = m.trace.sum(m.effort(d) for d in drives if not d.prescribes)
+        return effort, [f"drive {d.name}" for d in drives]
 
     def doubts(self) -> list[str]:
         """Warnings of its laws about their use in it."""

@@ -117,6 +117,17 @@ class Motion:
         """Speed at which a spot touched, negative in free flight."""
         return self.impact_speeds[element][spot]
 
+    def contact(self, element, depth: Value, spot: int = 0) -> tuple[Value, Value]:
+        """Penetration that the contact law of a spot with a first touch feels, and its impact speed.
+
+        In free flight (a negative impact speed, see stepping/loop.py) the law feels no penetration: a trial step may
+        cross the wall and stays smooth, so that the contact's start can be found on it.
+        """
+        speed = self.impact_speed(element, spot)
+        touching = speed + 0.5
+        flying = self.trace.select(depth, 0.0, depth)
+        return self.trace.select(touching, depth, flying), self.trace.select(touching, speed, 0.0)
+
     # --- places
     def pose(self, body: Body) -> Pose:
         """Place and orientation of a body."""

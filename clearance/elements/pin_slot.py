@@ -1,0 +1,115 @@
+"""A pin in a straight slot, without clearance and with it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from clearance import checks
+from clearance.body import Point
+from clearance.elements.element import CONTACT, Row, Spot, State, law, number
+from clearance.elements.joint import FREE, Joint, Known
+from clearance.elements.prismatic import axis_numbers, unit_axis
+from clearance.laws.law import BoundLaw, contact, friction
+
+#: the walls of the slot: name, and side of the axis
+WALLS = (("upper", 1.0), ("lower", -1.0))
+
+
+@checks.answers
+@dataclass(frozen=True)
+class PinSlot(Joint):
+    """A pin in a slot without clearance: point b stays on the line through point a along `axis`; b turns freely.
+
+    axis: direction (x, y) of the slot in a's frame, any length but zero.
+    """
+
+    a: Point
+    b: Point
+    axis: tuple[float, float] = (1.0, 0.0)
+    name: str | None = None
+
+    along, turn, turns = FREE, FREE, True
+
+    def __post_init__(self):
+        super().__post_init__()
+        self._set("axis", unit_axis(self))
+
+    def numbers(self) -> Iterator[Row]:
+        yield from axis_numbers(self)
+        yield from super().numbers()
+
+
+@checks.answers
+@dataclass(frozen=True)
+class ClearancePinSlot(Joint):
+    """A pin (on b, about its point b) in a wider slot (on a, along `axis` through point a): two walls.
+
+    radius of the pin [m]; clearance: half the width of the slot less the radius [m]; contact: a contact law, bound;
+    friction: a friction law, or None. offset [m], offset_rate [m/s]: start of the pin's centre across the slot.
+    On either wall, s = +1 for the upper and -1 for the lower one:
+
+        penetration = s e - c,   its rate = s e',   sliding speed = x' - s r w   (the pin's surface against the wall)
+
+    with the offset e across and the displacement x along the slot, seen from it, and w the spin of the pin against it.
+    """
+
+    a: Point
+    b: Point
+    radius: float = number("radius of the pin [m]", checks.positive)
+    clearance: float = number("half the free width of the slot [m]", checks.positive)
+    contact: BoundLaw | None = law("contact of pin and wall", contact)
+    friction: BoundLaw | None = law("friction at the wall", friction)
+    axis: tuple[float, float] = (1.0, 0.0)
+    offset: float = number("start of the pin across the slot [m]", checks.finite, 0.0, parameter=False)
+    offset_rate: float = number("its rate [m/s]", checks.finite, 0.0, parameter=False)
+    name: str | None = None
+
+    along, across, turn, turns = FREE, Known(state="offset"), FREE, True
+
+    def __post_init__(self):
+        super().__post_init__()
+        self._set("axis", unit_axis(self))
+        if self.contact is None:
+            raise ValueError(f"{self.label()} needs a contact law")
+        if None in self.contact.numbers:
+            raise ValueError(f"{self.label()}: contact {self.contact.law.name} needs its stiffness")
+        self._check_laws()
+
+    def states(self) -> list[State]:
+        return [State("offset", "m", self.clearance, 2, self.offset, self.offset_rate)]
+
+    def spots(self) -> list[Spot]:
+        return [Spot(CONTACT, self.clearance, abs(self.offset_rate), name) for name, _ in WALLS]
+
+    def act(self, m, w) -> None:
+        """Normal and friction forces of both walls, about the pin's centre."""
+        along = across = moment = power = 0.0
+        radius, spin = m.number(self, "radius"), m.spin(self.b.body) - m.spin(self.a.body)
+        offset, advance = m.state(self, "offset"), m.coordinate(self).d
+        w.show(self, "offset", "m", "centre of the pin across the slot", offset.v)
+        for i, (name, side) in enumerate(WALLS):
+            gap, rate = m.number(self, "clearance") - side * offset.v, side * offset.d
+            depth, speed = m.contact(self, -gap, i)
+            (normal,) = m.law(self, "contact", [depth, rate, speed])
+            sliding, rub = advance - side * radius * spin, 0.0
+            if self.friction is not None:
+                (rub,) = m.law(self, "friction", [sliding, normal])
+                w.show(self, f"friction_{name}", "N", f"friction force on the pin at the {name} wall", rub)
+            along, across, moment = along + rub, across - side * normal, moment - side * radius * rub
+            power = power + normal * rate - rub * sliding
+            w.spot(self, -gap, rate, normal)
+            w.show(self, f"gap_{name}", "m", f"gap between the pin and the {name} wall", gap)
+            w.show(self, f"contact_force_{name}", "N", f"normal contact force of the {name} wall", normal)
+        dx, dy = m.axis(self)
+        fx, fy = along * dx - across * dy, along * dy + across * dx
+        w.pair(self, fx, fy, moment)
+        w.lose(self, power)
+        for axis, value in (("x", fx), ("y", fy)):
+            w.show(self, f"force_{axis}", "N", f"force {axis} on {self.b.body.name}", value)
+        w.show(self, "power_loss", "W", "power the joint takes out of the mechanism", power)
+
+    def outputs(self, m) -> tuple:
+        return ()  # `act` shows all
+
+    def numbers(self) -> Iterator[Row]:
+        yield from axis_numbers(self)
+        yield from super().numbers()

@@ -1,0 +1,113 @@
+"""Weld, pin in a slot with and without clearance, follower force: against closed forms and other elements."""
+
+import math
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance.mechanism.build import build
+from tests.plain import kernel
+
+
+def outputs(scene, time=0.0):
+    """Outputs of a scene at its start, from the kernel as plain Python."""
+    mechanism = build(scene)
+    out = np.zeros(len(mechanism.layout.channels))
+    kernel(mechanism, "observe")(time, mechanism.y0, mechanism.par, np.append(mechanism.work0, 0.0), out)
+    return {c.path: float(v) for c, v in zip(mechanism.layout.channels, out, strict=True)}
+
+
+def halves(angle):
+    """A pendulum of two welded halves, the second turned by an angle against the first."""
+    first = cl.Body("first", 1.0, 0.01, points={"pin": (-0.1, 0.0), "end": (0.1, 0.0)}, angle=0.4, angular_velocity=2.0)
+    turned = -angle
+    start = (-0.1 * math.cos(turned), -0.1 * math.sin(turned))
+    second = cl.Body("second", 2.0, 0.02, points={"start": start}, angle=0.4 + angle)
+    return cl.Scene(
+        cl.Revolute(cl.ground, first["pin"], name="P"),
+        cl.Weld(first["end"], second["start"], angle=angle, name="W"),
+    )
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7])
+def test_two_welded_halves_are_one_body(angle):
+    """Angular acceleration of the compound pendulum, and the weld's load from the balance of one half.
+
+    To 1e-9: the start closes to 1e-12 of the size, an angle by some 1e-11.
+    """
+    seen = outputs(halves(angle))
+    mass, arm = 3.0, (1.0 * 0.1 + 2.0 * 0.3) / 3.0
+    about_pin = 0.01 + 1.0 * 0.1**2 + 0.02 + 2.0 * 0.3**2
+    alpha = -mass * 9.81 * arm * math.cos(0.4) / about_pin
+    assert seen["bodies/first/alpha"] == pytest.approx(alpha, rel=1e-9)
+    assert seen["bodies/second/alpha"] == pytest.approx(alpha, rel=1e-9)
+    ax = 0.3 * (-alpha * math.sin(0.4) - 4.0 * math.cos(0.4))
+    ay = 0.3 * (alpha * math.cos(0.4) - 4.0 * math.sin(0.4))
+    fx, fy = 2.0 * ax, 2.0 * (ay + 9.81)
+    assert seen["joints/W/force_x"] == pytest.approx(fx, rel=1e-9)
+    assert seen["joints/W/force_y"] == pytest.approx(fy, rel=1e-9)
+    arm_x, arm_y = 0.1 * math.cos(0.4), 0.1 * math.sin(0.4)  # from the weld to the second half's centre
+    assert seen["joints/W/moment"] == pytest.approx(0.02 * alpha + arm_x * fy - arm_y * fx, rel=1e-9)
+
+
+def yoke(slot):
+    """Scotch yoke: a crank pin drives a slide by a slot across it."""
+    crank = cl.Body("crank", 0.2, 1e-4, points={"shaft": (0.0, 0.0), "pin": (0.05, 0.0)})
+    slide = cl.Body("slide", 0.5, 1e-4)
+    return cl.Scene(
+        cl.Revolute(cl.ground, crank["shaft"], name="A"),
+        slot(slide, crank),
+        cl.Prismatic(cl.ground, slide, name="G"),
+        cl.Drive(crank, speed=20.0, start=0.6),
+        gravity=(0.0, 0.0),
+    )
+
+
+def test_a_scotch_yoke_by_a_pin_in_a_slot():
+    """x = r cos(theta): position, speed and acceleration, and the torque that moves the slide; rounding."""
+    ideal = outputs(yoke(lambda slide, crank: cl.PinSlot(slide, crank["pin"], axis=(0.0, 1.0), name="S")))
+    assert ideal["bodies/slide/x"] == pytest.approx(0.05 * math.cos(0.6), rel=1e-13)
+    assert ideal["bodies/slide/vx"] == pytest.approx(-0.05 * 20.0 * math.sin(0.6), rel=1e-13)
+    assert ideal["bodies/slide/ax"] == pytest.approx(-0.05 * 400.0 * math.cos(0.6), rel=1e-13)
+    push = 0.5 * ideal["bodies/slide/ax"]  # of the pin on the slide, and back on the pin's body b
+    assert ideal["joints/S/force_x"] == pytest.approx(-push, rel=1e-12)
+    assert ideal["drives/crank/torque"] == pytest.approx(push * -0.05 * math.sin(0.6), rel=1e-12)
+
+
+def test_a_yoke_whose_slot_has_clearance_follows_the_ideal_one():
+    """Within twice its clearance; the pin stays between the walls but for 1 % of it, the ledger closes to 1e-6."""
+    law = cl.lankarani_nikravesh(stiffness=1e10, restitution=0.7)
+    gap = {"radius": 0.008, "clearance": 1e-4, "contact": law, "friction": cl.coulomb(coefficient=0.1)}
+    scene = yoke(lambda slide, crank: cl.ClearancePinSlot(slide, crank["pin"], axis=(0.0, 1.0), name="S", **gap))
+    run = cl.simulate(scene, turns=1.0, samples_per_turn=200)
+    slot = run.joint("S")
+    assert np.abs(run["slide"].x - 0.05 * np.cos(run["crank"].theta)).max() < 2e-4
+    assert min(slot.gap_upper.min(), slot.gap_lower.min()) > -1e-6
+    np.testing.assert_allclose(slot.gap_upper + slot.gap_lower, 2e-4, rtol=1e-9)
+    assert run.solver["energy_residual_share"] < 1e-6
+    assert {str(n) for n in run.events["joint"]} == {"S/upper", "S/lower"}
+
+
+def test_a_pin_bounces_between_the_walls_as_its_law_delivers():
+    """Lankarani and Nikravesh deliver .913 for .9: each impact takes that share of the speed, to 1e-3."""
+    law = cl.lankarani_nikravesh(stiffness=1e10, restitution=0.9, grazing_speed=1e-6)
+    block = cl.Body("block", 0.5, 1e-4)
+    scene = cl.Scene(
+        cl.ClearancePinSlot(cl.ground, block, 0.01, 1e-3, contact=law, offset_rate=0.5, name="S"), gravity=(0.0, 0.0)
+    )
+    run = cl.simulate(scene, until=0.02, samples=11, rtol=1e-9)
+    speeds = np.array(run.events["impact_speed"])
+    assert len(speeds) >= 3
+    np.testing.assert_allclose(speeds[1:] / speeds[:-1], cl.delivered_restitution(0.675 / 0.19 * 0.0 + 0.1425), atol=1e-3)
+
+
+def test_a_follower_force_turns_with_its_body():
+    """At right angles to a pinned rod it is a constant torque: angle F l t^2 / (2 I), to 1e-9."""
+    rod = cl.Body("rod", 1.0, 0.01, points={"pin": (-0.1, 0.0), "end": (0.1, 0.0)})
+    scene = cl.Scene(
+        cl.Revolute(cl.ground, rod["pin"], name="P"), cl.FollowerForce(rod["end"], y=0.5), gravity=(0.0, 0.0)
+    )
+    run = cl.simulate(scene, until=1.0, samples=11, rtol=1e-10)
+    np.testing.assert_allclose(run["rod"].theta, 0.5 * 0.2 / 0.02 * run.time**2 / 2.0, atol=1e-8)
+    assert np.abs(run.energy.residual).max() < 1e-8
