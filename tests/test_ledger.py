@@ -245,7 +245,8 @@ def test_the_ledger_has_no_more_states_than_it_needs(name):
 def test_states_are_named_after_their_parts():
     lost = [f"energy dissipated by springs/{name}" for name in ("strut", "twist")]
     assert explain(steered())["states"] == ["energy input", *lost]
-    assert explain(feeder("dry"))["states"][-3:] == ["energy input", *(f"energy dissipated by joints/{j}" for j in "BC")]
+    lost = [f"energy dissipated by joints/{name}" for name in "BC"]
+    assert explain(feeder("dry"))["states"][-3:] == ["energy input", *lost]
 
 
 def test_nothing_dissipates():
