@@ -1,10 +1,13 @@
-"""The compiling of the time loop is announced."""
+"""The compiling of the time loop: announced, and each function once."""
 
 import logging
 
 import numba
+import numpy as np
+from numba.core.targetconfig import TargetConfig
 
 from clearance import compiling
+from clearance.stepping.parts import Part, Whole
 
 
 def test_compiling_the_time_loop_is_announced_once(caplog):
@@ -15,3 +18,41 @@ def test_compiling_the_time_loop_is_announced_once(caplog):
             added = eval("lambda x: x + 1.0", {"__name__": module})
             assert numba.njit(added)(1.0) == 2.0
     assert [r.message for r in caplog.records] == [compiling.LINE]
+
+
+def _caller_and_helper():
+    """A compiled function and the helper that it calls, with the environment of neither."""
+
+    @numba.njit(pipeline_class=Part, no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False)
+    def helper(values, i):
+        return values[i] * values[i + 1]
+
+    @numba.njit(pipeline_class=Whole, _nrt=False)
+    def caller(values):
+        total = 0.0
+        for i in range(2):
+            total += helper(values, i)
+        return total
+
+    return caller, helper
+
+
+def test_helpers_become_machine_code_in_their_callers_only():
+    """The helper's code is in the caller; by itself it was neither optimised nor made executable."""
+    caller, helper = _caller_and_helper()
+    assert caller(np.array([2.0, 3.0, 5.0])) == 21.0
+    (whole,) = caller.overloads.values()
+    (part,) = helper.overloads.values()
+    assert whole.library.get_pointer_to_function(whole.fndesc.llvm_func_name) > 0
+    assert part.library.get_pointer_to_function(part.fndesc.llvm_func_name) == 0
+    steps = [timing.name for timing in part.library.recorded_timings]
+    assert not [name for name in steps if "Module" in name or "Finalize" in name], steps
+
+
+def test_options_of_a_function_are_never_compared_one_by_one(monkeypatch):
+    """Numba looks for operations by the options of the function too, at every mention: by identity."""
+    compared = []
+    monkeypatch.setattr(TargetConfig, "__eq__", lambda a, b: compared.append(a) or a is b)
+    caller, _ = _caller_and_helper()
+    assert caller(np.array([2.0, 3.0, 5.0])) == 21.0
+    assert not compared

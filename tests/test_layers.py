@@ -29,6 +29,7 @@ MODULES = [p for folder in ("clearance", *BESIDE) for p in sorted((ROOT / folder
 ONLY_IN = {
     "numba": {
         "clearance.mechanism.store",
+        "clearance.stepping.parts",
         "clearance.stepping.record",
         "clearance.compiling",
         "clearance.evidence.peers",

@@ -3,7 +3,8 @@
 import hashlib
 from pathlib import Path
 
-from clearance.mechanism.store import COMPILED, KERNEL, caller, njit, types
+from clearance.mechanism.store import COMPILED, KERNEL, OPTIONS, caller, njit, types
+from clearance.stepping.parts import Part, Whole
 
 float64, int64, complex128 = types.float64, types.int64, types.complex128
 VECTOR = float64[::1]
@@ -43,13 +44,13 @@ def compiled(signature):
         if not COMPILED:
             return function
         function.__qualname__ = f"{function.__name__}_{DIGEST}"
-        return njit(signature, cache=True, error_model="numpy", _nrt=False)(function)
+        return njit(signature, cache=True, pipeline_class=Whole, **OPTIONS)(function)
 
     return decorate
 
 
 #: of helpers, which only compiled functions call
-HELPER = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+HELPER = OPTIONS | {"pipeline_class": Part, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 def shared(function):
@@ -64,7 +65,7 @@ def inline(function):
 
 def pasted(function):
     """A helper that numba puts into its callers, before anything is compiled: for few callers, or for constants."""
-    return njit(error_model="numpy", inline="always", _nrt=False)(function)
+    return njit(inline="always", **OPTIONS)(function)
 
 
 __all__ = ["KERNEL", "compiled", "inline", "pasted", "shared"]
