@@ -22,7 +22,7 @@ LINE = re.compile(r"^- `([^`]+)`, below `([^`]+)`: `([^`]+)`$", re.MULTILINE)
 COMMANDS = re.findall(r"`((?:python -m pytest|clearance run) [^`]+)`", TEXT)
 #: folders that the walks leave alone and whose compiled code numba keeps beside them: linked, so that nothing compiles
 COMPILED = ("stepping", "film", "identify")
-LAW, CASE = "tests/test_carvalho_martins.py", "tests/test_quick_return.py"
+LAW, CASE, JOINT = "tests/test_carvalho_martins.py", "tests/test_quick_return.py", "tests/test_oldham.py"
 
 
 def apply(root: Path) -> list[Path]:
@@ -38,7 +38,9 @@ def apply(root: Path) -> list[Path]:
         lines = (root / name).read_text().splitlines(keepends=True)
         at = [i for i, line in enumerate(lines) if line.strip() == above]
         assert len(at) == 1, f"{name}: {above} stands {len(at)} times"
-        lines.insert(at[0] + 1, f"    {text}\n")
+        line = lines[at[0]]
+        indent = line[: len(line) - len(line.lstrip())] + ("    " if line.rstrip().endswith(("(", "[", "{")) else "")
+        lines.insert(at[0] + 1, f"{indent}{text}\n")
         (root / name).write_text("".join(lines))
         written.add(root / name)
     return sorted(written)
@@ -117,6 +119,7 @@ def test_printed_run(walked):
     [
         ("clearance/laws/contact.py", "(11.0 - restitution)", "(10.0 - restitution)", LAW),
         ("cases/quick_return.py", "cl.ground.at(0.12, 0)", "cl.ground.at(0.12001, 0)", CASE),
+        ("clearance/elements/oldham.py", "FREE, FREE, Known", "FREE, Known(), Known", JOINT),
     ],
 )
 def test_printed_tests_can_fail(walked, file, right, wrong, test):

@@ -84,7 +84,7 @@ class Joint(Element):
     @property
     def slides(self) -> bool:
         """True where the free coordinate that a drive or friction acts on is a displacement."""
-        return self.along is FREE
+        return self.along is FREE and self.turns
 
     def outputs(self, m) -> Iterable[tuple]:
         """The reaction of a joint that keeps some coordinate, in the plane and out of it."""
