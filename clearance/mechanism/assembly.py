@@ -197,10 +197,13 @@ class _System:
         """
         drives = [d for d in self.drives if d in self.start and (starting or d.prescribes)]
         rows = self._rows(drives) + (self.held if starting else [])
+        return [r.label for r in rows], *self._open(q, rows)
+
+    def _open(self, q, rows: list[_Row]) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals and Jacobian of rows."""
         values, slopes = self.geometry(q)
         chosen = [self.geometry.place[row.place] for row in rows]
-        residual = np.array(values)[chosen] - [row.value for row in rows]
-        return [r.label for r in rows], residual, slopes[chosen]
+        return np.array(values)[chosen] - [row.value for row in rows], slopes[chosen]
 
     def _rows(self, drives) -> list[_Row]:
         """Of all joints, then of these drives."""
@@ -236,8 +239,9 @@ class _System:
     def _nearest(self, q: np.ndarray) -> tuple[np.ndarray, float]:
         """Damped Gauss-Newton: the best position on the way, and its largest residual."""
         best, worst = q, math.inf
+        rows = self._rows([d for d in self.drives if d in self.start]) + self.held
         for _ in range(ITERATIONS):
-            _, residual, matrix = self.equations(q)
+            residual, matrix = self._open(q, rows)
             error = float(np.abs(residual).max(initial=0.0))
             if error < worst:
                 best, worst = q, error

@@ -101,8 +101,8 @@ class Mechanism:
 
 def build(scene: Scene, ledger: bool = True) -> Mechanism:
     """Assemble a scene and find or make its structure. Raises ValueError with a clear reason for impossible scenes."""
-    start = assemble(scene)
     numbers = Numbers(scene)
+    start = assemble(scene, numbers)
     plan, cut = closed_plan(scene, start.measured), cut_plan(scene)
     for group in plan.groups:
         check_reach(group, start.size)
