@@ -94,9 +94,8 @@ def addresses(functions: list) -> dict[Opaque, int]:
 @cache
 def address(function: Opaque) -> int:
     """Address of a function that cannot be traced, compiled by numba."""
-    numbers = [f"inputs[{i}]" for i in range(function.size)]
-    listed = [a if a != "par" else "data" for a in function.listed(numbers)]
-    return store.opaque_address(function.function, listed, function.count)
+    numbers = (f"inputs[{i}]" for i in range(function.size))
+    return store.opaque_address(function.function, function.form.format(*numbers), function.count)
 
 
 def plain_kernel(program: Program) -> Callable:

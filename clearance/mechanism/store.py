@@ -94,11 +94,11 @@ def caller(kind: types.FunctionType) -> Callable:
     return function_at
 
 
-def opaque_address(function: Callable, arguments: list[str], count: int) -> int:
+def opaque_address(function: Callable, arguments: str, count: int) -> int:
     """Address of a plain function compiled by numba, called as f(inputs, data, outputs), pointers
     to numbers.
 
-    arguments: expressions of its arguments, where inputs[i] is a number and `data` the parameter
+    arguments: expressions of its arguments, where inputs[i] is a number and `par` the parameter
     vector; count: of the values that it returns. Helper functions of its module are compiled with
     it. Raises ValueError where numba cannot.
     """
@@ -107,8 +107,8 @@ def opaque_address(function: Callable, arguments: list[str], count: int) -> int:
         if count > 1
         else ["    outputs[0] = values"]
     )
-    lines = ["def call(inputs, place, outputs):", "    data = carray(place, (BEYOND,))"]
-    lines += [f"    values = law({', '.join(arguments)})", *values]
+    lines = ["def call(inputs, place, outputs):", "    par = carray(place, (BEYOND,))"]
+    lines += [f"    values = law({arguments})", *values]
     scope = {"law": _with_helpers(function), "carray": numba.carray, "BEYOND": 1 << 40}
     scope |= {n: v for n, v in function.__globals__.items() if isinstance(v, type)}
     exec("\n".join(lines), scope)  # noqa: S102

@@ -38,6 +38,9 @@ UNARY: dict[str, Callable] = {
 FLAT = ("floor", "ceil", "trunc")  # functions of one number without a slope
 COMPARISONS = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="}
 BOOLEAN = {*COMPARISONS, "and", "or", "not"}
+BINARY = ("atan2", "hypot", "copysign", "fmod", "pow")
+OPERATIONS = {"and": "both", "or": "either", "not": "negation", "pow": "power"}
+OPERATIONS |= {n: n for n in ("add", "sub", "mul", "div", "neg", "select", "load", "lookup")}
 
 
 class Scalar:
@@ -244,6 +247,7 @@ class Trace:
 
     def function(self, name: str, a):
         """A function of one number: one of UNARY or FLAT."""
+        a = self.numeric(a)
         return float(defined(getattr(math, name), a)) if is_number(a) else self.node(name, a)
 
     def binary(self, name: str, a, b):
@@ -435,21 +439,14 @@ class Trace:
             second = self.select(self.compare("gt", a, 0.0), node * self.function("log", a), 0.0)
         return [first, second]
 
-    # --- copies
-    def copied(self, node: Scalar, args: list):
-        """The operation of a node of another trace on values of this one."""
-        op = node.op
-        if op in ("add", "sub", "mul", "div", "neg", "select"):
-            return getattr(self, op)(*args)
+    # --- by name
+    def operation(self, op: str, *args):
+        """An operation by its name, as nodes have it."""
+        if op in OPERATIONS:
+            return getattr(self, OPERATIONS[op])(*args)
         if op in COMPARISONS:
             return self.compare(op, *args)
-        if op in ("and", "or", "not"):
-            return {"and": self.both, "or": self.either, "not": self.negation}[op](*args)
-        if op in UNARY or op in FLAT:
-            return self.function(op, *args)
-        if op in ("load", "lookup"):
-            return getattr(self, op)(*args)
-        return self.binary(op, *args)
+        return self.function(op, *args) if len(args) == 1 else self.binary(op, *args)
 
 
 def _key(operand):
