@@ -208,6 +208,16 @@ def test_film_law(ratio, rate, entrainment):
             assert slope == pytest.approx((high[k] - low[k]) / (2 * h), rel=2e-4, abs=1e-7 * size / h)
 
 
+def clipped(x, y, gain):
+    depth = max(min(x, 1.0), 0.0)
+    return gain * depth**1.5 + math.sqrt(2.0 * depth), math.acos(min(y, 1.0)) + depth**0.3
+
+
+@pytest.mark.parametrize("state", [(-0.5, 1.5), (1.5, 0.3), (0.4, 1.5)])
+def test_a_flat_side_has_no_slope_where_the_other_is_steep(state):
+    check(clipped, state, (1.3,), (0, 1))
+
+
 # --- what Python does, construct by construct
 k = 5.0
 

@@ -36,6 +36,7 @@ UNARY: dict[str, Callable] = {
     "fabs": lambda t, x, y: t.binary("copysign", 1.0, x),
 }
 FLAT = ("floor", "ceil", "trunc")  # functions of one number without a slope
+STEEP = ("sqrt", "pow", "asin", "acos", "hypot", "atan2")  # finite where a slope is not
 COMPARISONS = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="}
 BOOLEAN = {*COMPARISONS, "and", "or", "not"}
 BINARY = ("atan2", "hypot", "copysign", "fmod", "pow")
@@ -392,8 +393,22 @@ class Trace:
         partials = self._partials(node, [bool(of(a)) for a in node.args])
         pairs = list(zip(node.args, partials, strict=True))
         columns = sorted({c for a in node.args for c in of(a)})
-        row = {c: self.sum(p * of(a)[c] for a, p in pairs if c in of(a)) for c in columns}
+        times = self._scaled if node.op in STEEP else self.mul
+        row = {c: self.sum(times(p, of(a)[c]) for a, p in pairs if c in of(a)) for c in columns}
         return _without_zeros(row)
+
+    def _scaled(self, partial, slope):
+        """A partial derivative, infinite perhaps, times a slope: 0 on the sides where this is 0."""
+        if is_number(slope):
+            return partial * slope if slope else 0.0
+        if slope.op == "select" and any(map(is_zero, slope.args[1:])):
+            condition, *sides = slope.args
+            return self.select(condition, *(self._scaled(partial, s) for s in sides))
+        if slope.op == "mul":
+            first, second = sorted(slope.args, key=lambda a: getattr(a, "op", "") != "select")
+            if isinstance(first, Scalar) and first.op == "select":
+                return self._scaled(partial * second, first)
+        return partial * slope
 
     def _partials(self, node, active) -> list:
         """Partial derivatives of one operation with respect to its arguments (only the active ones
