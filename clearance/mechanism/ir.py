@@ -30,6 +30,11 @@ INTRINSICS = {
 }  # with a vector form in every processor
 LIBRARY = {"sin", "cos", "exp", "log", "pow"}  # LLVM's own names for what the C library computes
 LOGIC = {"and": "and_", "or": "or_"}
+INDEXING = ("add", "sub", "mul")  # alike for integers
+
+
+def _is_whole(value) -> bool:
+    return isinstance(value, Scalar) or float(value).is_integer()
 
 
 class Lowering:
@@ -156,6 +161,8 @@ class Lowering:
             return self.call(node.args[0], [self.value(a) for a in node.args[1:]])
         if op == "item":
             return build.extract_value(self.values[node.args[0]], node.args[1])
+        if op == "lookup":
+            return self.lanes(self.looked_up, [self.integer(node.args[0])])
         args = [self.value(a) for a in node.args]
         if op in ARITHMETIC:
             return getattr(build, ARITHMETIC[op])(*args)
@@ -169,8 +176,6 @@ class Lowering:
             return build.select(*args)
         if op in ("neg", "not"):
             return build.fneg(*args) if op == "neg" else build.not_(*args)
-        if op == "lookup":
-            return self.lanes(self.looked_up, args)
         if op in INTRINSICS:
             return build.call(self.external(f"llvm.{op}.{self.suffix}", self.kind, len(args)), args)
         name = f"llvm.{op}.f64" if op in LIBRARY else op
@@ -188,9 +193,20 @@ class Lowering:
 
     def looked_up(self, index: ir.Value) -> ir.Value:
         """The number of the parameters at an index: tables stand there once for all lanes."""
-        return self.builder.load(
-            self.builder.gep(self.arrays["data"], [self.builder.fptosi(index, INT64)])
-        )
+        return self.builder.load(self.builder.gep(self.arrays["data"], [index]))
+
+    def integer(self, value) -> ir.Value:
+        """A number that indices are made of. These are whole in Python, and so are their parts."""
+        if not isinstance(value, Scalar):
+            return self.splat(ir.Constant(INT64, int(value)))
+        key = "integer", value
+        if key not in self.values:
+            if value.op in INDEXING and value not in self.slots and all(map(_is_whole, value.args)):
+                made = getattr(self.builder, value.op)(*map(self.integer, value.args))
+            else:
+                made = self.builder.fptosi(self.value(value), self.splat(ir.Constant(INT64, 0)).type)
+            self.values[key] = made
+        return self.values[key]
 
     def lanes(self, function: Callable, args: list[ir.Value]) -> ir.Value:
         """A function of single numbers, lane by lane."""
