@@ -46,7 +46,7 @@ def kernel(program: Program) -> Callable:
         arrays = dict(zip(("y", "par", "work", "out"), arrays, strict=True))
         Lowering(builder, arrays | {"data": arrays["par"]}, time, places).write(program)
 
-    return store.written(store.KERNEL_SIGNATURE, write)
+    return store.Kernel(write)
 
 
 def lanes(program: Program, width: int) -> Callable:

@@ -5,15 +5,21 @@ The store keeps what is dear and the same for all scenes: film tables, and what 
 time loop. Set CLEARANCE_STORE to put it elsewhere.
 """
 
+import ctypes
+import itertools
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FunctionType
 
+import llvmlite.ir as ir
 import numba
 import numba.extending
+import numpy as np
 from numba import float64, njit, types, void
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import cpu_target
 
 from clearance.locks import Lock
 
@@ -29,6 +35,59 @@ COMPILED = not numba.config.DISABLE_JIT
 _addresses: dict[Callable, int] = {}
 
 
+ARRAY = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
+ENTRY = ctypes.CFUNCTYPE(None, ctypes.c_double, *[ARRAY] * 4)
+
+
+class Kernel:
+    """A compiled kernel (t, y, par, work, out): for Python, and at an address for compiled code.
+
+    write: see `written`. Numba's code generator and call convention, without its front end.
+    """
+
+    _names = itertools.count()
+
+    def __init__(self, write: Callable):
+        target, name = cpu_target.target_context, f"kernel_{next(self._names)}"
+        number, pointer = ir.DoubleType(), ir.DoubleType().as_pointer()
+        with global_compiler_lock:
+            target.refresh()
+            self.library = target.codegen().create_library(name)
+            module = self.library.create_ir_module(name)
+            kind = ir.FunctionType(ir.VoidType(), [number, *[pointer] * 4])
+            entry = ir.Function(module, kind, f"{name}_entry")
+            entry.attributes.add("noinline")
+            builder = ir.IRBuilder(entry.append_basic_block())
+            write(builder, entry.args)
+            builder.ret_void()
+            _numba_form(target, module, entry, name)
+            self.library.add_ir_module(module)
+            self.library.finalize()
+            self.address = self.library.get_pointer_to_function(name)
+            self._entry = ENTRY(self.library.get_pointer_to_function(entry.name))
+
+    def __call__(self, t, y, par, work, out):
+        self._entry(t, y, par, work, out)
+
+
+def _numba_form(target, module: ir.Module, entry: ir.Function, name: str) -> None:
+    """A function that calls another one, as functions of numba are called."""
+    convention, kinds = target.call_conv, KERNEL_SIGNATURE.args
+    function = ir.Function(module, convention.get_function_type(types.none, kinds), name)
+    builder = ir.IRBuilder(function.append_basic_block())
+    arguments = convention.decode_arguments(builder, kinds, function)
+    builder.call(entry, _pointers(target, builder, kinds, arguments))
+    convention.return_value(builder, target.get_dummy_value())
+
+
+def _pointers(target, builder, kinds, arguments) -> list:
+    """Arguments with the numbers of arrays in place of these."""
+    return [
+        target.make_array(k)(target, builder, a).data if isinstance(k, types.Array) else a
+        for k, a in zip(kinds, arguments, strict=True)
+    ]
+
+
 def written(signature, write: Callable) -> Callable:
     """A compiled function whose code is LLVM IR: write(builder, arguments) puts it into the
     function being built.
@@ -39,11 +98,7 @@ def written(signature, write: Callable) -> Callable:
     names = ", ".join(f"a{i}" for i in range(len(signature.args)))
 
     def generate(target, builder, kind, arguments):
-        arguments = [
-            target.make_array(k)(target, builder, a).data if isinstance(k, types.Array) else a
-            for k, a in zip(kind.args, arguments, strict=True)
-        ]
-        values = write(builder, arguments)
+        values = write(builder, _pointers(target, builder, kind.args, arguments))
         if values is None:
             return target.get_dummy_value()
         return target.make_tuple(builder, kind.return_type, values)
@@ -69,6 +124,8 @@ def address(function: Callable, kind: types.FunctionType):
     """
     if not COMPILED:
         return function
+    if isinstance(function, Kernel):
+        return function.address
     if function not in _addresses:
         compiled = function.get_compile_result(kind.signature)
         _addresses[function] = compiled.library.get_pointer_to_function(
