@@ -6,8 +6,11 @@ time loop. Set CLEARANCE_STORE to put it elsewhere.
 """
 
 import ctypes
+import hashlib
 import itertools
+import logging
 import os
+import pickle
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,11 +21,13 @@ import numba
 import numba.extending
 import numpy as np
 from numba import float64, njit, types, void
+from numba.core.caching import IndexDataCacheFile
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
 from clearance.locks import Lock
 
+LOG = logging.getLogger("clearance")
 VECTOR = float64[::1]
 KERNEL_SIGNATURE = void(float64, VECTOR, VECTOR, VECTOR, VECTOR)
 KERNEL = types.FunctionType(KERNEL_SIGNATURE)
@@ -132,6 +137,61 @@ def address(function: Callable, kind: types.FunctionType):
             compiled.fndesc.llvm_func_name
         )
     return _addresses[function]
+
+
+class CheckedFiles(IndexDataCacheFile):
+    """Files of numba's cache behind a digest of their content and of what they were made from.
+
+    A damaged or foreign file is made again, with a warning. This is no protection against someone
+    who may write there: these files are programs.
+    """
+
+    def __init__(self, files: IndexDataCacheFile, made_from: str):
+        vars(self).update(vars(files))
+        self.made_from = f"{made_from} {self._version} {self._source_stamp}".encode()
+
+    def _digest(self, data: bytes) -> bytes:
+        return hashlib.sha256(self.made_from + data).digest()
+
+    def _save(self, path: str, content) -> None:
+        data = self._dump(content)
+        with self._open_for_write(path) as file:
+            file.write(self._digest(data) + data)
+
+    def _read(self, path: str):
+        """The content of a file; None where there is none that may be used."""
+        try:
+            content = Path(path).read_bytes()
+        except FileNotFoundError:
+            return None
+        size = hashlib.sha256().digest_size
+        if content[:size] == self._digest(content[size:]):
+            return pickle.loads(content[size:])
+        LOG.warning(f"compiled code {path} is damaged or of another program; it is made again")
+        return None
+
+    def _load_index(self) -> dict:
+        return self._read(self._index_path) or {}
+
+    def _save_index(self, overloads: dict) -> None:
+        self._save(self._index_path, overloads)
+
+    def _load_data(self, name: str):
+        return self._read(self._data_path(name))
+
+    def _save_data(self, name: str, data) -> None:
+        self._save(self._data_path(name), data)
+
+
+def cached(function: Callable, signature, made_from: str, **options) -> Callable:
+    """A function compiled by numba, or as it was compiled before from the same."""
+    dispatcher = njit(**options)(function)
+    dispatcher.enable_caching()
+    cache = dispatcher._cache
+    cache._cache_file = CheckedFiles(cache._cache_file, made_from)
+    dispatcher.compile(signature)
+    dispatcher.disable_compile()
+    return dispatcher
 
 
 def caller(kind: types.FunctionType) -> Callable:

@@ -3,7 +3,7 @@
 import hashlib
 from pathlib import Path
 
-from clearance.mechanism.store import COMPILED, KERNEL, caller, njit, types
+from clearance.mechanism.store import COMPILED, KERNEL, cached, caller, njit, types
 
 float64, int64, complex128 = types.float64, types.int64, types.complex128
 VECTOR = float64[::1]
@@ -43,7 +43,7 @@ def compiled(signature):
         if not COMPILED:
             return function
         function.__qualname__ = f"{function.__name__}_{DIGEST}"
-        return njit(signature, cache=True, error_model="numpy", _nrt=False)(function)
+        return cached(function, signature, DIGEST, error_model="numpy", _nrt=False)
 
     return decorate
 
