@@ -128,6 +128,13 @@ def helped_by_name(x, y, gain=1.0):
     return a + scaled(y, shift=x) * b
 
 
+def of_tuples(x, y, gain):
+    total = max((x, y, 0.5)) * math.hypot(x, y, gain)
+    for a, b in ((x, 1.0), (y, 2.0)):
+        total += a * b * bool(x)
+    return total
+
+
 def other_units(x, y, gain):
     return math.log10(1.0 + x * x) + math.log2(2.0 + y * y), math.degrees(x) * math.radians(y)
 
@@ -143,7 +150,7 @@ def reusing(x, y, gain):
 @pytest.mark.parametrize("state", [(0.7, 0.2), (0.1, 0.8), (1.4, -0.6)])
 @pytest.mark.parametrize(
     "function",
-    [indexing, masking, delegating, reusing, choosing, helped_by_name, other_units],
+    [indexing, masking, delegating, reusing, choosing, helped_by_name, of_tuples, other_units],
 )
 def test_less_usual_constructs(function, state):
     check(function, state, (1.3,), (0, 1))

@@ -36,7 +36,7 @@ from clearance.mechanism.trace import (
 UNSET = object()  # in place of a variable that a side has not set
 UNROLLED = 64  # passes of a loop over a range that are written out
 COUNTER, STOP = "<counter>", "<stop>"  # variables of a counted loop, by names that no law has
-BUILTINS = (abs, max, min, float, int, pow, range)
+BUILTINS = (abs, max, min, float, int, bool, pow, round, range)
 EXPRESSIONS = (ast.Name, ast.Load, ast.Constant, ast.Tuple, ast.Attribute, ast.Call, ast.keyword)
 EXPRESSIONS += (ast.Lambda, ast.arguments)  # of conditional expressions
 
@@ -74,6 +74,7 @@ def _or(trace: Trace, a, b):
 
 def _extreme(name: str) -> Callable:
     def extreme(trace: Trace, value, *others):
+        value, *others = (value, *others) if others else value
         for other in others:
             value = trace.select(trace.compare(name, other, value), other, value)
         return value
@@ -101,6 +102,8 @@ FORMULAS: dict[str, Callable] = {
     "max": _extreme("gt"),
     "min": _extreme("lt"),
     "float": Trace.numeric,
+    "bool": Trace.truth,
+    "hypot": lambda trace, *sides: reduce(partial(trace.binary, "hypot"), sides, 0.0),
     "log": _logarithm,
     "log10": lambda trace, x: _logarithm(trace, x, 10.0),
     "log2": lambda trace, x: _logarithm(trace, x, 2.0),
@@ -350,7 +353,7 @@ class Execution:
             raise Untraceable(f"it writes to {_source(target, self.function)}")
         if isinstance(target, ast.Name):
             variables[target.id] = value
-        elif isinstance(target, ast.Tuple) and isinstance(value, tuple):
+        elif _fits(target, value):
             for part, one in zip(target.elts, value, strict=True):
                 self._bind(part, one, variables)
         else:
@@ -398,12 +401,14 @@ class Execution:
         passes = self.value(node.iter, variables)
         if isinstance(passes, Counted):
             return self._counted(node, passes, variables)
-        if not isinstance(passes, tuple | range) or not isinstance(node.target, ast.Name):
+        if not isinstance(passes, tuple | range):
             raise self.unreadable(node)
         left: list[Exit] = []  # ways out of the loop
         for value in passes:
             inside: list[Exit] = []
-            end = self.block(node.body, variables | {node.target.id: value}, inside)
+            variables = dict(variables)
+            self._bind(node.target, value, variables)
+            end = self.block(node.body, variables, inside)
             variables, inside = self._gathered("continue", end, inside)
             left += inside
             if variables is None:
@@ -546,7 +551,7 @@ class Execution:
             raise Unsupported
         if function is range:
             return _passes(*arguments)
-        if all(is_number(a) for a in arguments):
+        if all(_fixed(a) for a in arguments):
             return defined(function, *arguments)
         try:
             return self.operation(function.__name__, *arguments)
@@ -608,6 +613,11 @@ def _source(node: ast.AST, function: Callable) -> str:
 def _set(tree: ast.AST) -> set[str]:
     """Names that statements set."""
     return {n.id for n in ast.walk(tree) if isinstance(n, ast.Name) and not _read(n)}
+
+
+def _fits(target: ast.expr, value) -> bool:
+    both = isinstance(target, ast.Tuple) and isinstance(value, tuple)
+    return both and len(target.elts) == len(value)
 
 
 def _number(variables: dict, name: str):

@@ -11,6 +11,7 @@ import itertools
 import logging
 import os
 import pickle
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -233,7 +234,8 @@ def opaque_address(function: Callable, arguments: str, count: int) -> int:
     try:
         entry = numba.cfunc(void(pointer, pointer, pointer), error_model="numpy")(scope["call"])
     except numba.core.errors.NumbaError as error:
-        reason = " ".join(str(error).split())[:300]
+        reason = re.sub(r"Failed in nopython mode pipeline \(.*?\)", "", str(error))
+        reason = " ".join(reason.split())[:300]
         raise ValueError(f"law {function.__name__} cannot be compiled: {reason}") from error
     _addresses[entry] = entry.address  # keeps it alive
     return entry.address

@@ -255,6 +255,8 @@ class Trace:
         """pow, atan2, hypot, fmod or copysign."""
         if is_number(a) and is_number(b):
             return defined(getattr(math, name), a, b)
+        if name == "hypot" and is_zero(a):
+            return self.function("fabs", b)
         return self.node(name, self.number(a), self.number(b))
 
     def sqrt(self, a):
@@ -461,7 +463,7 @@ class Trace:
             return getattr(self, OPERATIONS[op])(*args)
         if op in COMPARISONS:
             return self.compare(op, *args)
-        return self.function(op, *args) if len(args) == 1 else self.binary(op, *args)
+        return self.binary(op, *args) if op in BINARY else self.function(op, *args)
 
 
 def _key(operand):
