@@ -13,15 +13,17 @@ starts there) | times up to which films with a memory remember].
 import hashlib
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
+from weakref import WeakValueDictionary
 
 from clearance.laws.law import BoundLaw, bristle, joint_bristle, memory_film
 from clearance.loads import Drive
 from clearance.mechanism import kernels
 from clearance.mechanism.dynamics import Dynamics
 from clearance.mechanism.emission import Program, derive_text, kernel_text
-from clearance.mechanism.function import Expansion
+from clearance.mechanism.function import Expansion, Opaque
+from clearance.mechanism.interpreter import fingerprint
 from clearance.mechanism.joint_forces import Calls, Memory
 from clearance.mechanism.kinematics import Kinematics, Propagation
 from clearance.mechanism.numbers import Numbers
@@ -32,6 +34,14 @@ from clearance.scene import Scene
 
 #: derivatives of a Jacobian up to which its entries are written down, each by itself
 MOST_DERIVATIVES = 12_000
+
+
+class Compiled(dict):
+    """Compiled kernels by role."""
+
+
+#: those of all structures that are in use, by what they compute
+_compiled: "WeakValueDictionary[tuple, Compiled]" = WeakValueDictionary()
 
 
 @dataclass(frozen=True)
@@ -56,7 +66,7 @@ class Structure:
     states: first-order states without the ledger; length: with it.
     bristles, warm, remembering: joints with such a state. dissipated: joints and loads in the ledger.
     found: joints with friction whose rate is found from forces.
-    carried: angles and slides that a step carries to the next. compiled: kernels by role, as they were asked for.
+    carried: angles and slides that a step carries to the next.
     rubs, iterates: joint friction, and such as is solved for. spatial: loads out of the plane.
     """
 
@@ -79,7 +89,6 @@ class Structure:
     rubs: bool
     iterates: bool
     spatial: bool
-    compiled: dict[str, Callable] = field(default_factory=dict)
 
     @property
     def commits(self) -> int:
@@ -91,6 +100,13 @@ class Structure:
         if role not in self.compiled:
             self.compiled[role] = kernels.kernel(self.programs[role])
         return self.compiled[role]
+
+    @cached_property
+    def compiled(self) -> Compiled:
+        """Compiled kernels by role; structures that differ in names only share them."""
+        apart = {f for p in self.programs.values() for f in p.functions if isinstance(f, Opaque)}
+        key = self.digest, frozenset(fingerprint(f.function) for f in apart)
+        return _compiled.setdefault(key, Compiled())
 
     @cached_property
     def texts(self) -> dict[str, str]:
