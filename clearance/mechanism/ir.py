@@ -9,11 +9,11 @@ where any lane needs it.
 from collections.abc import Callable
 
 import llvmlite.ir as ir
-from numba.core.cgutils import for_range
 
 from clearance.mechanism.emission import Program, called
 from clearance.mechanism.function import Answer, Function, Loop, Opaque
 from clearance.mechanism.schedule import Branch, scheduled
+from clearance.mechanism.store import for_range
 from clearance.mechanism.trace import Scalar
 
 DOUBLE, INT64, BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)

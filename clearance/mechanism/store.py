@@ -23,6 +23,7 @@ import numba.extending
 import numpy as np
 from numba import float64, njit, types, void
 from numba.core.caching import IndexDataCacheFile
+from numba.core.cgutils import for_range as for_range
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
