@@ -115,6 +115,30 @@ def delegating(x, y, gain):
     return x, y
 
 
+def choosing(x, y, gain):
+    return x > 0.5 and x * y or y
+
+
+def scaled(x, factor=2.0, /, shift=0.5, *, power=2):
+    return factor * x**power + shift
+
+
+def helped_by_name(x, y, gain=1.0):
+    [a, b] = [scaled(x), scaled(y, 3.0, power=3)]
+    return a + scaled(y, shift=x) * b
+
+
+def of_tuples(x, y, gain):
+    total = max((x, y, 0.5)) * math.hypot(x, y, gain)
+    for a, b in ((x, 1.0), (y, 2.0)):
+        total += a * b * bool(x)
+    return total
+
+
+def other_units(x, y, gain):
+    return math.log10(1.0 + x * x) + math.log2(2.0 + y * y), math.degrees(x) * math.radians(y)
+
+
 def reusing(x, y, gain):
     a = b = x * y
     total = a + gain * b
@@ -124,7 +148,10 @@ def reusing(x, y, gain):
 
 
 @pytest.mark.parametrize("state", [(0.7, 0.2), (0.1, 0.8), (1.4, -0.6)])
-@pytest.mark.parametrize("function", [indexing, masking, delegating, reusing])
+@pytest.mark.parametrize(
+    "function",
+    [indexing, masking, delegating, reusing, choosing, helped_by_name, of_tuples, other_units],
+)
 def test_less_usual_constructs(function, state):
     check(function, state, (1.3,), (0, 1))
 
@@ -146,8 +173,8 @@ def summing(x, y, gain):
     return sum([x, y])
 
 
-def choosing(x, y, gain):
-    return x > 0.0 and x * y or y
+def slicing(x, y, gain):
+    return (x, y, gain)[1:][0]
 
 
 def forgetting(x, y, gain):
@@ -159,7 +186,7 @@ def forgetting(x, y, gain):
     ("function", "message"),
     [
         (summing, "law summing uses 'sum'"),
-        (choosing, "law choosing: cannot read"),
+        (slicing, "law slicing: cannot read"),
         (forgetting, "law forgetting can end without returning a value"),
         (lambda x: x, "must be a function defined with def|no source found"),
     ],
@@ -186,6 +213,16 @@ def test_film_law(ratio, rate, entrainment):
             size = abs(value[0]) + abs(value[1])
             slope = found[2 + 3 * k + i]
             assert slope == pytest.approx((high[k] - low[k]) / (2 * h), rel=2e-4, abs=1e-7 * size / h)
+
+
+def clipped(x, y, gain):
+    depth = max(min(x, 1.0), 0.0)
+    return gain * depth**1.5 + math.sqrt(2.0 * depth), math.acos(min(y, 1.0)) + depth**0.3
+
+
+@pytest.mark.parametrize("state", [(-0.5, 1.5), (1.5, 0.3), (0.4, 1.5)])
+def test_a_flat_side_has_no_slope_where_the_other_is_steep(state):
+    check(clipped, state, (1.3,), (0, 1))
 
 
 # --- what Python does, construct by construct

@@ -208,6 +208,12 @@ MODELS = ["dry", "lubricated", "ideal"] * 2
 
 
 class TestAtOnce:
+    """All begin with an empty store."""
+
+    @pytest.fixture(autouse=True)
+    def empty_store(self, tmp_path, monkeypatch):
+        monkeypatch.setenv("CLEARANCE_STORE", str(tmp_path / "store"))
+
     def test_threads_start_scenes_at_once(self, monkeypatch):
         """Equal and different structures, none built before: the numbers of one after another."""
         wanted = [ends(model) for model in MODELS]
@@ -226,3 +232,16 @@ class TestAtOnce:
         wanted = [ends(model) for model in MODELS]
         with ProcessPoolExecutor(3, multiprocessing.get_context(start)) as pool:
             assert list(pool.map(ends, MODELS)) == wanted
+
+    @pytest.mark.slow
+    @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+    def test_dask_workers_start_scenes_at_once(self, tmp_path):
+        """Two workers with two threads each."""
+        distributed = pytest.importorskip("distributed")
+        wanted = [ends(model) for model in MODELS]
+        workers = {"n_workers": 2, "threads_per_worker": 2, "local_directory": str(tmp_path)}
+        with (
+            distributed.LocalCluster(**workers, dashboard_address=None) as cluster,
+            distributed.Client(cluster) as client,
+        ):
+            assert client.gather(client.map(ends, MODELS, pure=False)) == wanted

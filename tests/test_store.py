@@ -2,6 +2,7 @@
 
 import json
 import os
+import pickle
 import re
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import pytest
 
 import clearance as cl
 from clearance.mechanism import build as building
+from clearance.mechanism import store
 from clearance.mechanism.build import build
 from tests import mechanisms as m
 from tests.plain import kernel as plain_kernel
@@ -145,7 +147,7 @@ def test_leaving_out_imports():
 def test_reference_counting_stays_out_of_the_kernels():
     """No incref or decref is left in the machine code: arrays come in as arguments only."""
     kernel = build(cl.load_case(FEEDER, joints="B,C,E")).kernel("rhs")
-    assert not re.findall(r"call void @NRT_(incref|decref)", "".join(kernel.inspect_llvm().values()))
+    assert not re.findall(r"call void @NRT_(incref|decref)", kernel.library.get_llvm_str())
 
 
 def test_edited_stepper_sources_make_new_caches():
@@ -156,3 +158,46 @@ def test_edited_stepper_sources_make_new_caches():
         assert function.py_func.__qualname__.endswith(types.DIGEST)
     caches = Path(loop.__file__).parent / "__pycache__"
     assert list(caches.glob(f"loop.run_{types.DIGEST}-*.nbi")) or not os.access(caches, os.W_OK)
+
+
+class Planted:
+    """What would run where a file is unpickled."""
+
+    def __reduce__(self):
+        return os.mkdir, ("planted",)
+
+
+def flipped(data):
+    return data[:-9] + bytes([data[-9] ^ 1]) + data[-8:]
+
+
+@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+@pytest.mark.parametrize(
+    "damage",
+    [flipped, lambda data: data[:100], lambda data: b"", lambda data: pickle.dumps(Planted())],
+    ids=["flipped", "cut", "empty", "planted"],
+)
+def test_damaged_machine_code_is_made_again(suffix, damage, tmp_path, monkeypatch, caplog):
+    """The file is named in a warning, nothing of it is run, and the next process reads the new one."""
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "doubling.py"
+    path.write_text("def doubled(x):\n    return 2.0 * x\n")
+    scope = {"__name__": "doubling"}
+    exec(compile(path.read_text(), path, "exec"), scope)
+
+    def again(made_from="one"):
+        caplog.clear()
+        function = store.cached(scope["doubled"], store.float64(store.float64), made_from)
+        return function(1.5), sum(function.stats.cache_hits.values())
+
+    assert again() == (3.0, 0)
+    assert again() == (3.0, 1)
+    assert not caplog.records
+    (file,) = (tmp_path / "__pycache__").glob(f"*.{suffix}")
+    file.write_bytes(damage(file.read_bytes()))
+    assert again() == (3.0, 0)
+    assert str(file) in caplog.text
+    assert not (tmp_path / "planted").exists()
+    assert again() == (3.0, 1)
+    assert not caplog.records
+    assert again("another") == (3.0, 0)

@@ -80,6 +80,7 @@ def test_A3_renaming_compiles_nothing():
     assert one.texts["rhs"] != two.texts["rhs"]
     assert "# joints/X/clearance" in two.texts["rhs"]
     assert one.digest == two.digest
+    assert one.kernel("rhs") is two.kernel("rhs")
 
 
 def test_A3_a_renamed_run_gives_the_same_numbers():

@@ -175,7 +175,7 @@ class Writer:
             return f"answered(par, {args[0]}, {function.wanted}, {inputs}, {function.places})"
         if not isinstance(function, Opaque):
             return f"{name}({', '.join(['par', *args])})"
-        return f"{name}({', '.join(function.listed(args))})"
+        return f"{name}({function.form.format(*args)})"
 
     def function(self, function) -> list[str]:
         """Definition of a function."""

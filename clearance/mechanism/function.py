@@ -14,7 +14,24 @@ from clearance.mechanism.trace import Scalar, Trace, is_number, live
 SHORT = 150
 
 
-class Function:
+class Differentiable:
+    """A function whose derivatives are made once."""
+
+    def __init__(self, name: str):
+        self.name = name
+        self.values_of = None  # of a derivative: the function whose values it returns too
+        self._slopes: dict[tuple[int, ...], Function] = {}
+
+    def slopes(self, active: tuple[int, ...]) -> "Function":
+        """The function that returns the values and, output by output, their derivatives by the
+        active arguments.
+        """
+        if active not in self._slopes:
+            self._slopes[active] = self._differentiated(active)
+        return self._slopes[active]
+
+
+class Function(Differentiable):
     """A traced function: `arguments` are the leaves of its trace, `outputs` values on it.
 
     name: as it stands in texts; two functions may share one. The leaves are x0, x1, ...
@@ -23,12 +40,9 @@ class Function:
     def __init__(
         self, name: str, trace: Trace | None = None, arguments: list[Scalar] | None = None
     ):
-        self.name, self.trace, self.arguments = name, trace or Trace(exact=True), arguments or []
+        super().__init__(name)
+        self.trace, self.arguments = trace or Trace(exact=True), arguments or []
         self.outputs: list = []
-        self.values_of: Function | None = (
-            None  # of a derivative: the function whose values it returns too
-        )
-        self._slopes: dict[tuple[int, ...], Function] = {}
 
     @classmethod
     def of(cls, name: str, count: int, build: Callable) -> "Function":
@@ -48,17 +62,9 @@ class Function:
         """Number of outputs."""
         return len(self.outputs)
 
-    def slopes(self, active: tuple[int, ...]) -> "Function":
-        """The function that returns the values and, output by output, their derivatives by the
-        active arguments.
-        """
-        if active not in self._slopes:
-            self._slopes[active] = self._differentiated(active)
-            self._slopes[active].values_of = self
-        return self._slopes[active]
-
     def _differentiated(self, active: tuple[int, ...]) -> "Function":
         made = Function(f"{self.name}_d", self.trace, self.arguments)
+        made.values_of = self
         rows = self.trace.tangent(
             self.outputs, {self.arguments[a]: {i: 1.0} for i, a in enumerate(active)}
         )
@@ -105,15 +111,15 @@ class Inside(Function):
         return list(self._inner)
 
 
-class Loop:
+class Loop(Differentiable):
     """A function that repeats a step while it is to go on: (again, state...) = step(state..., given...).
 
     It takes whether to begin, a state and what the step is given, and returns the state of the end.
     """
 
     def __init__(self, name: str, step: Function):
-        self.name, self.step, self.values_of = name, step, None
-        self._slopes: dict[tuple[int, ...], Function] = {}
+        super().__init__(name)
+        self.step = step
 
     @property
     def count(self) -> int:
@@ -125,13 +131,8 @@ class Loop:
         """Those of one step, which stands for more."""
         return SHORT + self.step.operations
 
-    def slopes(self, active: tuple[int, ...]) -> Function:
-        """State and derivatives by the active arguments: those of a loop that carries both."""
-        if active not in self._slopes:
-            self._slopes[active] = self._differentiated(active)
-        return self._slopes[active]
-
     def _differentiated(self, active: tuple[int, ...]) -> Function:
+        """A loop that carries state and derivatives."""
         step, count, width = self.step, self.count, len(active)
         size = len(step.arguments)
         carried = [
@@ -199,23 +200,19 @@ class Opaque:
     @property
     def size(self) -> int:
         """Number of arguments, those of named tuples one by one."""
-        return sum(
-            1 if kind == "number" else len(kind._fields) for kind in self.shape if kind != "data"
-        )
+        return self.form.count("{}")
 
-    def listed(self, args: list) -> list:
-        """Arguments of the plain function, from those of the call; `par` stands for the parameter
-        vector.
+    @property
+    def form(self) -> str:
+        """Arguments of the plain function, {} for each of those of the call; `par` stands for the
+        parameter vector.
         """
-        rest, listed = list(args), []
-        for kind in self.shape:
-            if kind == "data":
-                listed.append("par")
-            elif kind == "number":
-                listed.append(rest.pop(0))
-            else:
-                listed.append(f"{kind.__name__}({', '.join(rest.pop(0) for _ in kind._fields)})")
-        return listed
+        forms = {"data": "par", "number": "{}"}
+        return ", ".join(forms.get(kind) or _form(kind) for kind in self.shape)
+
+
+def _form(kind: type) -> str:
+    return f"{kind.__name__}({', '.join('{}' for _ in kind._fields)})"
 
 
 class Answer:
@@ -257,43 +254,6 @@ class Answer:
 
 
 # --- one trace of everything
-def merged(trace: Trace, outputs: list) -> list:
-    """The same outputs with one call where a function and its derivative are called with the same
-    arguments.
-    """
-    calls = {n.args: n for n in live(outputs) if n.op == "call"}
-    pairs = ((calls.get((n.args[0].values_of, *n.args[1:])), n) for n in calls.values())
-    better = {first: n for first, n in pairs if first is not None}
-    if not better:
-        return outputs
-    made: dict[Scalar, object] = {}
-
-    def sources(node: Scalar) -> list[Scalar]:
-        return [better[node]] if node in better else node.operands
-
-    waiting = [o for o in outputs if isinstance(o, Scalar)]
-    while waiting:
-        node = waiting[-1]
-        missing = [a for a in sources(node) if a not in made]
-        if missing:
-            waiting += missing
-            continue
-        waiting.pop()
-        if node not in made:
-            made[node] = made[better[node]] if node in better else _remade(trace, node, made)
-    return [made[o] if isinstance(o, Scalar) else o for o in outputs]
-
-
-def _remade(trace: Trace, node: Scalar, made: dict):
-    args = [made[a] if isinstance(a, Scalar) else a for a in node.args]
-    if all(a is b for a, b in zip(args, node.args, strict=True)):
-        return node
-    trace.section = node.section
-    if node.op in ("call", "item"):
-        return trace.node(node.op, *args)
-    return trace.copied(node, args)
-
-
 class Expansion:
     """Copies values to a trace of its own; functions that are short become part of it."""
 
@@ -303,11 +263,13 @@ class Expansion:
 
     def of(self, outputs: list) -> list:
         """Outputs of another trace on this one."""
-        return merged(self.trace, self._copied(outputs, self.trace, {}))
+        return self._copied(outputs, self.trace, {})
 
     def _copied(self, outputs: list, trace: Trace, made: dict) -> list:
-        outer = trace.section
-        for node in live(outputs, made.__contains__):
+        outer, nodes = trace.section, live(outputs, made.__contains__)
+        calls = [n for n in nodes if n.op == "call"]
+        wider = {(n.args[0].values_of, *n.args[1:]): n for n in calls}  # returns these values too
+        for node in nodes:
             if node in made:
                 continue
             trace.section = node.section or outer
@@ -315,9 +277,13 @@ class Expansion:
             if node.op == "item":
                 made[node] = args[0][args[1]]
             elif node.op == "call":
-                made[node] = self._called(self.function(args[0]), args[1:], trace)
+                same = [node]
+                while same[-1].args in wider:
+                    same.append(wider[same[-1].args])
+                values = self._called(self.function(same[-1].args[0]), args[1:], trace)
+                made |= dict.fromkeys(same, values)
             else:
-                made[node] = trace.copied(node, args)
+                made[node] = trace.operation(node.op, *args)
         trace.section = outer
         return [made[o] if isinstance(o, Scalar) else o for o in outputs]
 
@@ -344,9 +310,7 @@ class Expansion:
                 made = Function(function.name)
                 arguments = [made.argument() for _ in function.arguments]
                 leaves = dict(zip(function.arguments, arguments, strict=True))
-                made.outputs = merged(
-                    made.trace, self._copied(function.outputs, made.trace, leaves)
-                )
+                made.outputs = self._copied(function.outputs, made.trace, leaves)
             made.values_of = function.values_of and self.function(function.values_of)
             self._functions[function] = made
         return self._functions[function]

@@ -1,42 +1,124 @@
 """Plain functions executed on traced scalars: a law stays the function that its author wrote.
 
-The source is read, not the name: arithmetic, `math`, abs, max, min, if, for, while and helper
-functions. Branches become selects, a loop over a range is unrolled, and a loop that ends by a
-condition stays one. Numbers of the function's module or closure are taken as they stand. The sign
-of a zero is not kept, and a product with a constant zero is zero.
+Python evaluates the expressions, with operators and calls as operations of the trace. Branches
+become selects, a loop over a range is unrolled, and a loop that ends by a condition stays one.
+Numbers of the function's module or closure are taken as they stand. The sign of a zero is not kept,
+and a product with a constant zero is zero.
 """
 
 import ast
 import builtins
+import copy
 import inspect
 import math
+import operator
 import textwrap
 from collections import namedtuple
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field
+from functools import partial, reduce
 from types import ModuleType
+from typing import ClassVar
 
 from clearance.mechanism.asking import KEEP
 from clearance.mechanism.function import Answer, Function, Inside, Loop, Opaque
-from clearance.mechanism.trace import COMPARISONS, FLAT, UNARY, Scalar, Trace, defined, is_number
+from clearance.mechanism.trace import (
+    BINARY,
+    COMPARISONS,
+    FLAT,
+    UNARY,
+    Scalar,
+    Trace,
+    defined,
+    is_number,
+)
 
 UNSET = object()  # in place of a variable that a side has not set
-BINARY = ("atan2", "hypot", "copysign", "pow", "fmod")
 UNROLLED = 64  # passes of a loop over a range that are written out
-COUNTER, STOP = (
-    "<counter>",
-    "<stop>",
-)  # variables of a counted loop, under names that no function has
-OPERATORS = {"Lt": "lt", "LtE": "le", "Gt": "gt", "GtE": "ge", "Eq": "eq", "NotEq": "ne"}
-assert set(OPERATORS.values()) == set(COMPARISONS)
+COUNTER, STOP = "<counter>", "<stop>"  # variables of a counted loop, by names that no law has
+BUILTINS = (abs, max, min, float, int, bool, pow, round, range)
+EXPRESSIONS = (ast.Name, ast.Load, ast.Constant, ast.Tuple, ast.Attribute, ast.Call, ast.keyword)
+EXPRESSIONS += (ast.Lambda, ast.arguments)  # of conditional expressions
 
-Data = namedtuple("Data", "")  # stands for the parameter vector, which laws with data read
-DATA = Data()
+DATA = object()  # stands for the parameter vector, which laws with data read
+
+
+def _remainder(trace: Trace, a, b):
+    """a % b, which has the sign of b."""
+    if is_number(a) and is_number(b):
+        return defined(operator.mod, a, b)
+    rest = trace.binary("fmod", a, b)
+    other = trace.both(trace.compare("ne", rest, 0.0), trace.compare("lt", trace.mul(rest, b), 0.0))
+    return trace.select(other, trace.add(rest, b), rest)
+
+
+def _quotient(trace: Trace, a, b):
+    """a // b: whole, as far as the remainder leaves it."""
+    if is_number(a) and is_number(b):
+        return defined(operator.floordiv, a, b)
+    whole = trace.div(trace.sub(a, _remainder(trace, a, b)), b)
+    return trace.function("floor", trace.add(whole, 0.5))
+
+
+def _logical(*values) -> bool:
+    return all(v.boolean if isinstance(v, Scalar) else isinstance(v, bool) for v in values)
+
+
+def _and(trace: Trace, a, b):
+    return trace.both(a, b) if _logical(a, b) else trace.select(trace.truth(a), b, a)
+
+
+def _or(trace: Trace, a, b):
+    return trace.either(a, b) if _logical(a, b) else trace.select(trace.truth(a), a, b)
+
+
+def _extreme(name: str) -> Callable:
+    def extreme(trace: Trace, value, *others):
+        value, *others = (value, *others) if others else value
+        for other in others:
+            value = trace.select(trace.compare(name, other, value), other, value)
+        return value
+
+    return extreme
+
+
+def _logarithm(trace: Trace, x, *base):
+    x, *base = (trace.function("log", a) for a in (x, *base))
+    return trace.div(x, *base) if base else x
+
+
+#: operators of the syntax and functions whose operations have another name
+NAMES = {"Add": "add", "Sub": "sub", "Mult": "mul", "Div": "div", "Pow": "pow", "USub": "neg"}
+NAMES |= {"abs": "fabs", "int": "trunc"}
+NAMES |= dict(zip(("Lt", "LtE", "Gt", "GtE", "Eq", "NotEq"), COMPARISONS, strict=True))
+#: what several operations make
+FORMULAS: dict[str, Callable] = {
+    "Mod": _remainder,
+    "FloorDiv": _quotient,
+    "UAdd": Trace.numeric,
+    "Not": lambda trace, a: trace.negation(trace.truth(a)),
+    "And": _and,
+    "Or": _or,
+    "max": _extreme("gt"),
+    "min": _extreme("lt"),
+    "float": Trace.numeric,
+    "bool": Trace.truth,
+    "hypot": lambda trace, *sides: reduce(partial(trace.binary, "hypot"), sides, 0.0),
+    "log": _logarithm,
+    "log10": lambda trace, x: _logarithm(trace, x, 10.0),
+    "log2": lambda trace, x: _logarithm(trace, x, 2.0),
+    "degrees": lambda trace, x: trace.mul(x, math.degrees(1.0)),
+    "radians": lambda trace, x: trace.mul(x, math.radians(1.0)),
+}
+OPERATIONS = {*NAMES, *UNARY, *FLAT, *BINARY}
 
 
 class Untraceable(ValueError):
     """A construct that cannot be traced, in words."""
+
+
+class Unsupported(Exception):
+    """An expression that no law may have."""
 
 
 def traced(function: Callable, shape: tuple = ()) -> Function | Opaque:
@@ -45,9 +127,9 @@ def traced(function: Callable, shape: tuple = ()) -> Function | Opaque:
     shape: of each argument "number", "data" (the parameter vector) or a named tuple type; default:
     numbers. Raises ValueError naming the function for what is not allowed in one.
     """
-    tree = definition(function)
-    shape = shape or ("number",) * len(tree.args.args)
     made = Function(_name(function))
+    execution = Execution(made.trace, function, {})
+    shape = shape or ("number",) * len(execution.arguments)
     arguments = []
     for kind in shape:
         if kind == "data":
@@ -57,7 +139,7 @@ def traced(function: Callable, shape: tuple = ()) -> Function | Opaque:
         else:
             arguments.append(kind(*(made.argument() for _ in kind._fields)))
     try:
-        made.outputs = list(Execution(made.trace, function).call(arguments))
+        made.outputs = list(execution.returned(arguments))
     except Untraceable as reason:
         return _opaque(function, shape, str(reason))
     except (TypeError, AttributeError, IndexError, KeyError, ArithmeticError) as reason:
@@ -84,12 +166,7 @@ def definition(function: Callable) -> ast.FunctionDef:
         raise ValueError(
             f"law {name}: no source found; define it with def in a file, not at a prompt"
         ) from None
-    if (
-        not isinstance(node, ast.FunctionDef)
-        or node.args.vararg
-        or node.args.kwarg
-        or node.args.kwonlyargs
-    ):
+    if not isinstance(node, ast.FunctionDef) or node.args.vararg or node.args.kwarg:
         raise ValueError(f"law {name} must be a function defined with def and plain arguments")
     return node
 
@@ -138,53 +215,84 @@ def _name(function: Callable) -> str:
     return function.__name__.lstrip("_") or "law"
 
 
-@dataclass(frozen=True)
-class Counted:
-    """A range whose values are counted as the loop goes."""
-
-    start: object
-    stop: object
-    step: int
+#: a range whose values are counted as the loop goes
+Counted = namedtuple("Counted", "start stop step")
+#: a way out of a block: "return", "break" or "continue", where the condition holds and no earlier
+#: one did; payload: values returned, or the variables
+Exit = namedtuple("Exit", "kind condition payload")
 
 
-@dataclass
-class Exit:
-    """A way out of a block: "return", "break" or "continue", where the condition holds and no
-    earlier one did.
-    """
-
-    kind: str
-    condition: object
-    payload: object  # values returned, or the variables
+def _called(name: str, *arguments: ast.expr) -> ast.Call:
+    return ast.Call(ast.Name(f"<{name}>", ast.Load()), list(arguments), [])
 
 
-@dataclass
+def _operated(operator: ast.AST, *operands: ast.expr) -> ast.Call:
+    return _called("operation", ast.Constant(type(operator).__name__), *operands)
+
+
+def _later(value: ast.expr) -> ast.Lambda:
+    return ast.Lambda(ast.arguments([], [], None, [], [], None, []), value)
+
+
+def _compared(node: ast.Compare) -> ast.expr:
+    parts = map(_operated, node.ops, [node.left, *node.comparators], node.comparators)
+    return reduce(partial(_operated, ast.And()), parts)
+
+
+def _changed(node: ast.AugAssign) -> ast.Assign:
+    before = ast.parse(ast.unparse(node.target), mode="eval").body
+    return ast.Assign([node.target], _operated(node.op, before, node.value))
+
+
+class Calls(ast.NodeTransformer):
+    """Makes calls of `Execution` of all that Python would compute itself."""
+
+    MADE: ClassVar = {
+        ast.BinOp: lambda n: _operated(n.op, n.left, n.right),
+        ast.UnaryOp: lambda n: _operated(n.op, n.operand),
+        ast.BoolOp: lambda n: reduce(partial(_operated, n.op), n.values),
+        ast.Compare: _compared,
+        ast.IfExp: lambda n: _called("choice", n.test, _later(n.body), _later(n.orelse)),
+        ast.Call: lambda n: ast.Call(_called("call").func, [n.func, *n.args], n.keywords),
+        ast.Subscript: lambda n: _called("item", n.value, n.slice) if _read(n) else n,
+        ast.List: lambda n: ast.Tuple(n.elts, n.ctx),
+        ast.AugAssign: _changed,
+        ast.AnnAssign: lambda n: ast.Assign([n.target], n.value),
+    }
+
+    def generic_visit(self, node):
+        """Parts first."""
+        make = self.MADE.get(type(node), lambda n: n)
+        return ast.copy_location(make(super().generic_visit(node)), node)
+
+
+def _read(node: ast.expr) -> bool:
+    return isinstance(node.ctx, ast.Load)
+
+
 class Execution:
     """One function's statements, executed on a trace. helpers: functions that have been traced for
-    their calls.
+    their calls; callers: those that it is executed for.
     """
 
-    trace: Trace
-    function: Callable
-    helpers: dict = field(default_factory=dict)
-    callers: tuple = ()
-
-    def __post_init__(self):
-        closure = inspect.getclosurevars(self.function).nonlocals
-        self.outer = {**self.function.__globals__, **closure}
-        self.tree = definition(self.function)
-        stored = (n for n in ast.walk(self.tree) if isinstance(n, ast.Name))
-        self.local = {n.id for n in stored if isinstance(n.ctx, ast.Store)}
+    def __init__(self, trace: Trace, function: Callable, helpers: dict, callers: tuple = ()):
+        self.trace, self.function, self.helpers, self.callers = trace, function, helpers, callers
+        self.tree = Calls().visit(definition(function))
+        closure = inspect.getclosurevars(function).nonlocals
+        self.outer = {**vars(builtins), **function.__globals__, **closure}
+        self.arguments = list(inspect.signature(function).parameters)
+        self.local = {*self.arguments, *_set(self.tree)}
+        self.codes: dict[ast.expr, tuple] = {}  # of expressions, with the names from outside
 
     @property
     def name(self) -> str:
         return self.function.__name__
 
-    def call(self, arguments: list) -> tuple:
+    def returned(self, arguments: list) -> tuple:
         """The values that the function returns."""
-        names = [a.arg for a in self.tree.args.args]
         exits: list[Exit] = []
-        end = self.block(self.tree.body, dict(zip(names, arguments, strict=True)), exits)
+        given = dict(zip(self.arguments, arguments, strict=True))
+        end = self.block(self.tree.body, given, exits)
         if end is not None or not exits:
             raise ValueError(f"law {self.name} can end without returning a value")
         values = [e.payload for e in exits]
@@ -211,7 +319,7 @@ class Execution:
         return self.trace.select(condition, a, b)
 
     def unreadable(self, node) -> ValueError:
-        return ValueError(f"law {self.name}: cannot read {ast.unparse(node)!r}")
+        return ValueError(f"law {self.name}: cannot read {_source(node, self.function)!r}")
 
     # --- statements: each returns the variables behind it, None where nothing comes behind it
     def block(self, body: list, variables: dict, exits: list[Exit]) -> dict | None:
@@ -232,9 +340,7 @@ class Execution:
     def _expr(self, node, variables, exits):
         if isinstance(node.value, ast.Constant):
             return variables
-        if isinstance(node.value, ast.Call):
-            raise Untraceable(f"it calls {ast.unparse(node.value.func)} for what that does")
-        raise self.unreadable(node)
+        raise Untraceable(f"it has {_source(node, self.function)} for what that does")
 
     def _assign(self, node, variables, exits):
         value = self.value(node.value, variables)
@@ -242,23 +348,12 @@ class Execution:
             self._bind(target, value, variables)
         return variables
 
-    def _annassign(self, node, variables, exits):
-        self._bind(node.target, self.value(node.value, variables), variables)
-        return variables
-
-    def _augassign(self, node, variables, exits):
-        if not isinstance(node.target, ast.Name):
-            raise Untraceable(f"it changes {ast.unparse(node.target)}")
-        value = ast.BinOp(ast.Name(node.target.id, ast.Load()), node.op, node.value)
-        self._bind(node.target, self.value(value, variables), variables)
-        return variables
-
     def _bind(self, target, value, variables) -> None:
         if isinstance(target, ast.Subscript):
-            raise Untraceable(f"it writes to {ast.unparse(target)}")
+            raise Untraceable(f"it writes to {_source(target, self.function)}")
         if isinstance(target, ast.Name):
             variables[target.id] = value
-        elif isinstance(target, ast.Tuple) and isinstance(value, tuple):
+        elif _fits(target, value):
             for part, one in zip(target.elts, value, strict=True):
                 self._bind(part, one, variables)
         else:
@@ -286,301 +381,182 @@ class Execution:
             if end is None and {e.kind for e in inside} == {"return"}:
                 inside = [Exit("return", True, self._chosen(inside))]
             exits += [Exit(e.kind, self.trace.both(holds, e.condition), e.payload) for e in inside]
-        first, second = ends
+        return self._merged(condition, *ends)
+
+    def _merged(self, condition, first: dict | None, second: dict | None) -> dict | None:
+        """Variables of the first where the condition holds; not a number where a side has not set
+        one. None of a side that nothing comes behind.
+        """
         if first is None or second is None:
             return second if first is None else first
-        return self._merged(condition, first, second)
-
-    def _merged(self, condition, first: dict, second: dict) -> dict:
-        """Variables of the first where the condition holds; not a number where a side has not set one."""
         merged = {}
         for name in first | second:
-            a, b = first.get(name, UNSET), second.get(name, UNSET)
-            if a is UNSET or b is UNSET:
-                value = b if a is UNSET else a
-                unset = _mapped(value, lambda v: math.nan) if isinstance(value, tuple) else math.nan
-                a, b = (unset, value) if a is UNSET else (value, unset)
+            a, b = (side.get(name, UNSET) for side in (first, second))
+            a, b = _unset(b) if a is UNSET else a, _unset(a) if b is UNSET else b
             merged[name] = a if a is b else self.select(condition, a, b)
         return merged
 
     def _for(self, node, variables, exits):
-        if node.orelse or not isinstance(node.target, ast.Name):
-            raise self.unreadable(node)
-        passes = self._passes(node.iter, variables)
+        self._plain(node)
+        passes = self.value(node.iter, variables)
         if isinstance(passes, Counted):
             return self._counted(node, passes, variables)
+        if not isinstance(passes, tuple | range):
+            raise self.unreadable(node)
         left: list[Exit] = []  # ways out of the loop
         for value in passes:
-            variables[node.target.id] = value
             inside: list[Exit] = []
+            variables = dict(variables)
+            self._bind(node.target, value, variables)
             end = self.block(node.body, variables, inside)
-            variables = self._gone_on(end, inside, left)
+            variables, inside = self._gathered("continue", end, inside)
+            left += inside
             if variables is None:
                 break
-        return self._left(variables, left, exits)
+        variables, left = self._gathered("break", variables, left)
+        exits += left
+        return variables
 
-    def _passes(self, node, variables):
-        """The values that a loop goes through; those of a range that is not fixed, or long, are
-        counted.
-        """
-        if (
-            isinstance(node, ast.Call)
-            and isinstance(node.func, ast.Name)
-            and node.func.id == "range"
-        ):
-            bounds = [self.value(a, variables) for a in node.args]
-            start, stop, step = (0, *bounds, 1) if len(bounds) == 1 else (*bounds, 1)[:3]
-            if not is_number(step):
-                raise Untraceable(f"the step of {ast.unparse(node)} is not fixed")
-            if is_number(start) and is_number(stop) and len(range(start, stop, step)) <= UNROLLED:
-                return range(start, stop, step)
-            return Counted(start, stop, step)
-        values = self.value(node, variables)
-        if isinstance(values, tuple):
-            return values
-        raise self.unreadable(node)
-
-    def _counted(self, node, counted: "Counted", variables: dict) -> dict:
+    def _counted(self, node, counted: Counted, variables: dict) -> dict:
         """A loop over a range as one that ends by a condition."""
-        name = node.target.id
-        variables = {name: counted.start} | variables | {COUNTER: counted.start, STOP: counted.stop}
-        target, counter = ast.Name(name, ast.Store()), ast.Name(COUNTER, ast.Load())
-        order = ast.Lt() if counted.step > 0 else ast.Gt()
-        test = ast.Compare(counter, [order], [ast.Name(STOP, ast.Load())])
-        onward = ast.AugAssign(
-            ast.Name(COUNTER, ast.Store()), ast.Add(), ast.Constant(counted.step)
-        )
-        body = [ast.Assign([target], counter), onward, *node.body]
-        return self._while(ast.While(test, body, []), variables, [])
+        variables = {node.target.id: counted.start} | variables
+        variables |= {COUNTER: counted.start, STOP: counted.stop}
+        counter, stop = (ast.Name(name, ast.Load()) for name in (COUNTER, STOP))
+        test = _operated(ast.Lt() if counted.step > 0 else ast.Gt(), counter, stop)
+        onward = _operated(ast.Add(), counter, ast.Constant(counted.step))
+        counting = [
+            ast.Assign([node.target], counter),
+            ast.Assign([ast.Name(COUNTER, ast.Store())], onward),
+        ]
+        return self._while(ast.While(test, [*counting, *node.body], []), variables, [])
 
-    def _gone_on(self, end: dict | None, inside: list[Exit], left: list[Exit]) -> dict | None:
-        """The variables that the next pass begins with; ways out of the loop are noted."""
-        skipped = False
-        for one in inside:
-            if one.kind == "continue":
-                skipped = self.trace.either(skipped, one.condition)
-            else:
-                alone = self.trace.both(one.condition, self.trace.negation(skipped))
-                left.append(Exit(one.kind, alone, one.payload))
-        for one in reversed([e for e in inside if e.kind == "continue"]):
-            end = one.payload if end is None else self._merged(one.condition, one.payload, end)
-        return end
+    def _plain(self, node) -> None:
+        if node.orelse:
+            raise self.unreadable(node)
 
-    def _left(self, end: dict | None, left: list[Exit], exits: list[Exit]) -> dict | None:
-        """The variables behind a loop; what returns from inside it is noted."""
-        ended = False
-        for one in left:
-            if one.kind == "break":
-                ended = self.trace.either(ended, one.condition)
+    def _gathered(self, kind: str, end: dict | None, exits: list[Exit]) -> tuple:
+        """The variables where exits of a kind have joined, and the other exits."""
+        joined, others, gone = [], [], False
+        for one in exits:
+            if one.kind == kind:
+                joined.append(one)
+                gone = self.trace.either(gone, one.condition)
             else:
-                exits.append(
-                    Exit(
-                        "return",
-                        self.trace.both(one.condition, self.trace.negation(ended)),
-                        one.payload,
-                    )
-                )
-        for one in reversed([e for e in left if e.kind == "break"]):
-            end = one.payload if end is None else self._merged(one.condition, one.payload, end)
-        return end
+                alone = self.trace.both(one.condition, self.trace.negation(gone))
+                others.append(Exit(one.kind, alone, one.payload))
+        for one in reversed(joined):
+            end = self._merged(one.condition, one.payload, end)
+        return end, others
 
     def _while(self, node, variables, exits):
         """A loop on the trace: the variables that its body sets are its state."""
-        if node.orelse:
-            raise self.unreadable(node)
+        self._plain(node)
         enter = self.condition(node.test, variables)
         if is_number(enter) and not enter:
             return variables
-        stored = {n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
-        names = sorted(stored)
+        names = sorted(_set(node))
         step = Inside(f"{_name(self.function)}_step")
         state = {n: step.argument() for n in names}
-        inner = Execution(step.trace, self.function, self.helpers, self.callers)
+        inner = copy.copy(self)
+        inner.trace = step.trace
         inside: list[Exit] = []
         begun = {n: _mapped(v, step.value) for n, v in variables.items() if n not in state} | state
-        left: list[Exit] = []
-        end = inner._gone_on(inner.block(node.body, begun, inside), inside, left)
+        end = inner.block(node.body, begun, inside)
+        end, left = inner._gathered("continue", end, inside)
         if any(e.kind == "return" for e in left):
             raise Untraceable("it returns from inside a loop that ends by a condition")
         again = False if end is None else inner.condition(node.test, end)
         for one in left:
             again = inner.trace.both(again, inner.trace.negation(one.condition))
-        end = inner._left(end, left, [])
-        step.outputs = [again, *(inner.trace.number(self._number(end.get(n, math.nan))) for n in names)]
-        start = [self._number(variables.get(n, math.nan)) for n in names]
+        end, _ = inner._gathered("break", end, left)
+        step.outputs = [again, *(inner.trace.number(_number(end, n)) for n in names)]
+        start = [_number(variables, n) for n in names]
         loop = Loop(f"{_name(self.function)}_loop", step)
         values = self.trace.call(loop, [enter, *start, *step.outer])
         return variables | dict(zip(names, values, strict=True))
 
-    def _number(self, value):
-        if isinstance(value, Scalar | int | float):
-            return value
-        raise Untraceable("a loop that ends by a condition carries more than numbers")
-
     # --- expressions
     def condition(self, node, variables):
         """A test: a truth value, where numbers are true unless they are zero."""
-        if isinstance(node, ast.BoolOp):
-            join = self.trace.both if isinstance(node.op, ast.And) else self.trace.either
-            result = isinstance(node.op, ast.And)
-            for part in node.values:
-                result = join(result, self.condition(part, variables))
-            return result
-        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
-            return self.trace.negation(self.condition(node.operand, variables))
         return self.trace.truth(self.value(node, variables))
 
     def value(self, node, variables):
         """Number, traced value, tuple, or a function to be called."""
-        handler = getattr(self, f"_of_{type(node).__name__.lower()}", None)
-        if handler is None:
-            raise self.unreadable(node)
-        return handler(node, variables)
+        if node not in self.codes:
+            if not all(isinstance(n, EXPRESSIONS) for n in ast.walk(node)):
+                raise self.unreadable(node)
+            code = compile(ast.fix_missing_locations(ast.Expression(node)), self.name, "eval")
+            names = {n.id for n in ast.walk(node) if isinstance(n, ast.Name)} - self.local
+            self.codes[node] = code, {n: self.outside(n) for n in names if n[0] != "<"}
+        code, names = self.codes[node]
+        calls = {f"<{f.__name__}>": f for f in (self.operation, self.call, self.choice, self.item)}
+        try:
+            return eval(code, {**calls, **names, **variables})  # noqa: S307
+        except NameError as missing:
+            raise ValueError(f"law {self.name} reads {missing.name!r} before it is set") from None
+        except Unsupported:
+            raise self.unreadable(node) from None
 
-    def _of_constant(self, node, variables):
-        if isinstance(node.value, int | float):
-            return node.value
-        raise self.unreadable(node)
-
-    def _of_name(self, node, variables):
-        if node.id in variables:
-            return variables[node.id]
-        if node.id in self.local:
-            raise ValueError(f"law {self.name} reads {node.id!r} before it is set")
-        value = self.outer.get(node.id, getattr(builtins, node.id, None))
+    def outside(self, name: str):
+        """A number, tuple or function that stands outside."""
+        value = self.outer.get(name)
         value = getattr(value, "function", value)
         if isinstance(value, ModuleType) and value is not math or _is_array(value):
-            raise Untraceable(f"it uses {node.id}")
-        if value is math or inspect.isfunction(value) or isinstance(value, int | float | tuple):
+            raise Untraceable(f"it uses {name}")
+        if isinstance(value, int | float | tuple) or value is math or _callable(value):
             return value
-        if value in BUILTINS or hasattr(value, "py_func"):
-            return value
-        if value is not None and getattr(math, getattr(value, "__name__", ""), None) is value:
-            return value
-        if hasattr(value, "__float__"):
+        if hasattr(value, "__float__") and not isinstance(value, type):
             return float(value)
         raise ValueError(
-            f"law {self.name} uses {node.id!r}: only arguments, numbers, tuples of numbers, math and "
+            f"law {self.name} uses {name!r}: only arguments, numbers, tuples of numbers, math and "
             "plain functions are allowed"
         )
 
-    def _of_tuple(self, node, variables):
-        return tuple(self.value(e, variables) for e in node.elts)
+    def operation(self, name: str, *values):
+        """An operator, or a function by its name."""
+        if name in FORMULAS:
+            return FORMULAS[name](self.trace, *values)
+        if name in OPERATIONS:
+            return self.trace.operation(NAMES.get(name, name), *values)
+        raise Unsupported
 
-    def _of_attribute(self, node, variables):
-        value = self.value(node.value, variables)
-        if value is math or node.attr in getattr(value, "_fields", ()):
-            return getattr(value, node.attr)
-        raise self.unreadable(node)
+    def choice(self, condition, first: Callable, second: Callable):
+        """A conditional expression."""
+        condition = self.trace.truth(condition)
+        if is_number(condition):
+            return first() if condition else second()
+        return self.select(condition, first(), second())
 
-    def _of_subscript(self, node, variables):
-        values, index = self.value(node.value, variables), self.value(node.slice, variables)
+    def item(self, values, index):
+        """A value of a tuple, or of the parameter vector."""
         if values is DATA:
             return self.trace.lookup(index)
         if isinstance(values, tuple) and is_number(index):
             return values[index]
-        raise Untraceable(f"it picks {ast.unparse(node)} by a number that is not fixed")
+        raise Untraceable("it picks a value by a number that is not fixed")
 
-    def _of_unaryop(self, node, variables):
-        value = self.value(node.operand, variables)
-        if isinstance(node.op, ast.Not):
-            return self.trace.negation(self.trace.truth(value))
-        if isinstance(node.op, ast.USub):
-            return self.trace.neg(value)
-        if isinstance(node.op, ast.UAdd):
-            return value
-        raise self.unreadable(node)
-
-    def _of_binop(self, node, variables):
-        a, b = self.value(node.left, variables), self.value(node.right, variables)
-        trace, op = self.trace, type(node.op).__name__
-        if op in ("Add", "Sub", "Div"):
-            return getattr(trace, op.lower())(a, b)
-        if op == "Mult":
-            return trace.mul(a, b)
-        if op == "Pow":
-            return trace.power(a, b)
-        if op in ("Mod", "FloorDiv"):
-            if is_number(a) and is_number(b):
-                return a % b if op == "Mod" else a // b
-            return self._remainder(a, b) if op == "Mod" else self._quotient(a, b)
-        raise self.unreadable(node)
-
-    def _remainder(self, a, b):
-        """a % b, which has the sign of b."""
-        trace, rest = self.trace, self.trace.binary("fmod", a, b)
-        other = trace.both(trace.compare("ne", rest, 0.0), trace.compare("lt", trace.mul(rest, b), 0.0))
-        return trace.select(other, trace.add(rest, b), rest)
-
-    def _quotient(self, a, b):
-        """a // b: whole, as far as the remainder leaves it."""
-        trace = self.trace
-        whole = trace.div(trace.sub(a, self._remainder(a, b)), b)
-        return trace.function("floor", trace.add(whole, 0.5))
-
-    def _of_compare(self, node, variables):
-        values = [self.value(n, variables) for n in (node.left, *node.comparators)]
-        result = True
-        for op, a, b in zip(node.ops, values[:-1], values[1:], strict=True):
-            if type(op).__name__ not in OPERATORS:
-                raise self.unreadable(node)
-            result = self.trace.both(result, self.trace.compare(OPERATORS[type(op).__name__], a, b))
-        return result
-
-    def _of_boolop(self, node, variables):
-        for part in node.values:
-            value = self.value(part, variables)
-            if not (isinstance(value, bool) or isinstance(value, Scalar) and value.boolean):
-                raise self.unreadable(node)
-        return self.condition(node, variables)
-
-    def _of_ifexp(self, node, variables):
-        condition = self.condition(node.test, variables)
-        if is_number(condition):
-            return self.value(node.body if condition else node.orelse, variables)
-        return self.select(
-            condition, self.value(node.body, variables), self.value(node.orelse, variables)
-        )
-
-    def _of_call(self, node, variables):
-        if node.keywords:
-            raise self.unreadable(node)
-        function = self.value(node.func, variables)
-        arguments = [self.value(a, variables) for a in node.args]
-        if isinstance(function, type) and function not in BUILTINS or not callable(function):
-            raise self.unreadable(node)
+    def call(self, function, *arguments, **named):
+        """A call of a function of Python, of `math` or of the law's module."""
+        if not _callable(function):
+            raise Unsupported
         if hasattr(function, "py_func"):
             raise Untraceable(f"it calls compiled code, {function.__name__}")
         if getattr(function, "answers", False):
             return self._answered(*arguments)
         if inspect.isfunction(function):
-            return self._helped(function, arguments)
+            bound = inspect.signature(function).bind(*arguments, **named)
+            bound.apply_defaults()
+            return self._helped(function, list(bound.arguments.values()))
+        if named:
+            raise Unsupported
+        if function is range:
+            return _passes(*arguments)
+        if all(_fixed(a) for a in arguments):
+            return defined(function, *arguments)
         try:
-            return self._built_in(function.__name__, arguments)
-        except KeyError:
-            raise self.unreadable(node) from None
-
-    def _built_in(self, name: str, arguments: list):
-        trace = self.trace
-        if all(is_number(a) for a in arguments):
-            return defined(getattr(math, name, None) or getattr(builtins, name), *arguments)
-        if name in ("max", "min"):
-            value = arguments[0]
-            for other in arguments[1:]:
-                value = trace.select(trace.compare("gt" if name == "max" else "lt", other, value), other, value)
-            return value
-        if name in BINARY:
-            return trace.power(*arguments) if name == "pow" else trace.binary(name, *arguments)
-        if name == "log" and len(arguments) == 2:
-            x, base = (trace.function("log", a) for a in arguments)
-            return trace.div(x, base)
-        (x,) = arguments
-        if name == "float":
-            return trace.numeric(x)
-        name = {"abs": "fabs", "int": "trunc"}.get(name, name)
-        if name in UNARY or name in FLAT:
-            return trace.function(name, trace.numeric(x))
-        raise KeyError(name)
+            return self.operation(function.__name__, *arguments)
+        except (Unsupported, TypeError):
+            raise Untraceable(f"it calls {function.__name__}") from None
 
     def _answered(self, data, start, wanted: float, inputs: tuple, outputs: int) -> tuple:
         answer = Answer(len(inputs), outputs, wanted == KEEP)
@@ -607,12 +583,55 @@ class Execution:
     def _traced(self, function: Callable, arguments: list) -> tuple[Function, bool]:
         made = Function(_name(function))
         inner = Execution(made.trace, function, self.helpers, (*self.callers, self.function))
-        made.outputs = list(inner.call([_mapped(a, lambda v: made.argument()) for a in arguments]))
+        made.outputs = list(inner.returned([_mapped(a, lambda v: made.argument()) for a in arguments]))
         returned = [n.value for n in ast.walk(inner.tree) if isinstance(n, ast.Return)]
         return made, len(made.outputs) == 1 and not any(isinstance(v, ast.Tuple) for v in returned)
 
 
-BUILTINS = (abs, max, min, float, int, pow, range)
+def _passes(*bounds) -> range | Counted:
+    """The values of a range; one that is not fixed, or long, is counted."""
+    start, stop, step = (0, *bounds, 1) if len(bounds) == 1 else (*bounds, 1)[:3]
+    if not is_number(step):
+        raise Untraceable("the step of a range is not fixed")
+    if is_number(start) and is_number(stop) and len(range(start, stop, step)) <= UNROLLED:
+        return range(start, stop, step)
+    return Counted(start, stop, step)
+
+
+def _callable(value) -> bool:
+    """True for what a law may call."""
+    name = getattr(value, "__name__", "")
+    plain = inspect.isfunction(value) or hasattr(value, "py_func")
+    return plain or value in BUILTINS or getattr(math, name, None) is value
+
+
+def _source(node: ast.AST, function: Callable) -> str:
+    source = textwrap.dedent(inspect.getsource(function))
+    return ast.get_source_segment(source, node) or ast.unparse(node)
+
+
+def _set(tree: ast.AST) -> set[str]:
+    """Names that statements set."""
+    return {n.id for n in ast.walk(tree) if isinstance(n, ast.Name) and not _read(n)}
+
+
+def _fits(target: ast.expr, value) -> bool:
+    both = isinstance(target, ast.Tuple) and isinstance(value, tuple)
+    return both and len(target.elts) == len(value)
+
+
+def _number(variables: dict, name: str):
+    value = variables.get(name, math.nan)
+    if isinstance(value, Scalar | int | float):
+        return value
+    raise Untraceable("a loop that ends by a condition carries more than numbers")
+
+
+def _unset(value):
+    """In place of a variable that the other side has set."""
+    if isinstance(value, tuple):
+        return _mapped(value, lambda v: math.nan)
+    return math.nan
 
 
 def _like(value: tuple, parts: list) -> tuple:
@@ -622,7 +641,7 @@ def _like(value: tuple, parts: list) -> tuple:
 
 def _mapped(value, change: Callable):
     """A value with every traced part replaced."""
-    if isinstance(value, tuple) and value is not DATA:
+    if isinstance(value, tuple):
         return _like(value, [_mapped(v, change) for v in value])
     return change(value) if isinstance(value, Scalar) else value
 

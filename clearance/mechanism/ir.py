@@ -13,6 +13,7 @@ import llvmlite.ir as ir
 from clearance.mechanism.emission import Program, called
 from clearance.mechanism.function import Answer, Function, Loop, Opaque
 from clearance.mechanism.schedule import Branch, scheduled
+from clearance.mechanism.store import for_range
 from clearance.mechanism.trace import Scalar
 
 DOUBLE, INT64, BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
@@ -29,6 +30,11 @@ INTRINSICS = {
 }  # with a vector form in every processor
 LIBRARY = {"sin", "cos", "exp", "log", "pow"}  # LLVM's own names for what the C library computes
 LOGIC = {"and": "and_", "or": "or_"}
+INDEXING = ("add", "sub", "mul")  # alike for integers
+
+
+def _is_whole(value) -> bool:
+    return isinstance(value, Scalar) or float(value).is_integer()
 
 
 class Lowering:
@@ -65,24 +71,14 @@ class Lowering:
             self.arrays["dy"] = build.alloca(DOUBLE, ir.Constant(INT64, count * self.width))
         for i in range(count):
             build.store(self.constant(0.0), self.place("dy", i), align=8)
-        begun, again, done = (
-            build.block,
-            *(build.append_basic_block(n) for n in ("column", "columns_done")),
-        )
-        build.branch(again)
-        build.position_at_end(again)
-        column = build.phi(INT64)
-        column.add_incoming(ir.Constant(INT64, 0), begun)
-        build.store(self.constant(1.0), self.place("dy", column), align=8)
-        self.run(program.column)
-        for row, value in sorted(program.outputs.items()):
-            place = build.add(column, ir.Constant(INT64, row * count))
-            build.store(self.value(value), self.place(program.target, place), align=8)
-        build.store(self.constant(0.0), self.place("dy", column), align=8)
-        following = build.add(column, ir.Constant(INT64, 1))
-        column.add_incoming(following, build.block)
-        build.cbranch(build.icmp_unsigned("<", following, ir.Constant(INT64, count)), again, done)
-        build.position_at_end(done)
+        with for_range(build, ir.Constant(INT64, count)) as loop:
+            column = loop.index
+            build.store(self.constant(1.0), self.place("dy", column), align=8)
+            self.run(program.column)
+            for row, value in sorted(program.outputs.items()):
+                place = build.add(column, ir.Constant(INT64, row * count))
+                build.store(self.value(value), self.place(program.target, place), align=8)
+            build.store(self.constant(0.0), self.place("dy", column), align=8)
 
     def calls(self, function: Function, args: list[ir.Value]) -> list[ir.Value]:
         """Outputs of a function, written here."""
@@ -140,20 +136,13 @@ class Lowering:
             if not steps:
                 continue
             needed = condition if holds else self.builder.not_(condition)
-            begun, before = self.builder.block, dict(self.values)
-            inside, behind = (self.builder.append_basic_block(n) for n in ("needed", "behind"))
-            self.builder.cbranch(self.any(needed), inside, behind)
-            self.builder.position_at_end(inside)
-            self.run(steps)
-            ended = self.builder.block
-            self.builder.branch(behind)
-            self.builder.position_at_end(behind)
+            begun, before = self.builder.block, set(self.values)
+            with self.builder.if_then(self.any(needed)):
+                self.run(steps)
+                ended = self.builder.block
             for node in [n for n in self.values if n not in before]:
-                inner = self.values[node]
-                phi = self.builder.phi(inner.type)
-                phi.add_incoming(inner, ended)
-                phi.add_incoming(ir.Constant(inner.type, ir.Undefined), begun)
-                self.values[node] = phi
+                undefined = ir.Constant(self.values[node].type, ir.Undefined)
+                self.values[node] = self.joined(self.values[node], ended, undefined, begun)
 
     def any(self, mask: ir.Value) -> ir.Value:
         if self.width == 1:
@@ -172,6 +161,8 @@ class Lowering:
             return self.call(node.args[0], [self.value(a) for a in node.args[1:]])
         if op == "item":
             return build.extract_value(self.values[node.args[0]], node.args[1])
+        if op == "lookup":
+            return self.lanes(self.looked_up, [self.integer(node.args[0])])
         args = [self.value(a) for a in node.args]
         if op in ARITHMETIC:
             return getattr(build, ARITHMETIC[op])(*args)
@@ -185,8 +176,6 @@ class Lowering:
             return build.select(*args)
         if op in ("neg", "not"):
             return build.fneg(*args) if op == "neg" else build.not_(*args)
-        if op == "lookup":
-            return self.lanes(self.looked_up, args)
         if op in INTRINSICS:
             return build.call(self.external(f"llvm.{op}.{self.suffix}", self.kind, len(args)), args)
         name = f"llvm.{op}.f64" if op in LIBRARY else op
@@ -204,20 +193,25 @@ class Lowering:
 
     def looked_up(self, index: ir.Value) -> ir.Value:
         """The number of the parameters at an index: tables stand there once for all lanes."""
-        return self.builder.load(
-            self.builder.gep(self.arrays["data"], [self.builder.fptosi(index, INT64)])
-        )
+        return self.builder.load(self.builder.gep(self.arrays["data"], [index]))
+
+    def integer(self, value) -> ir.Value:
+        """A number that indices are made of. These are whole in Python, and so are their parts."""
+        if not isinstance(value, Scalar):
+            return self.splat(ir.Constant(INT64, int(value)))
+        key = "integer", value
+        if key not in self.values:
+            if value.op in INDEXING and value not in self.slots and all(map(_is_whole, value.args)):
+                made = getattr(self.builder, value.op)(*map(self.integer, value.args))
+            else:
+                made = self.builder.fptosi(self.value(value), self.splat(ir.Constant(INT64, 0)).type)
+            self.values[key] = made
+        return self.values[key]
 
     def lanes(self, function: Callable, args: list[ir.Value]) -> ir.Value:
         """A function of single numbers, lane by lane."""
-        if self.width == 1:
-            return function(*args)
-        result = ir.Constant(self.kind, ir.Undefined)
-        for i in range(self.width):
-            lane = ir.Constant(ir.IntType(32), i)
-            one = function(*(self.builder.extract_element(a, lane) for a in args))
-            result = self.builder.insert_element(result, one, lane)
-        return result
+        values = self.together(lambda *one: [function(*one)], args, 1)
+        return self.builder.extract_value(values, 0)
 
     def external(self, name: str, kind: ir.Type, count: int) -> ir.Function:
         if name not in self.module.globals:
@@ -273,27 +267,34 @@ class Lowering:
         """A loop until no lane goes on; a lane that is done keeps its state."""
         build, begun = self.builder, self.builder.block
         first, *args = args
-        start, given = args[: loop.count], args[loop.count :]
-        enter = build.fcmp_unordered("!=", first, self.constant(0.0))
-        again, done = (build.append_basic_block(n) for n in ("again", "done"))
-        build.cbranch(self.any(enter), again, done)
-        build.position_at_end(again)
-        active, *state = (build.phi(k) for k in (self.truth, *[self.kind] * loop.count))
-        for phi, value in zip((active, *state), (enter, *start), strict=True):
-            phi.add_incoming(value, begun)
-        goes_on, *new = (self.number(v) for v in self.inside(loop.step, [*state, *given]))
-        new = [build.select(active, n, s) for n, s in zip(new, state, strict=True)]
-        goes_on = build.and_(active, build.fcmp_unordered("!=", goes_on, self.constant(0.0)))
-        for phi, value in zip((active, *state), (goes_on, *new), strict=True):
-            phi.add_incoming(value, build.block)
-        ended = build.block
-        build.cbranch(self.any(goes_on), again, done)
-        build.position_at_end(done)
-        results = [build.phi(self.kind) for _ in new]
-        for phi, value, untouched in zip(results, new, start, strict=True):
-            phi.add_incoming(value, ended)
-            phi.add_incoming(untouched, begun)
-        self.returned(results)
+        given, enter = args[loop.count :], self.holds(first)
+        with build.if_then(self.any(enter)):
+            before, again = build.block, build.append_basic_block("again")
+            build.branch(again)
+            build.position_at_end(again)
+            phis = active, *state = [build.phi(a.type) for a in (enter, *args[: loop.count])]
+            goes_on, *new = (self.number(v) for v in self.inside(loop.step, [*state, *given]))
+            goes_on = build.and_(active, self.holds(goes_on))
+            new = [build.select(active, n, s) for n, s in zip(new, state, strict=True)]
+            for phi, start, onward in zip(phis, (enter, *args), (goes_on, *new), strict=False):
+                phi.add_incoming(start, before)
+                phi.add_incoming(onward, build.block)
+            done = build.append_basic_block("done")
+            build.cbranch(self.any(goes_on), again, done)
+            build.position_at_end(done)
+        pairs = zip(new, args, strict=False)
+        self.returned([self.joined(value, done, start, begun) for value, start in pairs])
+
+    def joined(self, value: ir.Value, behind: ir.Block, other: ir.Value, begun: ir.Block) -> ir.Value:
+        """A value of a side that was entered, and another one where it was not."""
+        phi = self.builder.phi(value.type)
+        phi.add_incoming(value, behind)
+        phi.add_incoming(other, begun)
+        return phi
+
+    def holds(self, value: ir.Value) -> ir.Value:
+        """A number as a truth value."""
+        return self.builder.fcmp_unordered("!=", value, self.constant(0.0))
 
     def number(self, value: ir.Value) -> ir.Value:
         """A truth value as 1 or 0."""

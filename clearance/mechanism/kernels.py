@@ -46,7 +46,7 @@ def kernel(program: Program) -> Callable:
         arrays = dict(zip(("y", "par", "work", "out"), arrays, strict=True))
         Lowering(builder, arrays | {"data": arrays["par"]}, time, places).write(program)
 
-    return store.written(store.KERNEL_SIGNATURE, write)
+    return store.Kernel(write)
 
 
 def lanes(program: Program, width: int) -> Callable:
@@ -94,9 +94,8 @@ def addresses(functions: list) -> dict[Opaque, int]:
 @cache
 def address(function: Opaque) -> int:
     """Address of a function that cannot be traced, compiled by numba."""
-    numbers = [f"inputs[{i}]" for i in range(function.size)]
-    listed = [a if a != "par" else "data" for a in function.listed(numbers)]
-    return store.opaque_address(function.function, listed, function.count)
+    numbers = (f"inputs[{i}]" for i in range(function.size))
+    return store.opaque_address(function.function, function.form.format(*numbers), function.count)
 
 
 def plain_kernel(program: Program) -> Callable:

@@ -5,18 +5,31 @@ The store keeps what is dear and the same for all scenes: film tables, and what 
 time loop. Set CLEARANCE_STORE to put it elsewhere.
 """
 
+import ctypes
+import hashlib
+import itertools
+import logging
 import os
+import pickle
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FunctionType
 
+import llvmlite.ir as ir
 import numba
 import numba.extending
+import numpy as np
 from numba import float64, njit, types, void
+from numba.core.caching import IndexDataCacheFile
+from numba.core.cgutils import for_range as for_range
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import cpu_target
 
 from clearance.locks import Lock
 
+LOG = logging.getLogger("clearance")
 VECTOR = float64[::1]
 KERNEL_SIGNATURE = void(float64, VECTOR, VECTOR, VECTOR, VECTOR)
 KERNEL = types.FunctionType(KERNEL_SIGNATURE)
@@ -29,6 +42,59 @@ COMPILED = not numba.config.DISABLE_JIT
 _addresses: dict[Callable, int] = {}
 
 
+ARRAY = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
+ENTRY = ctypes.CFUNCTYPE(None, ctypes.c_double, *[ARRAY] * 4)
+
+
+class Kernel:
+    """A compiled kernel (t, y, par, work, out): for Python, and at an address for compiled code.
+
+    write: see `written`. Numba's code generator and call convention, without its front end.
+    """
+
+    _names = itertools.count()
+
+    def __init__(self, write: Callable):
+        target, name = cpu_target.target_context, f"kernel_{next(self._names)}"
+        number, pointer = ir.DoubleType(), ir.DoubleType().as_pointer()
+        with global_compiler_lock:
+            target.refresh()
+            self.library = target.codegen().create_library(name)
+            module = self.library.create_ir_module(name)
+            kind = ir.FunctionType(ir.VoidType(), [number, *[pointer] * 4])
+            entry = ir.Function(module, kind, f"{name}_entry")
+            entry.attributes.add("noinline")
+            builder = ir.IRBuilder(entry.append_basic_block())
+            write(builder, entry.args)
+            builder.ret_void()
+            _numba_form(target, module, entry, name)
+            self.library.add_ir_module(module)
+            self.library.finalize()
+            self.address = self.library.get_pointer_to_function(name)
+            self._entry = ENTRY(self.library.get_pointer_to_function(entry.name))
+
+    def __call__(self, t, y, par, work, out):
+        self._entry(t, y, par, work, out)
+
+
+def _numba_form(target, module: ir.Module, entry: ir.Function, name: str) -> None:
+    """A function that calls another one, as functions of numba are called."""
+    convention, kinds = target.call_conv, KERNEL_SIGNATURE.args
+    function = ir.Function(module, convention.get_function_type(types.none, kinds), name)
+    builder = ir.IRBuilder(function.append_basic_block())
+    arguments = convention.decode_arguments(builder, kinds, function)
+    builder.call(entry, _pointers(target, builder, kinds, arguments))
+    convention.return_value(builder, target.get_dummy_value())
+
+
+def _pointers(target, builder, kinds, arguments) -> list:
+    """Arguments with the numbers of arrays in place of these."""
+    return [
+        target.make_array(k)(target, builder, a).data if isinstance(k, types.Array) else a
+        for k, a in zip(kinds, arguments, strict=True)
+    ]
+
+
 def written(signature, write: Callable) -> Callable:
     """A compiled function whose code is LLVM IR: write(builder, arguments) puts it into the
     function being built.
@@ -39,11 +105,7 @@ def written(signature, write: Callable) -> Callable:
     names = ", ".join(f"a{i}" for i in range(len(signature.args)))
 
     def generate(target, builder, kind, arguments):
-        arguments = [
-            target.make_array(k)(target, builder, a).data if isinstance(k, types.Array) else a
-            for k, a in zip(kind.args, arguments, strict=True)
-        ]
-        values = write(builder, arguments)
+        values = write(builder, _pointers(target, builder, kind.args, arguments))
         if values is None:
             return target.get_dummy_value()
         return target.make_tuple(builder, kind.return_type, values)
@@ -69,12 +131,69 @@ def address(function: Callable, kind: types.FunctionType):
     """
     if not COMPILED:
         return function
+    if isinstance(function, Kernel):
+        return function.address
     if function not in _addresses:
         compiled = function.get_compile_result(kind.signature)
         _addresses[function] = compiled.library.get_pointer_to_function(
             compiled.fndesc.llvm_func_name
         )
     return _addresses[function]
+
+
+class CheckedFiles(IndexDataCacheFile):
+    """Files of numba's cache behind a digest of their content and of what they were made from.
+
+    A damaged or foreign file is made again, with a warning. This is no protection against someone
+    who may write there: these files are programs.
+    """
+
+    def __init__(self, files: IndexDataCacheFile, made_from: str):
+        vars(self).update(vars(files))
+        self.made_from = f"{made_from} {self._version} {self._source_stamp}".encode()
+
+    def _digest(self, data: bytes) -> bytes:
+        return hashlib.sha256(self.made_from + data).digest()
+
+    def _save(self, path: str, content) -> None:
+        data = self._dump(content)
+        with self._open_for_write(path) as file:
+            file.write(self._digest(data) + data)
+
+    def _read(self, path: str):
+        """The content of a file; None where there is none that may be used."""
+        try:
+            content = Path(path).read_bytes()
+        except FileNotFoundError:
+            return None
+        size = hashlib.sha256().digest_size
+        if content[:size] == self._digest(content[size:]):
+            return pickle.loads(content[size:])
+        LOG.warning(f"compiled code {path} is damaged or of another program; it is made again")
+        return None
+
+    def _load_index(self) -> dict:
+        return self._read(self._index_path) or {}
+
+    def _save_index(self, overloads: dict) -> None:
+        self._save(self._index_path, overloads)
+
+    def _load_data(self, name: str):
+        return self._read(self._data_path(name))
+
+    def _save_data(self, name: str, data) -> None:
+        self._save(self._data_path(name), data)
+
+
+def cached(function: Callable, signature, made_from: str, **options) -> Callable:
+    """A function compiled by numba, or as it was compiled before from the same."""
+    dispatcher = njit(**options)(function)
+    dispatcher.enable_caching()
+    cache = dispatcher._cache
+    cache._cache_file = CheckedFiles(cache._cache_file, made_from)
+    dispatcher.compile(signature)
+    dispatcher.disable_compile()
+    return dispatcher
 
 
 def caller(kind: types.FunctionType) -> Callable:
@@ -94,11 +213,11 @@ def caller(kind: types.FunctionType) -> Callable:
     return function_at
 
 
-def opaque_address(function: Callable, arguments: list[str], count: int) -> int:
+def opaque_address(function: Callable, arguments: str, count: int) -> int:
     """Address of a plain function compiled by numba, called as f(inputs, data, outputs), pointers
     to numbers.
 
-    arguments: expressions of its arguments, where inputs[i] is a number and `data` the parameter
+    arguments: expressions of its arguments, where inputs[i] is a number and `par` the parameter
     vector; count: of the values that it returns. Helper functions of its module are compiled with
     it. Raises ValueError where numba cannot.
     """
@@ -107,8 +226,8 @@ def opaque_address(function: Callable, arguments: list[str], count: int) -> int:
         if count > 1
         else ["    outputs[0] = values"]
     )
-    lines = ["def call(inputs, place, outputs):", "    data = carray(place, (BEYOND,))"]
-    lines += [f"    values = law({', '.join(arguments)})", *values]
+    lines = ["def call(inputs, place, outputs):", "    par = carray(place, (BEYOND,))"]
+    lines += [f"    values = law({arguments})", *values]
     scope = {"law": _with_helpers(function), "carray": numba.carray, "BEYOND": 1 << 40}
     scope |= {n: v for n, v in function.__globals__.items() if isinstance(v, type)}
     exec("\n".join(lines), scope)  # noqa: S102
@@ -116,7 +235,8 @@ def opaque_address(function: Callable, arguments: list[str], count: int) -> int:
     try:
         entry = numba.cfunc(void(pointer, pointer, pointer), error_model="numpy")(scope["call"])
     except numba.core.errors.NumbaError as error:
-        reason = " ".join(str(error).split())[:300]
+        reason = re.sub(r"Failed in nopython mode pipeline \(.*?\)", "", str(error))
+        reason = " ".join(reason.split())[:300]
         raise ValueError(f"law {function.__name__} cannot be compiled: {reason}") from error
     _addresses[entry] = entry.address  # keeps it alive
     return entry.address

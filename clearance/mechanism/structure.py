@@ -10,13 +10,15 @@ What stands where in them says the layout.
 import hashlib
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
+from weakref import WeakValueDictionary
 
 from clearance.mechanism import kernels
 from clearance.mechanism.dynamics import Dynamics
 from clearance.mechanism.emission import Program, derive_text, kernel_text
-from clearance.mechanism.function import Expansion
+from clearance.mechanism.function import Expansion, Opaque
+from clearance.mechanism.interpreter import fingerprint
 from clearance.mechanism.joint_friction import joint_friction
 from clearance.mechanism.kinematics import Columns, Kinematics, Propagation
 from clearance.mechanism.layout import Channel, Layout
@@ -32,12 +34,20 @@ MOST_DERIVATIVES = 12_000
 DYADS = ("RRR", "RRP", "RPR")
 
 
+class Compiled(dict):
+    """Compiled kernels by role."""
+
+
+#: those of all structures that are in use, by what they compute
+_compiled: "WeakValueDictionary[tuple, Compiled]" = WeakValueDictionary()
+
+
 @dataclass(frozen=True, eq=False)
 class Structure:
     """All that scenes of one structure share, by names: it holds no scene and none of its numbers.
 
     programs: kernels by role; derive fills the derived parameters. modes: names of assembly modes.
-    forced: joints with friction whose rate is decided by forces. compiled: kernels by role, as they were asked for.
+    forced: joints with friction whose rate is decided by forces.
     rubs, iterates: joint friction, and such as is solved for. spatial: loads out of the plane.
     """
 
@@ -49,13 +59,19 @@ class Structure:
     rubs: bool
     iterates: bool
     spatial: bool
-    compiled: dict[str, Callable] = field(default_factory=dict)
 
     def kernel(self, role: str) -> Callable:
         """The compiled kernel of a role; compiled on first use only."""
         if role not in self.compiled:
             self.compiled[role] = kernels.kernel(self.programs[role])
         return self.compiled[role]
+
+    @cached_property
+    def compiled(self) -> Compiled:
+        """Compiled kernels by role; structures that differ in names only share them."""
+        apart = {f for p in self.programs.values() for f in p.functions if isinstance(f, Opaque)}
+        key = self.digest, frozenset(fingerprint(f.function) for f in apart)
+        return _compiled.setdefault(key, Compiled())
 
     @cached_property
     def texts(self) -> dict[str, str]:

@@ -37,8 +37,12 @@ UNARY: dict[str, Callable] = {
     "fabs": lambda t, x, y: t.binary("copysign", 1.0, x),
 }
 FLAT = ("floor", "ceil", "trunc")  # functions of one number without a slope
+STEEP = ("sqrt", "pow", "asin", "acos", "hypot", "atan2")  # finite where a slope is not
 COMPARISONS = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="}
 BOOLEAN = {*COMPARISONS, "and", "or", "not"}
+BINARY = ("atan2", "hypot", "copysign", "fmod", "pow")
+OPERATIONS = {"and": "both", "or": "either", "not": "negation", "pow": "power"}
+OPERATIONS |= {n: n for n in ("add", "sub", "mul", "div", "neg", "select", "load", "lookup")}
 
 
 class Scalar:
@@ -261,12 +265,15 @@ class Trace:
 
     def function(self, name: str, a):
         """A function of one number: one of UNARY or FLAT."""
+        a = self.numeric(a)
         return float(defined(getattr(math, name), a)) if is_number(a) else self.node(name, a)
 
     def binary(self, name: str, a, b):
         """pow, atan2, hypot, fmod or copysign."""
         if is_number(a) and is_number(b):
             return defined(getattr(math, name), a, b)
+        if name == "hypot" and is_zero(a):
+            return self.function("fabs", b)
         return self.node(name, self.number(a), self.number(b))
 
     def sqrt(self, a):
@@ -424,8 +431,22 @@ class Trace:
         partials = self._partials(node, [bool(of(a)) for a in node.args])
         pairs = list(zip(node.args, partials, strict=True))
         columns = sorted({c for a in node.args for c in of(a)})
-        row = {c: self.sum(p * of(a)[c] for a, p in pairs if c in of(a)) for c in columns}
+        times = self._scaled if node.op in STEEP else self.mul
+        row = {c: self.sum(times(p, of(a)[c]) for a, p in pairs if c in of(a)) for c in columns}
         return _without_zeros(row)
+
+    def _scaled(self, partial, slope):
+        """A partial derivative, infinite perhaps, times a slope: 0 on the sides where this is 0."""
+        if is_number(slope):
+            return partial * slope if slope else 0.0
+        if slope.op == "select" and any(map(is_zero, slope.args[1:])):
+            condition, *sides = slope.args
+            return self.select(condition, *(self._scaled(partial, s) for s in sides))
+        if slope.op == "mul":
+            first, second = sorted(slope.args, key=lambda a: getattr(a, "op", "") != "select")
+            if isinstance(first, Scalar) and first.op == "select":
+                return self._scaled(partial * second, first)
+        return partial * slope
 
     def _partials(self, node, active) -> list:
         """Partial derivatives of one operation with respect to its arguments (only the active ones
@@ -471,21 +492,14 @@ class Trace:
             second = self.select(self.compare("gt", a, 0.0), node * self.function("log", a), 0.0)
         return [first, second]
 
-    # --- copies
-    def copied(self, node: Scalar, args: list):
-        """The operation of a node of another trace on values of this one."""
-        op = node.op
-        if op in ("add", "sub", "mul", "div", "neg", "select"):
-            return getattr(self, op)(*args)
+    # --- by name
+    def operation(self, op: str, *args):
+        """An operation by its name, as nodes have it."""
+        if op in OPERATIONS:
+            return getattr(self, OPERATIONS[op])(*args)
         if op in COMPARISONS:
             return self.compare(op, *args)
-        if op in ("and", "or", "not"):
-            return {"and": self.both, "or": self.either, "not": self.negation}[op](*args)
-        if op in UNARY or op in FLAT:
-            return self.function(op, *args)
-        if op in ("load", "lookup"):
-            return getattr(self, op)(*args)
-        return self.binary(op, *args)
+        return self.binary(op, *args) if op in BINARY else self.function(op, *args)
 
 
 def _key(operand):

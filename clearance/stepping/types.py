@@ -3,7 +3,7 @@
 import hashlib
 from pathlib import Path
 
-from clearance.mechanism.store import COMPILED, KERNEL, OPTIONS, caller, njit, types
+from clearance.mechanism.store import COMPILED, KERNEL, OPTIONS, cached, caller, njit, types
 from clearance.stepping.parts import Part, Whole
 
 float64, int64, complex128 = types.float64, types.int64, types.complex128
@@ -44,7 +44,7 @@ def compiled(signature):
         if not COMPILED:
             return function
         function.__qualname__ = f"{function.__name__}_{DIGEST}"
-        return njit(signature, cache=True, pipeline_class=Whole, **OPTIONS)(function)
+        return cached(function, signature, DIGEST, pipeline_class=Whole, **OPTIONS)
 
     return decorate
 
