@@ -1,10 +1,12 @@
-"""Shared by all tests: one store of film tables for the session, so that no test builds what another one has."""
+"""Shared by all tests: one store of film tables for the session, so that no test builds what another one has, and one
+worker for each file, so that its runs and structures are made once."""
 
 import os
 import tempfile
 from pathlib import Path
 
 import numpy as np
+import pytest
 from hypothesis import settings
 
 # the store must be chosen before clearance is imported; workers of one session share it
@@ -17,3 +19,11 @@ settings.load_profile("clearance")
 np.seterr(all="raise", under="ignore")
 
 pytest_plugins = ["tests.validation.table"]
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """The tests of a file go to one worker, unless the command line says otherwise."""
+    from xdist.scheduler import LoadFileScheduling
+
+    return LoadFileScheduling(config, log) if config.option.dist == "load" else None

@@ -1,5 +1,7 @@
 """Kernels run as plain Python, straight from their text: no compilation, the same numbers."""
 
+from functools import cache
+
 from clearance.mechanism.interpreter import traced
 from clearance.mechanism.kernels import evaluated, plain_kernel
 
@@ -9,8 +11,9 @@ def kernel(mechanism, role):
     return plain_kernel(mechanism.structure.programs[role])
 
 
+@cache
 def differentiated(function, active, kinds=()):
-    """Values and, output by output, exact derivatives by the active arguments: a function of the same arguments."""
+    """Traced once. Values and, output by output, exact derivatives by the active arguments: a function of the same arguments."""
     kinds = kinds or ("number",) * function.__code__.co_argcount
     slopes = evaluated(traced(function, kinds).slopes(tuple(active)))
 
