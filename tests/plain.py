@@ -1,14 +1,17 @@
 """Kernels run as plain Python, straight from their text: no compilation, the same numbers."""
 
-from functools import cache
+from functools import cache, lru_cache
 
 from clearance.mechanism.interpreter import traced
 from clearance.mechanism.kernels import evaluated, plain_kernel
 
 
+written = lru_cache(maxsize=50)(plain_kernel)
+
+
 def kernel(mechanism, role):
     """The kernel of a role as an ordinary function."""
-    return plain_kernel(mechanism.structure.programs[role])
+    return written(mechanism.structure.programs[role])
 
 
 @cache
