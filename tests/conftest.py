@@ -27,3 +27,13 @@ def pytest_xdist_make_scheduler(config, log):
     from xdist.scheduler import LoadFileScheduling
 
     return LoadFileScheduling(config, log) if config.option.dist == "load" else None
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Figures are made and saved as empty pictures: for tests of what stands beside pictures that others look at."""
+
+    def savefig(figure, path, **options):
+        Path(path).write_text('<svg viewBox="0 0 1 1"></svg>')
+
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", savefig)

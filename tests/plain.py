@@ -5,7 +5,7 @@ from functools import cache, lru_cache
 from clearance.mechanism.interpreter import traced
 from clearance.mechanism.kernels import evaluated, plain_kernel
 
-
+#: a text is compiled once for all states that it is called at
 written = lru_cache(maxsize=50)(plain_kernel)
 
 
@@ -16,7 +16,7 @@ def kernel(mechanism, role):
 
 @cache
 def differentiated(function, active, kinds=()):
-    """Traced once. Values and, output by output, exact derivatives by the active arguments: a function of the same arguments."""
+    """Values and, output by output, exact derivatives by the active arguments: a function of the same arguments."""
     kinds = kinds or ("number",) * function.__code__.co_argcount
     slopes = evaluated(traced(function, kinds).slopes(tuple(active)))
 

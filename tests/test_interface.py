@@ -265,6 +265,7 @@ def periodic(tmp_path_factory):
     return path
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_report_says_case_command_and_defaults(periodic):
     """The source of a run is in its file and in its report; no column of a table is empty."""
     with cl.open_result(periodic) as run:
@@ -363,6 +364,7 @@ def test_U3_own_laws_are_drawn(journals, picture):
     assert path.exists()
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_U3_own_laws_are_reported(journals):
     path = journals / "run.html"
     assert cli.main(["report", str(journals / "run.h5"), "-o", str(path)]) == 0
