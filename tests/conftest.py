@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import settings
+from PIL import Image
 
 # the store must be chosen before clearance is imported; workers of one session share it
 os.environ.setdefault("CLEARANCE_STORE", str(Path(tempfile.gettempdir()) / f"clearance-test-store-{os.getuid()}"))
@@ -33,7 +34,10 @@ def pytest_xdist_make_scheduler(config, log):
 def undrawn(monkeypatch):
     """Figures are made and saved as empty pictures: for tests of what stands beside pictures that others look at."""
 
-    def savefig(figure, path, **options):
-        Path(path).write_text('<svg viewBox="0 0 1 1"></svg>')
+    def savefig(figure, path, format=None, **options):
+        if (format or Path(path).suffix[1:]) == "png":
+            Image.new("RGB", (8, 8)).save(path, format="png")
+        else:
+            Path(path).write_text('<svg viewBox="0 0 1 1"></svg>')
 
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", savefig)
