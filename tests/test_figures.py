@@ -193,8 +193,9 @@ def test_a_script_without_a_group_is_refused(tmp_path, monkeypatch):
         workshop.names()
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_page_has_groups_and_small_pictures_that_lead_to_the_figures(tmp_path, capsys):
-    drawn(tmp_path, "friction_laws", "feeder_sketch", "--quick")
+    drawn(tmp_path, "friction_laws", "feeder_sketch", "--quick", "--workers", "1")
     text = (tmp_path / "index.html").read_text()
     titles = re.findall("<h2>(.*?)</h2>", text)
     assert titles == [workshop.GROUPS["feeder"], workshop.GROUPS["joints"]]
@@ -216,12 +217,12 @@ def test_a_log_has_a_line_at_the_start_of_each_figure(tmp_path, capsys):
 def test_warnings_name_figure_and_run(tmp_path, caplog):
     """Of a run with a force hole; afterwards warnings are as they were."""
     work, log = workshop.Workshop(tmp_path, "feeder_transition"), logging.getLogger("clearance")
-    options = {"model": "mixed", "contact": "hertz", "film": "harmonic"}
+    options = {"model": "mixed", "contact": "hertz", "film": "pinkus_sternlicht"}
     with caplog.at_level(logging.WARNING):
         work.run("six_bar_feeder", options, turns=0.01)
         log.warning("later")
     first, *_, last = [r.getMessage() for r in caplog.records]
-    run = "six_bar_feeder with model=mixed, contact=hertz, film=harmonic"
+    run = "six_bar_feeder with model=mixed, contact=hertz, film=pinkus_sternlicht"
     assert first.startswith(f"feeder_transition: {run}: joint B: force hole")
     assert last == "later"
 
