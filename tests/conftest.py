@@ -1,11 +1,14 @@
-"""Shared by all tests: one store of film tables for the session, so that no test builds what another one has."""
+"""Shared by all tests: one store of film tables for the session, so that no test builds what another one has, and one
+worker for each file, so that its runs and structures are made once."""
 
 import os
 import tempfile
 from pathlib import Path
 
 import numpy as np
+import pytest
 from hypothesis import settings
+from PIL import Image
 
 # the store must be chosen before clearance is imported; workers of one session share it
 os.environ.setdefault("CLEARANCE_STORE", str(Path(tempfile.gettempdir()) / f"clearance-test-store-{os.getuid()}"))
@@ -17,3 +20,24 @@ settings.load_profile("clearance")
 np.seterr(all="raise", under="ignore")
 
 pytest_plugins = ["tests.validation.table"]
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """The tests of a file go to one worker, unless the command line says otherwise."""
+    from xdist.scheduler import LoadFileScheduling
+
+    return LoadFileScheduling(config, log) if config.option.dist == "load" else None
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Figures are made and saved as empty pictures: for tests of what stands beside pictures that others look at."""
+
+    def savefig(figure, path, format=None, **options):
+        if (format or Path(path).suffix[1:]) == "png":
+            Image.new("RGB", (8, 8)).save(path, format="png")
+        else:
+            Path(path).write_text('<svg viewBox="0 0 1 1"></svg>')
+
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", savefig)

@@ -1,14 +1,20 @@
 """Kernels run as plain Python, straight from their text: no compilation, the same numbers."""
 
+from functools import cache, lru_cache
+
 from clearance.mechanism.interpreter import traced
 from clearance.mechanism.kernels import evaluated, plain_kernel
+
+#: a text is compiled once for all states that it is called at
+written = lru_cache(maxsize=50)(plain_kernel)
 
 
 def kernel(mechanism, role):
     """The kernel of a role as an ordinary function."""
-    return plain_kernel(mechanism.structure.programs[role])
+    return written(mechanism.structure.programs[role])
 
 
+@cache
 def differentiated(function, active, kinds=()):
     """Values and, output by output, exact derivatives by the active arguments: a function of the same arguments."""
     kinds = kinds or ("number",) * function.__code__.co_argcount

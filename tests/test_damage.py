@@ -43,6 +43,7 @@ def said(capsys, *arguments, status=2):
     return line
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_R5_no_damaged_file_raises(files, tmp_path):
     """Bits, lengths, attributes, datasets, lines: each command does its work or ends with status 1 or 2 and a line."""
     failed = [
@@ -172,6 +173,7 @@ def test_R5_nothing_is_read_from_another_file(dry, tmp_path):
                 run.values(f"joints/C/{name}")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_nothing_of_a_strangers_sweep_is_executed(files, tmp_path, capsys):
     """As the guide states: the case and the metrics that sweep.json names are not imported."""
     folder = shutil.copytree(files["sweep.json"][0], tmp_path / "sweep")
@@ -370,6 +372,7 @@ def test_A6_numbers_of_a_joint_stand_in_its_group(files):
     )
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_file_of_the_first_version_still_opens(tmp_path):
     """Written by version 0.1.0 at commit ae0889d: 21 samples of the dry slider-crank, chosen channels."""
     path = tmp_path / "old.h5"

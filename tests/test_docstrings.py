@@ -12,36 +12,48 @@ from clearance.laws.law import Family, Law
 
 PUBLIC = {name: getattr(cl, name) for name in sorted({*cl.__all__, *cl._LAZY})}
 LAWS = {name: law for name, law in PUBLIC.items() if isinstance(law, Law)}
+FUNCTIONS = {name: f for name, f in PUBLIC.items() if inspect.isfunction(f)}
 CLASSES = {name: c for name, c in PUBLIC.items() if inspect.isclass(c)}
 CLASSES |= {c.__name__: c for c in (results.Record, models.LuGre, models.Curve, fit.Fit, records.Trial)}
 
 
-@pytest.mark.parametrize("name", LAWS)
-def test_laws_state_equation_units_and_source(name):
-    text = LAWS[name].__doc__
-    assert re.search(r"[=:].*[-+*/^()]", text), "an equation"
-    assert re.search(r"\[[^\]]+\]", text), "units in brackets"
-    assert re.search(r"Source|\(\d{4}\)| \d{4}", text), "a source"
+def lacking(objects, has):
+    """Names of the objects that a check does not hold for; there are objects at all."""
+    assert objects
+    return [name for name, one in objects.items() if not has(one)]
 
 
-@pytest.mark.parametrize("name", [n for n, o in PUBLIC.items() if inspect.isfunction(o)])
-def test_functions_have_a_docstring(name):
-    assert inspect.getdoc(PUBLIC[name])
+@pytest.mark.parametrize(
+    "pattern",
+    [
+        pytest.param(r"[=:].*[-+*/^()]", id="equation"),
+        pytest.param(r"\[[^\]]+\]", id="units in brackets"),
+        pytest.param(r"Source|\(\d{4}\)| \d{4}", id="source"),
+    ],
+)
+def test_laws_state_equation_units_and_source(pattern):
+    assert lacking(LAWS, lambda law: re.search(pattern, law.__doc__)) == []
 
 
-@pytest.mark.parametrize("name", [n for n, o in PUBLIC.items() if inspect.isfunction(o) and n not in ("cP", "degree")])
-def test_functions_that_check_say_what_they_raise(name):
+def test_functions_have_a_docstring():
+    assert lacking(FUNCTIONS, inspect.getdoc) == []
+
+
+def test_functions_that_check_say_what_they_raise():
     """The docstring of a public function names what its own body raises."""
-    source = inspect.getsource(PUBLIC[name])
-    assert "raise " not in source or "aises" in inspect.getdoc(PUBLIC[name])
+    checking = {n: f for n, f in FUNCTIONS.items() if n not in ("cP", "degree") and "raise " in inspect.getsource(f)}
+    assert lacking(checking, lambda f: "aises" in inspect.getdoc(f)) == []
 
 
-@pytest.mark.parametrize("name", CLASSES)
-def test_classes_and_their_public_methods_have_docstrings(name):
-    members = inspect.getmembers(CLASSES[name], lambda m: inspect.isfunction(m) or isinstance(m, property))
-    found = [n for n, m in members if not n.startswith("_") and not inspect.getdoc(getattr(CLASSES[name], n))]
-    assert inspect.getdoc(CLASSES[name])
-    assert found == []
+def test_classes_and_their_public_methods_have_docstrings():
+    assert lacking(CLASSES, inspect.getdoc) == []
+    methods = {
+        f"{c.__name__}.{name}": getattr(c, name)
+        for c in CLASSES.values()
+        for name, member in inspect.getmembers(c, lambda m: inspect.isfunction(m) or isinstance(m, property))
+        if not name.startswith("_")
+    }
+    assert lacking(methods, inspect.getdoc) == []
 
 
 def test_families_are_described():

@@ -134,10 +134,10 @@ SCENES = {
 
 @pytest.mark.parametrize("model", SCENES)
 def test_peaks_hardly_depend_on_the_samples(model):
-    """Twenty samples a turn give what 40000 give, within 1e-5: ten tolerances, for full buffers change some steps."""
+    """Twenty samples a turn give what 10000 give, within 1e-5: ten tolerances, for full buffers change some steps."""
     parameters, turns = SCENES[model]
     scene = cl.load_case("slider_crank", **parameters)
-    coarse, fine = (cl.simulate(scene, turns=turns, samples_per_turn=n) for n in (20, 40000))
+    coarse, fine = (cl.simulate(scene, turns=turns, samples_per_turn=n) for n in (20, 10000))
     assert coarse.located.names == fine.located.names
     for quantity in coarse.located.names:
         low, high = sorted((coarse.extreme(quantity).value, fine.extreme(quantity).value))

@@ -47,6 +47,7 @@ def test_pictures_tables_manifest_and_page(tmp_path, capsys):
     assert "feeder_sketch.png" in (tmp_path / "index.html").read_text()
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_results_are_used_again_unless_fresh(tmp_path, capsys):
     drawn(tmp_path, "feeder_sketch")
     (file,) = (tmp_path / "results").glob("*.h5")
@@ -57,6 +58,7 @@ def test_results_are_used_again_unless_fresh(tmp_path, capsys):
     assert file.stat().st_mtime_ns > made
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_one_run_serves_all_who_ask_for_it(tmp_path, capsys):
     """Parameters given as they are by default, and another folder of pictures, lead to the same result."""
     shared = tmp_path / "shared"
@@ -74,6 +76,7 @@ def test_one_run_serves_all_who_ask_for_it(tmp_path, capsys):
     assert len({r["file"] for r in work.results}) == 1
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_broken_result_is_made_anew(tmp_path, capsys):
     drawn(tmp_path, "feeder_sketch")
     (file,) = (tmp_path / "results").glob("*.h5")
@@ -102,6 +105,7 @@ def test_sweeps_are_used_again_unless_fresh_and_not_for_another_case(tmp_path, m
     assert len(journals()) == 2
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_previews_say_so(tmp_path, capsys):
     drawn(tmp_path, "feeder_sketch", "--quick")
     assert "coarse preview" in (tmp_path / "index.html").read_text()
@@ -131,6 +135,7 @@ def test_every_script_draws_a_preview(name, tmp_path, capsys):
     assert any(f.endswith(".pdf") for f in figures[name]["files"])
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_figure_that_fails_is_named_and_stops_no_other(tmp_path, monkeypatch, capsys):
     from clearance.paper_figures import feeder_sketch
 
@@ -188,8 +193,9 @@ def test_a_script_without_a_group_is_refused(tmp_path, monkeypatch):
         workshop.names()
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_page_has_groups_and_small_pictures_that_lead_to_the_figures(tmp_path, capsys):
-    drawn(tmp_path, "friction_laws", "feeder_sketch", "--quick")
+    drawn(tmp_path, "friction_laws", "feeder_sketch", "--quick", "--workers", "1")
     text = (tmp_path / "index.html").read_text()
     titles = re.findall("<h2>(.*?)</h2>", text)
     assert titles == [workshop.GROUPS["feeder"], workshop.GROUPS["joints"]]
@@ -200,6 +206,7 @@ def test_the_page_has_groups_and_small_pictures_that_lead_to_the_figures(tmp_pat
     gallery.page(tmp_path)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_log_has_a_line_at_the_start_of_each_figure(tmp_path, capsys):
     assert cli.main(["figures", "feeder_sketch", "-o", str(tmp_path)]) == 0
     printed = capsys.readouterr()
@@ -210,12 +217,12 @@ def test_a_log_has_a_line_at_the_start_of_each_figure(tmp_path, capsys):
 def test_warnings_name_figure_and_run(tmp_path, caplog):
     """Of a run with a force hole; afterwards warnings are as they were."""
     work, log = workshop.Workshop(tmp_path, "feeder_transition"), logging.getLogger("clearance")
-    options = {"model": "mixed", "contact": "hertz", "film": "harmonic"}
+    options = {"model": "mixed", "contact": "hertz", "film": "pinkus_sternlicht"}
     with caplog.at_level(logging.WARNING):
         work.run("six_bar_feeder", options, turns=0.01)
         log.warning("later")
     first, *_, last = [r.getMessage() for r in caplog.records]
-    run = "six_bar_feeder with model=mixed, contact=hertz, film=harmonic"
+    run = "six_bar_feeder with model=mixed, contact=hertz, film=pinkus_sternlicht"
     assert first.startswith(f"feeder_transition: {run}: joint B: force hole")
     assert last == "later"
 

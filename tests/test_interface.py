@@ -134,7 +134,7 @@ def test_what_is_given_stays():
 
 def test_asperities_take_their_modulus_from_the_joint():
     joint = pin(
-        cl.hertz, length=0.02, roughness=1e-6, film=cl.harmonic, lubricant=cl.Lubricant(0.01),
+        cl.hertz, length=0.02, roughness=1e-6, film=cl.pinkus_sternlicht, lubricant=cl.Lubricant(0.01),
         transition=cl.load_sharing, asperity=cl.greenwood_tripp,
     )  # fmt: skip
     assert joint.asperity.values["modulus"] == cl.contact_modulus(cl.steel, cl.steel)
@@ -265,6 +265,7 @@ def periodic(tmp_path_factory):
     return path
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_report_says_case_command_and_defaults(periodic):
     """The source of a run is in its file and in its report; no column of a table is empty."""
     with cl.open_result(periodic) as run:
@@ -363,6 +364,7 @@ def test_U3_own_laws_are_drawn(journals, picture):
     assert path.exists()
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_U3_own_laws_are_reported(journals):
     path = journals / "run.html"
     assert cli.main(["report", str(journals / "run.h5"), "-o", str(path)]) == 0
@@ -389,7 +391,7 @@ def test_U3_own_laws_are_swept(journals):
 def test_U3_an_own_transition_without_roughness_is_drawn(tmp_path):
     """The states have no film thickness ratio to be drawn over: the orbit is drawn alone."""
     joint = pin(
-        cl.hertz, length=0.02, film=cl.harmonic, lubricant=cl.Lubricant(0.01), transition=cl.superposed,
+        cl.hertz, length=0.02, film=cl.pinkus_sternlicht, lubricant=cl.Lubricant(0.01), transition=cl.superposed,
     )  # fmt: skip
     result = cl.simulate(cl.Scene(joint, name="smooth"), until=0.01)
     from clearance.postprocess.plots import overview
@@ -581,7 +583,8 @@ def test_what_auto_came_to():
 
 
 def test_run_says_what_auto_came_to(capsys, tmp_path):
-    arguments = ["run", "six_bar_feeder", "-p", "film=harmonic", "--turns", "0.01", "-o", str(tmp_path / "run.h5")]
+    film = "film=pinkus_sternlicht"
+    arguments = ["run", "six_bar_feeder", "-p", film, "--turns", "0.01", "-o", str(tmp_path / "run.h5")]
     assert cli.main(arguments) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "viscosity auto: 0.05 Pa s (50 cP)" in said

@@ -102,7 +102,7 @@ class TestLanes:
         mechanism = build(SCENES[name]())
         rng = np.random.default_rng(1)
         head = (
-            len(mechanism.structure.index) + mechanism.structure.derived
+            len(mechanism.layout.parameters) + mechanism.layout.derived
         )  # tables behind are for all lanes
         states = np.array([moved(mechanism, seed) for seed in range(width)])
         times = rng.uniform(0.0, 0.1, width)

@@ -1,9 +1,8 @@
 """Data flows one way: no layer imports a higher one, and heavy packages stand only where they are used."""
 
 import ast
+from functools import cache
 from pathlib import Path
-
-import pytest
 
 ROOT = Path(__file__).parent.parent
 #: lowest first; a module may import its own layer and those before it
@@ -63,8 +62,13 @@ def name_of(path):
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
+@cache
+def tree(path):
+    return ast.parse(path.read_text())
+
+
 def imports(path):
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in ast.walk(tree(path)):
         if isinstance(node, ast.Import):
             yield from (a.name for a in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
@@ -77,23 +81,24 @@ def layer(module):
     return exact[0] if exact else min(found)
 
 
-@pytest.mark.parametrize("path", MODULES, ids=name_of)
-def test_no_module_imports_a_higher_layer(path):
-    module = name_of(path)
-    allowed_lazily = {}
-    for wanted in imports(path):
-        if wanted.removeprefix("clearance.").split(".")[0] in BESIDE:
-            wanted = wanted.removeprefix("clearance.")
-        elif wanted == "clearance" or wanted.split(".")[0] != "clearance":  # its public names come from all layers
-            continue
-        assert wanted in allowed_lazily.get(module, ()) or layer(wanted) <= layer(module), f"{module} -> {wanted}"
+def ours(wanted):
+    """Name in LAYERS of an imported module; None for other packages, and for clearance: its names are of all layers."""
+    if wanted.removeprefix("clearance.").split(".")[0] in BESIDE:
+        return wanted.removeprefix("clearance.")
+    return wanted if wanted.startswith("clearance.") else None
 
 
-@pytest.mark.parametrize("path", MODULES, ids=name_of)
-def test_heavy_packages_stand_where_they_are_used(path):
-    for wanted in imports(path):
-        package = wanted.split(".")[0]
-        assert package not in ONLY_IN or name_of(path) in ONLY_IN[package], f"{name_of(path)} imports {package}"
+def test_no_module_imports_a_higher_layer():
+    edges = {(name_of(path), wanted) for path in MODULES for wanted in map(ours, imports(path)) if wanted}
+    assert len(edges) > len(MODULES)  # imports are seen at all
+    assert [edge for edge in sorted(edges) if layer(edge[1]) > layer(edge[0])] == []
+
+
+def test_heavy_packages_stand_where_they_are_used():
+    packages = {(name_of(path), wanted.split(".")[0]) for path in MODULES for wanted in imports(path)}
+    heavy = sorted(pair for pair in packages if pair[1] in ONLY_IN)
+    assert heavy
+    assert [(module, package) for module, package in heavy if module not in ONLY_IN[package]] == []
 
 
 def test_laws_import_only_math():
@@ -115,11 +120,16 @@ def test_postprocess_knows_files_and_not_the_solver():
         assert own <= FILES, path
 
 
-@pytest.mark.parametrize("path", MODULES, ids=name_of)
-def test_functions_stay_short(path):
+def length(function):
+    """Lines of a function without its docstring."""
+    first = function.body[0]
+    documented = first.end_lineno - first.lineno + 1 if ast.get_docstring(function) else 0
+    return function.end_lineno - function.lineno - documented
+
+
+def test_functions_stay_short():
     """No function over 60 lines, its docstring left out."""
-    for node in ast.walk(ast.parse(path.read_text())):
-        if isinstance(node, ast.FunctionDef):
-            first = node.body[0]
-            said = first.end_lineno - first.lineno + 1 if ast.get_docstring(node) else 0
-            assert node.end_lineno - node.lineno - said < 60, f"{name_of(path)}.{node.name}"
+    nodes = [(name_of(path), node) for path in MODULES for node in ast.walk(tree(path))]
+    functions = [(module, node) for module, node in nodes if isinstance(node, ast.FunctionDef)]
+    assert len(functions) > len(MODULES)
+    assert [f"{module}.{node.name}" for module, node in functions if length(node) >= 60] == []

@@ -218,19 +218,19 @@ def test_only_pictures_import_matplotlib():
 # --- Lyapunov exponents
 def test_lyapunov(tmp_path, capsys):
     """A full film forgets its start within a turn: the exponent is far below zero."""
-    case = ["slider_crank", "-p", "model=lubricated", "-p", "film=harmonic"]
+    case = ["slider_crank", "-p", "model=lubricated", "-p", "film=pinkus_sternlicht"]
     status, text, err = run(
         "lyapunov", *case, "--turns", 4, "--settle", 1, "-o", tmp_path / "out", "--json", capsys=capsys
     )
     assert (status, err) == (0, "")
     document = json.loads(text)
-    found = document["slider_crank model=lubricated film=harmonic"]
+    found = document["slider_crank model=lubricated film=pinkus_sternlicht"]
     assert found["verdict"] == "regular"
     assert found["per_turn"] < -5.0
     assert (found["turns"], found["settle"]) == (4, 1)
     assert [p.rpartition("/")[2] for p in document["files"]] == ["lyapunov.h5", "lyapunov.png", "lyapunov.md"]
     assert size(tmp_path / "out" / "lyapunov.png") > 10000
-    assert "| slider_crank model=lubricated film=harmonic |" in (tmp_path / "out" / "lyapunov.md").read_text()
+    assert "| slider_crank model=lubricated film=pinkus_sternlicht |" in (tmp_path / "out" / "lyapunov.md").read_text()
     assert "regular" in run("lyapunov", *case, "--turns", 4, "--settle", 1, capsys=capsys)[1]
 
 

@@ -249,7 +249,8 @@ def test_R4_clock_and_state_stay_together_where_contacts_graze(rtol, monkeypatch
     assert changes > 20
 
 
-def test_M1_contacts_that_change_at_nearly_the_same_instant():
+@pytest.mark.parametrize("every", [3, pytest.param(1, marks=pytest.mark.slow)])
+def test_M1_contacts_that_change_at_nearly_the_same_instant(every):
     """Two equal journals whose clearances differ by 1e-16 to 1e-14 of themselves: all runs finish.
 
     They touch 1e-19 to 1e-17 s apart. A phase that began with such a step would end the run at its next contact.
@@ -262,7 +263,7 @@ def test_M1_contacts_that_change_at_nearly_the_same_instant():
         joint = cl.ClearanceRevolute(place, bob["p"], name=f"J{i}", radius=0.01, clearance=clearance, contact=law)
         return joint, cl.TorsionSpring(cl.ground, bob, stiffness=1.0, name=f"s{i}")
 
-    for apart in 10.0 ** (-16.0 + np.arange(60) / 30.0):
+    for apart in 10.0 ** (-16.0 + np.arange(0, 60, every) / 30.0):
         for rtol in (1e-4, 1e-6, 1e-8):
             scene = cl.Scene(*hung(0, 1e-4), *hung(1, 1e-4 * (1.0 + apart)), name="twins")
             assert cl.simulate(scene, until=0.05, samples=11, rtol=rtol).complete

@@ -1,6 +1,8 @@
 """Scenes share a structure and nothing else: neither numbers nor names pass from one to another."""
 
 import gc
+from dataclasses import replace
+from functools import partial
 from types import CellType, FunctionType, MethodType, ModuleType
 
 import numpy as np
@@ -30,27 +32,58 @@ def test_A1_a_run_does_not_depend_on_what_was_built_before(monkeypatch):
     np.testing.assert_array_equal(after.solver["atol"], alone.solver["atol"])
 
 
+SCENERY = cl.Scene | cl.Body | cl.Revolute
+CONTAINERS = dict | list | tuple | set | frozenset | CellType | MethodType | partial
+
+
 def held(one):
     """What an object holds as data: not the globals of functions, not the registries of a compiler."""
+    if isinstance(one, type | ModuleType):
+        return []
     if isinstance(one, FunctionType):
-        return [one.__closure__, one.__defaults__]
+        return [one.__closure__, one.__defaults__, one.__kwdefaults__]
     ours = type(one).__module__.startswith("clearance")
-    containers = dict | list | tuple | set | frozenset | CellType | MethodType
-    return gc.get_referents(one) if ours or isinstance(one, containers) else []
+    return gc.get_referents(one) if ours or isinstance(one, CONTAINERS) else []
+
+
+def scenery(structure):
+    """Scenes, bodies and joints to which anything that a structure holds leads back."""
+    reached, waiting = set(), list(vars(structure).values())
+    for one in waiting:
+        if id(one) not in reached:
+            reached.add(id(one))
+            waiting += held(one)
+    return [one for one in waiting if isinstance(one, SCENERY)]
 
 
 def test_A1_a_structure_holds_no_scene():
     """Nothing that it holds leads back to a scene or its joints."""
     structure = build(pendulum(50.0)).structure
-    reached, waiting = set(), list(vars(structure).values())
-    for one in waiting:
-        if id(one) not in reached:
-            reached.add(id(one))
-            assert not isinstance(one, cl.Scene | cl.Body | cl.Revolute)
-            waiting += held(one) if not isinstance(one, type | ModuleType) else []
+    assert scenery(structure) == []
     layout = structure.layout
     names = (layout.coordinates, layout.own, layout.remembering, layout.dissipated, structure.forced)
     assert all(isinstance(name, str) for group in names for name in group)
+
+
+HIDING = {
+    "closure": lambda scene: lambda: scene,
+    "closure of a closure": lambda scene: (lambda inner: lambda: inner)(lambda: scene),
+    "default": lambda scene: lambda x, one=scene: one,
+    "keyword default": lambda scene: lambda *, one=scene: one,
+    "partial": lambda scene: partial(print, scene),
+    "bound method": lambda scene: scene.to_json,
+    "list in a dict": lambda scene: {"numbers": [1.0, (2.0, scene)]},
+    "object of the package": build,
+}
+
+
+def test_A1_a_scene_that_a_structure_holds_is_noticed():
+    """The walk above is no empty one: it reaches a scene held by a kernel of the structure, in each of these ways."""
+    scene = pendulum(50.0)
+    structure = build(scene).structure
+    for way, hide in HIDING.items():
+        leaking = replace(structure, derive=hide(scene))
+        assert any(one is scene for one in scenery(leaking)), way
 
 
 def crank(bodies, joints):

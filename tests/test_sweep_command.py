@@ -1,16 +1,17 @@
 """`clearance sweep` as a user types it: words, progress, exit status, JSON."""
 
 import json
-import subprocess
-import sys
+import math
+import re
 
 import pytest
 
 import clearance as cl
 from clearance import cli
+from clearance.commands import sweep as command
 
 QUICK = ["--turns", "1", "--samples-per-turn", "40", "--rtol", "1e-5", "--workers", "2"]
-FILM = ["-p", "model=lubricated", "-p", "film=harmonic"]
+FILM = ["-p", "model=lubricated", "-p", "film=pinkus_sternlicht"]
 
 
 def sweep(folder, *words, capsys=None):
@@ -30,7 +31,7 @@ def test_a_grid_again_and_its_summary(tmp_path, capsys):
     assert document["metrics"]["joint_C_force_max"]["units"] == "N"
     assert not said.err
     found = cl.open_sweep(tmp_path / "out")
-    assert found.definition.fixed == {"model": "lubricated", "film": "harmonic"}
+    assert found.definition.fixed == {"model": "lubricated", "film": "pinkus_sternlicht"}
     log = (tmp_path / "out" / "sweep.log").read_text()
     assert "6 points, 6 to run" in log
     assert "finished: 6 done, 0 failed" in log
@@ -48,7 +49,7 @@ def test_lists_of_texts_and_of_numbers_that_go_together(tmp_path, capsys):
 
 
 def test_a_text_that_the_case_takes_whole_is_one_value(tmp_path, capsys):
-    words = ["-p", "joints=B,C", "-p", "speed=20,30", "-p", "film=harmonic"]
+    words = ["-p", "joints=B,C", "-p", "speed=20,30", "-p", "film=pinkus_sternlicht"]
     assert cli.main(["sweep", "six_bar_feeder", *words, *QUICK, "--json", "-o", str(tmp_path / "out")]) == 0
     assert cl.open_sweep(tmp_path / "out").definition.fixed["joints"] == "B,C"
 
@@ -105,9 +106,16 @@ def test_another_sweep_in_the_directory(tmp_path, capsys):
     assert "holds another sweep: speed 20.0,30.0 instead of 20.0,31.0" in said.err
 
 
-def test_progress_on_a_pipe_is_lines(tmp_path):
-    """With nothing done for long there is nothing to say; failures are told at once."""
-    words = ["sweep", "slider_crank", *FILM, "-p", "speed=20,30", "--max-steps", "3", *QUICK, "-o", str(tmp_path / "o")]
-    done = subprocess.run([sys.executable, "-m", "clearance.cli", *words], capture_output=True, text=True, timeout=300)
-    assert done.returncode == 1
-    assert all(line.startswith("clearance: failed speed=") for line in done.stderr.splitlines())
+@pytest.mark.parametrize(("every", "shown"), [(math.inf, False), (0.0, True)])
+def test_progress_on_a_pipe_is_lines(every, shown, tmp_path, monkeypatch, capsys):
+    """Failures are told at once; a line of what is done comes after some time, here never or with each run."""
+    monkeypatch.setattr(command._Progress, "every", every)
+    words = [*FILM, "-p", "speed=20,30", "--max-steps", "3"]
+    status, said = sweep(tmp_path / "o", *words, capsys=capsys)
+    assert status == 1
+    lines = said.err.splitlines()
+    failures = [line for line in lines if line.startswith("clearance: failed speed=")]
+    progress = [line for line in lines if re.match(r"clearance: \d of 2 done, \d failed, ", line)]
+    assert len(failures) == 2
+    assert bool(progress) is shown
+    assert len(lines) == len(failures) + len(progress)

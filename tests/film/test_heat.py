@@ -182,8 +182,8 @@ class TestFirstLaw:
             if name not in ("B", "C"):
                 return cl.Revolute(a, b, name=name)
             return cl.ClearanceRevolute(
-                a, b, name=name, radius=0.01, clearance=C, length=0.02, film=cl.harmonic(), lubricant=cl.Lubricant(MU),
-                heat=HeatBalance(0.5, 0.0, volumetric=0.0),
+                a, b, name=name, radius=0.01, clearance=C, length=0.02, film=cl.pinkus_sternlicht(),
+                lubricant=cl.Lubricant(MU), heat=HeatBalance(0.5, 0.0, volumetric=0.0),
             )  # fmt: skip
 
         from tests import mechanisms as m

@@ -205,10 +205,10 @@ class TestKernels:
         formula, table, fem = (build(loaded(f)) for f in (cl.harmonic(), table_film(), fem_film()))
         assert all("ask" not in text for mech in (formula, table) for text in mech.structure.texts.values())
         assert "answered(" in fem.structure.texts["rhs"]
-        index = len(formula.structure.index) + formula.structure.derived
+        index = len(formula.layout.parameters) + formula.layout.derived
         assert len(formula.par) == index
         (source,) = fem.sources.values()
-        assert len(fem.par) == len(fem.structure.index) + fem.structure.derived + len(source.numbers)
+        assert len(fem.par) == len(fem.layout.parameters) + fem.layout.derived + len(source.numbers)
         first = int(fem.par[fem.layout.parameters["joints/J/film/start"]])
         assert fem.par[first] == source.address
 

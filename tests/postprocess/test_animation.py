@@ -17,7 +17,7 @@ from tests import mechanisms
 from .records import Gallery
 
 FEEDER = {"joints": "B,C,E"}
-MIXED = {"model": "mixed", "transition": "fuzzy", "film": "harmonic", "viscosity": 0.005, "joints": "B,C"}
+MIXED = {"model": "mixed", "transition": "fuzzy", "film": "pinkus_sternlicht", "viscosity": 0.005, "joints": "B,C"}
 
 
 def springs():

@@ -52,7 +52,7 @@ def dry():
 
 @pytest.fixture(scope="module")
 def mixed():
-    return recorded(cl.load_case("four_bar", model="mixed", film="harmonic", viscosity=0.002), turns=3.0)
+    return recorded(cl.load_case("four_bar", model="mixed", film="pinkus_sternlicht", viscosity=0.002), turns=3.0)
 
 
 # --- the window
@@ -574,7 +574,7 @@ def cranks():
             speed=50.0,
             clearance=c,
             model="lubricated",
-            film="harmonic",
+            film="pinkus_sternlicht",
             viscosity=0.4 * (c / 4e-4) ** 2,
         )
         for c in sizes
@@ -609,7 +609,7 @@ def test_deviation_is_that_from_the_closed_form(cranks):
 
 def test_a_part_of_a_run_is_compared_with_the_same_part():
     """A run given up half way has fewer samples than the ideal motion."""
-    scene = cl.load_case("slider_crank", speed=50.0, clearance=4e-4, model="lubricated", film="harmonic")
+    scene = cl.load_case("slider_crank", speed=50.0, clearance=4e-4, model="lubricated", film="pinkus_sternlicht")
     options = {"turns": 4.0, "samples_per_turn": 100}
     whole, ideal = recorded(scene, **options)
     steps = int(0.8 * whole.solver["steps"])

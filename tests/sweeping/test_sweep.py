@@ -20,7 +20,7 @@ from clearance.sweeping.metrics import metrics
 from tests.test_checkpoint import same
 
 CASE, OPTIONS = "slider_crank", {"turns": 2.0, "samples_per_turn": 50, "rtol": 1e-5}
-FIXED = {"model": "lubricated", "film": "harmonic"}
+FIXED = {"model": "lubricated", "film": "pinkus_sternlicht"}
 POINTS = cl.grid(speed=[20.0, 30.0], clearance=[1e-4, 2e-4, 3e-4])
 
 

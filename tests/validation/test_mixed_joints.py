@@ -82,11 +82,11 @@ def test_every_rung_runs(options):
 
 
 def test_bristles_in_rough_joints_cost_no_more_than_smooth_friction():
-    """Three rough joints, harmonic film, one turn: LuGre takes at most five times the steps of smooth Coulomb."""
+    """Three rough joints, one turn: LuGre takes at most five times the steps of smooth Coulomb."""
     steps = []
     for friction in ("coulomb", "lugre"):
         scene = cl.load_case(
-            "six_bar_feeder", model="mixed", transition="load_sharing", joints="B,C,E", film="harmonic",
+            "six_bar_feeder", model="mixed", transition="load_sharing", joints="B,C,E", film="pinkus_sternlicht",
             friction=friction,
         )  # fmt: skip
         steps.append(cl.simulate(scene, turns=1, rtol=1e-6).solver["steps"])
@@ -98,7 +98,7 @@ def test_more_clearance_joints_add_up():
     ideal = cl.simulate(cl.load_case("six_bar_feeder", model="ideal"), turns=3)["slider"].ax
     apart = []
     for joints in ("B", "B,C", "B,C,E"):
-        scene = cl.load_case("six_bar_feeder", joints=joints, film="harmonic", clearance=2e-4)
+        scene = cl.load_case("six_bar_feeder", joints=joints, film="pinkus_sternlicht", clearance=2e-4)
         found = cl.simulate(scene, turns=3)["slider"].ax
         apart.append(np.sqrt(np.mean((found - ideal)[len(ideal) // 2 :] ** 2)))
     assert apart[0] < apart[2]
