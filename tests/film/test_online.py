@@ -450,7 +450,7 @@ class TestMemory:
     def test_letter_of_the_film_with_memory(self):
         """Committed once a step by the commit kernel, whose texts ask too; the others' structure has no such commit."""
         mechanism = build(loaded(conserving_film()))
-        assert mechanism.structure.commits == 1
+        assert mechanism.layout.commits == 1
         assert "answered(" in mechanism.structure.texts["commit"]
         assert "ask" not in mechanism.structure.texts["events"]
-        assert build(loaded(fem_film())).structure.commits == 0
+        assert build(loaded(fem_film())).layout.commits == 0
