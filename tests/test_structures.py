@@ -61,7 +61,7 @@ def test_A1_a_structure_holds_no_scene():
     structure = build(pendulum(50.0)).structure
     assert scenery(structure) == []
     layout = structure.layout
-    names = (layout.coordinates, layout.own, layout.remembering, layout.dissipated, structure.forced)
+    names = (layout.coordinates, layout.first_order, layout.remembering, layout.dissipated, structure.forced)
     assert all(isinstance(name, str) for group in names for name in group)
 
 

@@ -77,8 +77,8 @@ def _built(scene: Scene) -> Mechanism:
         names = ", ".join(f"{c.label()}" for c in free)
         raise ValueError(f"no drive prescribes {names}: inverse dynamics needs a motion for every degree of freedom")
     mechanism = build(scene, ledger=False)
-    if own := mechanism.layout.own:
-        joint = next(j for j in scene.joints if own[0].startswith(f"{j.key}/"))
+    if names := mechanism.layout.first_order:
+        joint = next(j for j in scene.joints if names[0].startswith(f"{j.key}/"))
         raise ValueError(
             f"{joint.label()}: friction {joint.friction.law.name} has a state that time integrates; use cl.simulate"
         )

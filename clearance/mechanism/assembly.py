@@ -148,11 +148,11 @@ class _System:
         q[i : i + 2] = origin[0] + x, origin[1] + y
 
     def _follow(self, q, joint: Joint, placed: set) -> None:
-        known, new = (joint.a, joint.b) if joint.a.body in placed else (joint.b, joint.a)
+        old, new = (joint.a, joint.b) if joint.a.body in placed else (joint.b, joint.a)
         if TURN not in joint.free:
             angle = getattr(joint, joint.turn.number) if joint.turn.number else 0.0
-            q[self.place[new.body] + 2] = self._pose(q, known.body)[2] + (angle if new is joint.b else -angle)
-        target = self._point(q, known)
+            q[self.place[new.body] + 2] = self._pose(q, old.body)[2] + (angle if new is joint.b else -angle)
+        target = self._point(q, old)
         i = self.place[new.body]
         arm = _turned(q[i + 2], new.x - new.body.com[0], new.y - new.body.com[1])
         q[i : i + 2] = target[0] - arm[0], target[1] - arm[1]
@@ -215,10 +215,10 @@ class _System:
     def _joint_rows(self, joint: Joint) -> list[_Row]:
         """What a joint keeps, in the order of its coordinates: states at their start, all others at zero."""
         starts = {s.name: (s.start, s.start_rate) for s in joint.states()}
-        known = ((what, getattr(joint, what)) for what in RELATIVE)
+        coordinates = ((what, getattr(joint, what)) for what in RELATIVE)
         return [
             _Row(joint.label(), (joint, what), *starts.get(one.state, (0.0, 0.0)))
-            for what, one in known
+            for what, one in coordinates
             if one is not FREE
         ]
 

@@ -95,8 +95,8 @@ class Mechanism:
         sizes = {f"{e.key}/{s.name}": s.size for e in self.scene.elements for s in e.states()}
         sizes |= {c.key: 1.0 if c.turns else self.start.size for c in self.plan.free}
         lengths = [sizes[name] for name in self.layout.coordinates]
-        own = [sizes[name] for name in self.layout.own]
-        return np.array(lengths + [x * self.frequency for x in lengths] + own)
+        first_order = [sizes[name] for name in self.layout.first_order]
+        return np.array(lengths + [x * self.frequency for x in lengths] + first_order)
 
 
 def build(scene: Scene, ledger: bool = True) -> Mechanism:
@@ -191,13 +191,13 @@ def _sources(scene: Scene) -> dict:
 
 def _data(sources: dict, structure: Structure, values: list[float]) -> list[np.ndarray]:
     """Numbers that laws read as a whole, such as film tables; they stand behind all others, shared ones once."""
-    end, found = len(values) + structure.layout.derived, {}
+    end, placed = len(values) + structure.layout.derived, {}
     for (joint, slot), source in sources.items():
-        if id(source) not in found:
-            found[id(source)] = (end, source.numbers)
+        if id(source) not in placed:
+            placed[id(source)] = (end, source.numbers)
             end += len(source.numbers)
-        values[structure.layout.parameters[f"{joint.key}/{slot}/start"]] = float(found[id(source)][0])
-    return [numbers for _, numbers in found.values()]
+        values[structure.layout.parameters[f"{joint.key}/{slot}/start"]] = float(placed[id(source)][0])
+    return [numbers for _, numbers in placed.values()]
 
 
 def _values(scene: Scene, structure: Structure, plan: Plan, numbers: Numbers, start: Start) -> list[float]:
@@ -205,9 +205,9 @@ def _values(scene: Scene, structure: Structure, plan: Plan, numbers: Numbers, st
     values = list(numbers.values)
     for drive in (d for d in scene.loads if d.prescribes and d.motion is None):
         values[numbers.index[f"{drive.key}/start"]] = start.coordinate(drive.target)
-    known = {**numbers.constants, **dict(zip(numbers.index, values, strict=True))}
+    all_numbers = {**numbers.constants, **dict(zip(numbers.index, values, strict=True))}
     state = {(j, s.name): (s.start, s.start_rate) for j in scene.joints for s in j.states() if j not in start.measured}
-    k = Kinematics(Trace(), known.__getitem__, {}, state)
+    k = Kinematics(Trace(), all_numbers.__getitem__, {}, state)
     for body, (x, y, angle) in start.pose.items():
         k.poses[body] = Pose(x, y, math.cos(angle), math.sin(angle), angle)
     return values + [mode(k, g) for g in plan.groups if f"mode.{g.label()}" in structure.modes]

@@ -124,7 +124,7 @@ class Dynamics:
         if what in ("x", "y", "angle"):
             return acceleration[part][("x", "y", "angle").index(what)]
         rates = Rates(self.kinematics, acceleration, self.velocities)
-        return rates.measured(part, rates.known(part))[what].a
+        return rates.measured(part, rates.given(part))[what].a
 
     # --- reactions
     def reactions(self, work: Work, acceleration: dict) -> Reactions:
@@ -164,8 +164,8 @@ class Dynamics:
         ]
         multipliers = iter(self.propagation.transposed(index, group, loads))
         for joint in group.closures:
-            own = {what: next(multipliers) for what in RELATIVE if what not in joint.free}
-            result.forces[joint] = self._closing_force(joint, own, rest)
+            mine = {what: next(multipliers) for what in RELATIVE if what not in joint.free}
+            result.forces[joint] = self._closing_force(joint, mine, rest)
 
     def _closing_force(self, joint, multipliers: dict, rest: Work) -> tuple:
         """A closing joint's force on body b; both bodies take the gradient of its equations times the multipliers."""

@@ -61,9 +61,9 @@ def _trace(scene: Scene, numbers: Numbers) -> tuple[Callable, np.ndarray, np.nda
     """Function of q and the scene's numbers: values, then slopes at the places rows, columns."""
     function = Function("geometry")
     q = [function.argument() for _ in range(3 * len(scene.bodies))]
-    known = numbers.constants | {name: function.argument() for name in numbers.index}
+    given = numbers.constants | {name: function.argument() for name in numbers.index}
     trace = function.trace
-    k = Kinematics(trace, known.__getitem__, {}, {})
+    k = Kinematics(trace, given.__getitem__, {}, {})
     k.poses |= {
         body: Pose(x, y, trace.cos(angle), trace.sin(angle), angle)
         for body, x, y, angle in zip(scene.bodies, q[0::3], q[1::3], q[2::3], strict=True)

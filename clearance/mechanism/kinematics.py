@@ -71,11 +71,11 @@ class Kinematics:
         pose, (x, y) = self.poses[getattr(joint, side).body], self.arm(joint, side)
         return pose.x + x, pose.y + y
 
-    def known(self, joint: Joint, what: str) -> Vector:
+    def given(self, joint: Joint, what: str) -> Vector:
         """Value and rate of a relative coordinate that the joint does not leave free."""
-        given = getattr(joint, what)
-        value = self.number(f"{joint.key}/{given.number}") if given.number else 0.0
-        offset, rate = self.state.get((joint, given.state), (0.0, 0.0))
+        one = getattr(joint, what)
+        value = self.number(f"{joint.key}/{one.number}") if one.number else 0.0
+        offset, rate = self.state.get((joint, one.state), (0.0, 0.0))
         return value + offset, rate
 
     def free(self, joint: Joint, what: str, real: dict) -> Vector:
@@ -87,13 +87,13 @@ class Kinematics:
             return self.coordinate[place], 0.0
         if place not in self.rate:
             rates = Rates(self, real=real)
-            self.rate[place] = rates.measured(joint, rates.known(joint))[what].d
+            self.rate[place] = rates.measured(joint, rates.given(joint))[what].d
         return self.coordinate[place], self.rate[place]
 
     def pin(self, joint, side: str) -> Vector:
         """Place of a hinge's pin by the other side: r_b = r_a + e."""
         x, y = self.joint_point(joint, "a" if side == "b" else "b")
-        ex, ey = (self.known(joint, what)[0] for what in (ALONG, ACROSS))
+        ex, ey = (self.given(joint, what)[0] for what in (ALONG, ACROSS))
         return (x + ex, y + ey) if side == "b" else (x - ex, y - ey)
 
     def local_axis(self, joint: Joint) -> Vector:
@@ -115,7 +115,7 @@ class Kinematics:
 
     def relative(self, joint: Joint) -> Vector:
         """Cosine and sine of the turn that a joint keeps."""
-        turn = self.known(joint, TURN)[0]
+        turn = self.given(joint, TURN)[0]
         return self.trace.cos(turn), self.trace.sin(turn)
 
     def arms(self, joint: Joint) -> tuple:
@@ -166,7 +166,7 @@ class Kinematics:
         """Cosine, sine and angle of a body that does not turn against its parent."""
         joint, base = attachment.joint, self.poses[attachment.parent]
         c, s = self.relative(joint)
-        turn = self.known(joint, TURN)[0]
+        turn = self.given(joint, TURN)[0]
         if attachment.body is joint.a.body:
             s, turn = -s, -turn
         angle = None if base.angle is None else base.angle + turn
@@ -176,7 +176,7 @@ class Kinematics:
         """Place a body of a given orientation on its parent; along, across: where the joint leaves them free."""
         body, joint = attachment.body, attachment.joint
         along, across = (
-            self.known(joint, what)[0] if value is None else value
+            self.given(joint, what)[0] if value is None else value
             for what, value in ((ALONG, along), (ACROSS, across))
         )
         side, other = ("b", "a") if body is joint.b.body else ("a", "b")
@@ -273,8 +273,8 @@ def _moving(plan: Plan, places: dict) -> dict[Body, list]:
         together: dict = {}
         for attachment in group.attachments:
             joints = {attachment.joint, *group.closures}
-            own = [p for p in places if p[0] in joints or p in (c.place for c in attachment.coordinates)]
-            together |= moving.get(attachment.parent, {}) | dict.fromkeys(own)
+            mine = [p for p in places if p[0] in joints or p in (c.place for c in attachment.coordinates)]
+            together |= moving.get(attachment.parent, {}) | dict.fromkeys(mine)
             for body in (b for j in group.closures for b in j.bodies()):
                 together |= moving.get(body, {})
             moving[attachment.body] = dict(together)

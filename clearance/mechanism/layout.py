@@ -21,14 +21,14 @@ class Channel:
 class Layout:
     """The places of a structure's numbers, by their names in result files.
 
-    State: coordinates, their rates, own states of first order, the energy put in, and what each of
+    State: coordinates, their rates, states of first order, the energy put in, and what each of
     `dissipated` has taken out (both where there is a ledger). Work: the impact speed of each spot,
     negative in free flight; the coordinates that a step carries to the next, (name, of what); the times
     up to which elements with a memory remember. Parameters: those of the scene by name, then derived ones.
     """
 
     coordinates: tuple[str, ...]
-    own: tuple[str, ...]
+    first_order: tuple[str, ...]
     ledger: bool
     dissipated: tuple[str, ...]
     spots: tuple[str, ...]
@@ -46,7 +46,7 @@ class Layout:
     @property
     def states(self) -> int:
         """Number of first-order states without the ledger."""
-        return 2 * self.size + len(self.own)
+        return 2 * self.size + len(self.first_order)
 
     @property
     def length(self) -> int:
@@ -66,7 +66,7 @@ class Layout:
     @property
     def names(self) -> list[str]:
         """Names of the states without the ledger, in their order."""
-        return [*self.coordinates, *(f"rate of {name}" for name in self.coordinates), *self.own]
+        return [*self.coordinates, *(f"rate of {name}" for name in self.coordinates), *self.first_order]
 
     @cached_property
     def state(self) -> dict[str, int]:

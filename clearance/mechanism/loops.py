@@ -169,11 +169,11 @@ def place_rpr(k, group) -> None:
     (pin,) = group.closures
     joint = slide.joint
     p = k.pin(hinge.joint, hinge.joint.side(hinge.body))
-    known = k.pin(pin, pin.side(slide.body))
-    x, y = known[0] - p[0], known[1] - p[1]
+    target = k.pin(pin, pin.side(slide.body))
+    x, y = target[0] - p[0], target[1] - p[1]
     # seen from the hinged body: the pin moves on a line through `start` along `axis`
-    side, own = joint.side(hinge.body), hinge.joint.side(hinge.body)
-    axis, turn, sign = k.local_axis(joint), k.known(joint, TURN)[0], 1.0
+    side, pivot_side = joint.side(hinge.body), hinge.joint.side(hinge.body)
+    axis, turn, sign = k.local_axis(joint), k.given(joint, TURN)[0], 1.0
     if side == "b":
         sign, turn = -1.0, -turn
         c, s = k.trace.cos(turn), k.trace.sin(turn)
@@ -181,7 +181,7 @@ def place_rpr(k, group) -> None:
     far, near = k.local(pin, pin.side(slide.body)), k.local(joint, joint.side(slide.body))
     c, s = k.trace.cos(turn), k.trace.sin(turn)
     step = (far[0] - near[0], far[1] - near[1])
-    rail, pivot = k.local(joint, side), k.local(hinge.joint, own)
+    rail, pivot = k.local(joint, side), k.local(hinge.joint, pivot_side)
     start = (
         rail[0] - pivot[0] + c * step[0] - s * step[1],
         rail[1] - pivot[1] + s * step[0] + c * step[1],
@@ -249,7 +249,7 @@ def _reach(k, attachment, pin):
 
 def _shift(k, pin, first):
     """Offset to add to the second body's pin so that it coincides with the first body's."""
-    x, y = (k.known(pin, what)[0] for what in (ALONG, ACROSS))
+    x, y = (k.given(pin, what)[0] for what in (ALONG, ACROSS))
     return (-x, -y) if first is pin.a.body else (x, y)
 
 
@@ -292,8 +292,8 @@ def _residuals(k, group, inside: Inside, unknowns: list) -> list:
     joints = [*(a.joint for a in group.attachments), *group.closures]
     state = {key: (value(offset), 0.0) for key, (offset, _) in k.state.items() if key[0] in joints}
     copy = type(k)(inside.trace, lambda name: value(k.number(name)), coordinate, state)
-    own = {a.body for a in group.attachments}
-    for body in {b for j in joints for b in j.bodies()} - own:
+    inside_bodies = {a.body for a in group.attachments}
+    for body in {b for j in joints for b in j.bodies()} - inside_bodies:
         pose = k.poses[body]
         angle = None if pose.angle is None else value(pose.angle)
         copy.poses[body] = type(pose)(*map(value, (pose.x, pose.y, pose.cosine, pose.sine)), angle)

@@ -46,15 +46,15 @@ class Calls:
 class Motion:
     """The mechanism at one moment, as elements see it.
 
-    velocities: twists of all bodies; impact_speeds: element -> one of each spot; own: (element, name) -> states of
-    first order. reactions and friction are there once they are solved for, for outputs.
+    velocities: twists of all bodies; impact_speeds: element -> one of each spot; first_order: (element, name) -> state
+    that is no coordinate. reactions and friction are there once they are solved for, for outputs.
     """
 
-    def __init__(self, k: Kinematics, calls: Calls, time: Value, velocities: dict, own: dict, impact_speeds: dict):
+    def __init__(self, k: Kinematics, calls: Calls, time: Value, first_order: dict, impact_speeds: dict):
         self.k, self.calls, self.time, self.trace = k, calls, time, k.trace
-        self.own, self.impact_speeds = own, impact_speeds
+        self.first_order, self.impact_speeds = first_order, impact_speeds
         self.reactions = self.friction = None
-        self.at(velocities)
+        self.at({})
 
     def at(self, velocities: dict) -> None:
         """Take the velocities of the real motion, twists of all bodies."""
@@ -101,8 +101,8 @@ class Motion:
     # --- states
     def state(self, element, name: str) -> Jet:
         """A state of an element; of a joint that would over-constrain the mechanism it is measured."""
-        if (element, name) in self.own:
-            return Jet(self.own[element, name])
+        if (element, name) in self.first_order:
+            return Jet(self.first_order[element, name])
         if (element, name) not in self.k.state:
             self._measure(element)
         return Jet(*self.k.state[element, name])

@@ -78,8 +78,8 @@ class Rates:
         """A point of an element, in the frame of its body."""
         return tuple(map(Jet, self.k.local(element, side)))
 
-    def seen_from(self, joint: Joint, vector: tuple[Jet, Jet], known: dict[str, Jet]) -> tuple[Jet, Jet]:
-        """Components of a vector along and across a joint's axis; known: those that the joint gives."""
+    def seen_from(self, joint: Joint, vector: tuple[Jet, Jet], given: dict[str, Jet]) -> tuple[Jet, Jet]:
+        """Components of a vector along and across a joint's axis; given: those that the joint gives."""
         dx, dy = self.k.axis(joint, joint.a.body)
         spin, (x, y) = self.spin(joint.a.body), vector
         w, alpha = spin.d, spin.a
@@ -87,41 +87,40 @@ class Rates:
             [combine(getattr(x, n), getattr(y, n)) for n in "vda"]
             for combine in (lambda a, b: dx * a + dy * b, lambda a, b: dx * b - dy * a)
         )
-        lx, ly = known.get(ALONG, Jet(along[0])).v, known.get(ACROSS, Jet(across[0])).v
+        lx, ly = given.get(ALONG, Jet(along[0])).v, given.get(ACROSS, Jet(across[0])).v
         jx, jy = Jet(lx, along[1], along[2] + alpha * ly), Jet(ly, across[1], across[2] - alpha * lx)
         if not is_zero(w):
-            jx.d = known[ALONG].d if ALONG in known else along[1] + w * ly
-            jy.d = known[ACROSS].d if ACROSS in known else across[1] - w * lx
+            jx.d = given[ALONG].d if ALONG in given else along[1] + w * ly
+            jy.d = given[ACROSS].d if ACROSS in given else across[1] - w * lx
             jx.a = jx.a + (w * across[1] + w * jy.d)
             jy.a = jy.a - (w * along[1] + w * jx.d)
         return jx, jy
 
     # --- joints
-    def known(self, joint: Joint) -> dict[str, Jet]:
+    def given(self, joint: Joint) -> dict[str, Jet]:
         """The relative coordinates that a joint does not leave free."""
         result = {}
         for what in RELATIVE:
-            given = getattr(joint, what)
-            if given is not FREE:
-                value, rate = self.k.known(joint, what)
+            if getattr(joint, what) is not FREE:
+                value, rate = self.k.given(joint, what)
                 result[what] = Jet(value, rate if self.real else 0.0, self.second.get((joint, what), 0.0))
         return result
 
-    def measured(self, joint: Joint, known: dict[str, Jet]) -> dict[str, Jet]:
+    def measured(self, joint: Joint, given: dict[str, Jet]) -> dict[str, Jet]:
         """Relative coordinates from points and angles of both bodies; the turn has rates only.
 
-        known: of a joint that is closed, which shortens the rates.
+        given: of a joint that is closed, which shortens the rates.
         """
         (ax, ay), (bx, by) = (self.point(p.body, self.local(joint, s)) for s, p in (("a", joint.a), ("b", joint.b)))
         gap = bx - ax, by - ay
-        along, across = self.seen_from(joint, gap, known) if joint.turns else gap
+        along, across = self.seen_from(joint, gap, given) if joint.turns else gap
         return {ALONG: along, ACROSS: across, TURN: self.spin(joint.b.body) - self.spin(joint.a.body)}
 
     def residual(self, joint: Joint) -> list[Jet]:
-        """Rates of what closes a joint: measured minus known, of each coordinate that is not free."""
-        known = self.known(joint)
-        measured = self.measured(joint, known)
-        return [measured[what] - value for what, value in known.items()]
+        """Rates of what closes a joint: measured minus given, of each coordinate that is not free."""
+        given = self.given(joint)
+        measured = self.measured(joint, given)
+        return [measured[what] - value for what, value in given.items()]
 
     def carried(self, attachment) -> Twist:
         """Twist of an attached body from its parent's and its coordinates' rates; the field takes it up."""
@@ -151,7 +150,7 @@ class Rates:
 
     def relative(self, joint: Joint) -> dict[str, Jet]:
         """All relative coordinates; the turn has rates only, where it is free."""
-        return self.known(joint) | {what: self._free(joint, what) for what in joint.free}
+        return self.given(joint) | {what: self._free(joint, what) for what in joint.free}
 
     def step(self, joint: Joint, jets: dict[str, Jet]) -> tuple[Jet, Jet]:
         """From point a to point b, in the frame of body a."""

@@ -101,7 +101,7 @@ class Tracing:
         self.places = free + [(j, what) for j in soft for what, _ in j.soft_coordinates]
         self.names = [c.key for c in plan.free] + [f"{j.key}/{name}" for j in soft for _, name in j.soft_coordinates]
         self.soft = {(j, name): (j, what) for j in soft for what, name in j.soft_coordinates}
-        self.own = [(e, s.name) for e in scene.elements for s in e.states() if s.order == 1]
+        self.first_order = [(e, s.name) for e in scene.elements for s in e.states() if s.order == 1]
         self.spots = [(e, spot) for e in scene.elements for spot in e.spots()]
         self._trace()
         self._write()
@@ -111,7 +111,7 @@ class Tracing:
         """The result of tracing, without the scene."""
         layout = Layout(
             coordinates=tuple(self.names),
-            own=tuple(f"{element.key}/{name}" for element, name in self.own),
+            first_order=tuple(f"{element.key}/{name}" for element, name in self.first_order),
             ledger=self.ledger,
             dissipated=tuple(element.key for element in self.dissipated),
             spots=tuple(f"{e.key}/{s.name}" if s.name else e.key for e, s in self.spots),
@@ -158,7 +158,7 @@ class Tracing:
             self.work.rate(joint, "bristle_deflection", bristle_rate)
         for joint, effort in self.friction.efforts.items():
             self.work.lose(joint, -effort * self.friction.rates[joint])
-        self.state_rate = [*rate.values(), *second, *(self.work.rates[place] for place in self.own)]
+        self.state_rate = [*rate.values(), *second, *(self.work.rates[place] for place in self.first_order)]
         self.states = len(self.state_rate)
         losses = self.work.losses if self.ledger else {}
         self.dissipated = {e: trace.load(f"y[{self.states + 1 + i}]") for i, e in enumerate(losses)}
@@ -173,11 +173,11 @@ class Tracing:
         self.kinematics = k = Kinematics(
             trace, self.number, dict(position), state, lambda i: trace.load(f"work[{first + i}]")
         )
-        own = {place: trace.load(f"y[{2 * len(position) + i}]") for i, place in enumerate(self.own)}
+        first_order = {place: trace.load(f"y[{2 * len(position) + i}]") for i, place in enumerate(self.first_order)}
         speeds: dict = {}
         for i, (element, _) in enumerate(self.spots):
             speeds.setdefault(element, []).append(trace.load(f"work[{i}]"))
-        motion = Motion(k, self.calls, time, {}, own, speeds)
+        motion = Motion(k, self.calls, time, first_order, speeds)
         trace.section = "drives"
         self.driven = {d: d.motion_at(motion) for d in self.scene.loads if d.prescribes}
         k.coordinate |= self._driven(self.plan, 0)
