@@ -257,7 +257,7 @@ class Journal:
         return tuple(0.0 if n in absent else self.m.number(self.joint, n) for n in FilmJoint._fields)
 
     def shares(self) -> Shares:
-        """What the transition gives to film and contact."""
+        """Shares of film and contact by the transition."""
         joint = self.joint
         if joint.transition is None:
             return Shares()

@@ -213,7 +213,7 @@ class _System:
         ]
 
     def _joint_rows(self, joint: Joint) -> list[_Row]:
-        """What a joint keeps, in the order of its coordinates: states at their start, all others at zero."""
+        """Equations of a joint: its states have their start values, other coordinates that it keeps are zero."""
         starts = {s.name: (s.start, s.start_rate) for s in joint.states()}
         coordinates = ((what, getattr(joint, what)) for what in RELATIVE)
         return [

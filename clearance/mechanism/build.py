@@ -148,7 +148,7 @@ def changed(mechanism: Mechanism, changes: dict[str, float], time: float = 0.0) 
 
 
 def _films(sources: dict) -> dict:
-    """What the film of each joint reads or asks."""
+    """Sources of films by joint: tables, or solvers that answer."""
     return {element: source for (element, name), source in sources.items() if name == "film"}
 
 

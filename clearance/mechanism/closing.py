@@ -30,7 +30,7 @@ def last_position(mechanism: Mechanism, work: np.ndarray, before: float, after: 
 
 
 def lost_at(mechanism: Mechanism, work: np.ndarray, time: float) -> str | None:
-    """What has no value at a time; None where all outputs have."""
+    """The group or output without a value at a time; None where all have one."""
     found = _outputs(mechanism, work, time)
     return None if _finite(found) else what_is_lost(mechanism, found)
 

@@ -303,7 +303,7 @@ def _residuals(k, group, inside: Inside, unknowns: list) -> list:
 
 
 def closing_errors(k, joint) -> list:
-    """How far a joint is from closed: offsets and the sine of the wrong turn, of each coordinate that is not free."""
+    """Closing errors of a joint: offsets, and the sine of a wrong turn, of each coordinate that is not free."""
     along, across = offsets(k, joint)
     errors = {ALONG: along, ACROSS: across, TURN: None if TURN in joint.free else wrong_turn(k, joint)[0]}
     state = {what: k.state[joint, name][0] for what, name in joint.soft_coordinates if what != TURN}

@@ -30,7 +30,7 @@ class Coordinate:
 
     @property
     def place(self) -> tuple:
-        """What it is a coordinate of, and which."""
+        """Body or joint that it is a coordinate of, and its name there."""
         return self.body if self.joint is None else self.joint, self.what
 
     @property
@@ -168,7 +168,7 @@ class _Planner:
         return Group(attachments, closures, self._form(attachments, closures))
 
     def _rank(self, joint) -> tuple:
-        """Which joints make the tree of a group first: driven ones, hinges of bodies with a driven angle, slides."""
+        """Order in which joints enter the tree of a group: driven ones, hinges of driven bodies, slides, others."""
         angled = _hinge(joint) and any(b in self.angle_of for b in joint.bodies())
         return joint not in self.driven, not angled, _hinge(joint), not set(joint.bodies()) & self.known
 

@@ -123,7 +123,7 @@ def defined(function: Callable, *numbers):
 
 @dataclass(frozen=True, eq=False)
 class Rule:
-    """How values are differentiated that follow from inputs in another way than by a chain of operations.
+    """Differentiates values that follow from inputs in another way than by a chain of operations.
 
     tangents(tangents of inputs) -> tangents of values. The inputs hold all that the values depend on.
     """
@@ -402,7 +402,7 @@ class Trace:
         return [of(o) for o in outputs]
 
     def spread(self, outputs: Iterable, seeds: Iterable[Scalar]) -> int:
-        """How many derivatives `tangent` would form along as many columns as there are seeds."""
+        """Number of derivatives that `tangent` would form along as many columns as there are seeds."""
         columns = {seed: {i} for i, seed in enumerate(seeds)}
         for node in live(outputs, columns.__contains__, self._needed):
             columns.setdefault(node, set().union(*(columns[a] for a in self._needed(node))))
