@@ -1,10 +1,11 @@
 """Bodies and points on them: frozen descriptions in SI units."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from clearance import checks
+from clearance.quantities import ZERO, Described, Row, number
 
 
 @dataclass(frozen=True)
@@ -20,10 +21,16 @@ class Point:
     def __repr__(self) -> str:
         return f"{self.body.name}[{self.name!r}]"
 
+    def numbers(self, name: str) -> Iterator[Row]:
+        """Its place from the centre of mass of its body, among the numbers of the kernel."""
+        com = (*self.body.com, 0.0)
+        for axis, value, centre in zip("xyz", (self.x, self.y, self.z), com, strict=False):
+            yield f"{name}/{axis}", value - centre, ZERO
+
 
 @checks.answers
 @dataclass(frozen=True, eq=False)
-class Body:
+class Body(Described):
     """A rigid body.
 
     name; mass [kg] > 0; inertia about the centre of mass [kg m2] > 0; points: named points (x, y) in the body's own
@@ -37,36 +44,31 @@ class Body:
     """
 
     name: str
-    mass: float
-    inertia: float
+    mass: float = number("mass [kg]", checks.positive)
+    inertia: float = number("moment of inertia [kg m2]", checks.positive)
     points: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    com: tuple[float, ...] = (0.0, 0.0)
-    products: tuple[float, float] = (0.0, 0.0)
-    angle: float = 0.0
-    position: tuple[float, float] | None = None
-    angular_velocity: float = 0.0
-    velocity: tuple[float, float] = (0.0, 0.0)
+    com: tuple[float, ...] = number("centre of mass [m]", checks.place, (0.0, 0.0), parameter=False)
+    products: tuple[float, float] = number(
+        "products of inertia [kg m2]", checks.pair, (0.0, 0.0), fold=ZERO, parts=("xz", "yz")
+    )
+    angle: float = number("rough start angle [rad]", checks.finite, 0.0, parameter=False)
+    position: tuple[float, float] | None = number("rough start [m]", checks.pair, None, parameter=False)
+    angular_velocity: float = number("at the start [rad/s]", checks.finite, 0.0, parameter=False)
+    velocity: tuple[float, float] = number("at the start [m/s]", checks.pair, (0.0, 0.0), parameter=False)
 
     def __post_init__(self):
         checks.identifier("body name", self.name)
         if self.name == "ground":
             raise ValueError("body name 'ground' is taken by the frame; choose another")
-        self._set("mass", checks.positive(f"body {self.name}: mass", self.mass))
-        self._set("inertia", checks.positive(f"body {self.name}: inertia", self.inertia))
-        self._set("com", checks.place(f"body {self.name}: com", self.com))
-        self._set("products", checks.pair(f"body {self.name}: products", self.products))
-        self._set("angle", checks.finite(f"body {self.name}: angle", self.angle))
-        checks.finite(f"body {self.name}: angular_velocity", self.angular_velocity)
-        self._set("velocity", checks.pair(f"body {self.name}: velocity", self.velocity))
-        if self.position is not None:
-            self._set("position", checks.pair(f"body {self.name}: position", self.position))
+        self._check_fields()
         if not isinstance(self.points, Mapping):
             raise TypeError(f"body {self.name}: points must map names to (x, y), got {self.points!r}")
         points = {p: checks.place(f"body {self.name}: point {p!r}", xyz) for p, xyz in self.points.items()}
         self._set("points", MappingProxyType(points))
 
-    def _set(self, name, value):
-        object.__setattr__(self, name, value)
+    def label(self) -> str:
+        """Name of the body in messages."""
+        return f"body {self.name}"
 
     def __getstate__(self) -> dict:
         return {**vars(self), "points": dict(self.points)}

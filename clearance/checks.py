@@ -96,6 +96,13 @@ def pair(field: str, value: object) -> tuple[float, float]:
     return finite(f"{field}[0]", x), finite(f"{field}[1]", y)
 
 
+def direction(field: str, value: object) -> tuple[float, float]:
+    """A vector of any length but zero, returned with length 1."""
+    x, y = pair(field, value)
+    length = positive(f"length of {field}", math.hypot(x, y))
+    return x / length, y / length
+
+
 def place(field: str, value: object) -> tuple[float, ...]:
     """Two finite numbers (x, y), or three (x, y, z) where z, out of the plane, is not zero; a tuple of floats."""
     if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != 3:

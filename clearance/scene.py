@@ -74,7 +74,7 @@ class Scene:
     @property
     def rubbing_joints(self) -> tuple[Joint, ...]:
         """Joints without clearance that have friction."""
-        return tuple(j for j in self.joints if not j.soft and getattr(j, "friction", None) is not None)
+        return tuple(j for j in self.joints if not j.soft and j.friction is not None)
 
     @property
     def turn(self) -> float | None:

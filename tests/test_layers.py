@@ -11,6 +11,7 @@ LAYERS = [
     ["clearance.locks", "clearance.demand", "clearance.version"],
     ["clearance.materials"],
     ["clearance.laws"],
+    ["clearance.quantities"],
     ["clearance.body"],
     ["clearance.elements"],
     ["clearance.scene"],

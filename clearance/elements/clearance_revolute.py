@@ -6,18 +6,7 @@ from dataclasses import dataclass, fields
 
 from clearance import checks
 from clearance.body import Point
-from clearance.elements.element import (
-    BLENDED,
-    CONTACT,
-    FILM,
-    NEVER,
-    ZERO,
-    Row,
-    Spot,
-    State,
-    law,
-    number,
-)
+from clearance.elements.element import BLENDED, CONTACT, FILM, Spot, State
 from clearance.elements.joint import FREE, Joint, Known
 from clearance.laws.film import film_torques, peak_film_pressure, thinning, wet_film_torques
 from clearance.laws.law import (
@@ -33,6 +22,7 @@ from clearance.laws.law import (
     wet_film,
 )
 from clearance.materials import HeatBalance, Lubricant, Material, steel
+from clearance.quantities import NEVER, ZERO, Row, law, number
 
 #: smallest distance, relative to the clearance, that still has a direction of its own
 CENTRE = 1e-9
@@ -75,8 +65,8 @@ class ClearanceRevolute(Joint):
     roughness: float | None = number("composite rms roughness [m]", checks.positive, None, parameter=False)
     material: Material = steel
     layer: float | None = number("thickness of the elastic layer [m]", checks.positive, None, parameter=False)
-    eccentricity: tuple[float, float] = (0.0, 0.0)
-    eccentricity_rate: tuple[float, float] = (0.0, 0.0)
+    eccentricity: tuple[float, float] = number("start [m]", checks.pair, (0.0, 0.0), parameter=False)
+    eccentricity_rate: tuple[float, float] = number("its rate [m/s]", checks.pair, (0.0, 0.0), parameter=False)
 
     along, across, turn = Known(state="eccentricity_x"), Known(state="eccentricity_y"), FREE
 
@@ -90,8 +80,6 @@ class ClearanceRevolute(Joint):
         for slot in SLOTS:
             self._set(slot, self._of_joint(f"{label}: {slot}", getattr(self, slot)))
         self._check_slots(label)
-        for name in ("eccentricity", "eccentricity_rate"):
-            self._set(name, checks.pair(f"{label}: {name}", getattr(self, name)))
         if self.contact is None and math.hypot(*self.eccentricity) >= self.clearance:
             raise ValueError(f"{label}: start eccentricity {self.eccentricity} lies outside the clearance circle")
         self._check_laws()

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 from clearance import checks
 from clearance.body import Body, ground
-from clearance.elements.element import NEVER, Row, law, number
 from clearance.elements.joint import Joint
 from clearance.elements.load import Load
 from clearance.elements.prismatic import Prismatic
 from clearance.elements.revolute import Revolute
 from clearance.laws.law import BoundLaw, effort, signal
+from clearance.quantities import NEVER, Row, law, number
 
 
 @checks.answers

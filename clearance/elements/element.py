@@ -4,48 +4,12 @@ Its file says all that there is to say about it: its numbers with unit and check
 keeps together, what it applies, its contacts and its outputs. The compiler asks nothing else.
 """
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import MISSING, Field, dataclass, field, fields
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields
 
-from clearance import checks
 from clearance.body import Body, Point, as_point
-from clearance.laws.law import BoundLaw, Family, bound
-
-#: values of a number that are folded into the code
-NEVER: tuple[float, ...] = ()
-ZERO = (0.0,)
-UNIT = (0.0, 1.0, -1.0)
-#: name in the parameter vector, value, values that are folded
-Row = tuple[str, float, tuple[float, ...]]
-
-
-@dataclass(frozen=True)
-class Number:
-    """A field that is a number: its meaning with the unit, its check, and the values that are folded
-    into the code.
-
-    beside: a field without which it is not a parameter of the kernel; parameter: False where it never is one.
-    required: True where it must be given, though fields with defaults stand before it.
-    families: of laws that may stand in its place.
-    """
-
-    text: str
-    check: Callable = checks.finite
-    fold: tuple[float, ...] = NEVER
-    beside: str = ""
-    parameter: bool = True
-    required: bool = False
-    families: tuple[Family, ...] = ()
-
-
-def number(text: str, check: Callable = checks.finite, default=MISSING, **more) -> Field:
-    """A field that is a number. Its description names the unit; `more`: see Number."""
-    return field(default=default, metadata={"number": Number(text, check, **more)})
-
-
-def law(text: str, *families: Family) -> Field:
-    """A field that takes a law of some families, or None."""
-    return field(default=None, metadata={"law": families, "text": text})
+from clearance.laws.law import BoundLaw
+from clearance.quantities import Described, Row
 
 
 @dataclass(frozen=True)
@@ -88,7 +52,7 @@ class Spot:
         return f"{element.name}/{self.name}" if self.name else element.name
 
 
-class Element:
+class Element(Described):
     """Base of all parts of a scene. Subclasses are frozen dataclasses with a name."""
 
     #: folder of result files that its outputs stand in, and what it takes out of the mechanism, in words
@@ -97,9 +61,6 @@ class Element:
     #: True where it prescribes a coordinate of its target, see Drive
     prescribes = False
     holds_free_bodies = False  # True: a body that only this element holds may float in the plane
-
-    def _set(self, name: str, value: object) -> None:
-        object.__setattr__(self, name, value)
 
     def label(self) -> str:
         """Name of the element in messages."""
@@ -118,32 +79,16 @@ class Element:
     def _check_fields(self) -> None:
         """Check all points, numbers and laws, as their fields declare them."""
         for one in fields(self):
-            value, label = getattr(self, one.name), f"{self.label()}: {one.name}"
-            spec = one.metadata.get("number")
             if one.type in (Point, "Point"):
-                self._set(one.name, as_point(self.label(), value))
-            elif "law" in one.metadata:
-                self._set(one.name, self._bound(label, value, one.metadata["law"]))
-            elif spec is not None and (value is not None or one.default is not None or spec.required):
-                self._set(one.name, _checked(label, value, spec))
-
-    def _bound(self, label: str, value: object, families: tuple) -> BoundLaw | None:
-        return bound(label, value, *families)
+                self._set(one.name, as_point(self.label(), getattr(self, one.name)))
+        super()._check_fields()
 
     def numbers(self) -> Iterator[Row]:
-        """All numbers of the kernel: name, value, values that are folded into the code."""
         for one in fields(self):
-            value, name = getattr(self, one.name), f"{self.key}/{one.name}"
-            spec = one.metadata.get("number")
+            value = getattr(self, one.name)
             if isinstance(value, Point):
-                yield from _place(name, value)
-            elif isinstance(value, BoundLaw):
-                yield from ((f"{name}/{p}", v, NEVER) for p, v in value.values.items())
-            elif spec is not None and value is not None and self._is_parameter(spec):
-                yield name, value, spec.fold
-
-    def _is_parameter(self, spec: Number) -> bool:
-        return spec.parameter and (not spec.beside or getattr(self, spec.beside) is not None)
+                yield from value.numbers(f"{self.key}/{one.name}")
+        yield from super().numbers()
 
     @property
     def facts(self) -> dict[str, float | str]:
@@ -171,17 +116,3 @@ class Element:
     def outputs(self, m) -> Iterable[tuple]:
         """(name, unit, description, value) of outputs that need accelerations and reactions."""
         return ()
-
-
-def _place(name: str, point: Point) -> Iterator[Row]:
-    """A point relative to the centre of mass of its body."""
-    com = (*point.body.com, 0.0)
-    for axis, value, centre in zip("xyz", (point.x, point.y, point.z), com, strict=False):
-        yield f"{name}/{axis}", value - centre, ZERO
-
-
-def _checked(label: str, value: object, spec: Number) -> float | BoundLaw:
-    """A number, or a law where the field takes one."""
-    if not spec.families or isinstance(value, int | float) and not isinstance(value, bool):
-        return spec.check(label, value)
-    return bound(label, value, *spec.families)

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 from clearance import checks
 from clearance.body import Body, Point, ground
-from clearance.elements.element import ZERO, number
 from clearance.elements.load import Load
 from clearance.laws.law import BoundLaw, signal
+from clearance.quantities import ZERO, number
 
 
 @checks.answers

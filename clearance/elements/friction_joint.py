@@ -2,9 +2,10 @@
 
 from collections.abc import Iterable, Iterator
 
-from clearance.elements.element import ZERO, Row, State
+from clearance.elements.element import State
 from clearance.elements.joint import ALONG, TURN, Joint
 from clearance.laws.law import joint_bristle, joint_friction
+from clearance.quantities import ZERO, Row
 
 FRICTIONS = (joint_friction, joint_bristle)
 

@@ -1,12 +1,13 @@
 """Joints: two points on two bodies, and which of three relative coordinates are free."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from dataclasses import Field, dataclass, fields
 
 from clearance import checks
 from clearance.body import Body, Point
 from clearance.elements.element import Element
 from clearance.laws.law import BoundLaw
+from clearance.quantities import UNIT, number
 
 #: relative coordinates: of point b against point a along and across the joint's axis, and of b's frame against a's
 ALONG, ACROSS, TURN = "along", "across", "turn"
@@ -29,6 +30,11 @@ OUT_OF_PLANE = (("axial_force", "N", "z"), ("bending_x", "N m", "x"), ("bending_
 FREE, CLOSED = "free", Known()
 
 
+def axis_field() -> Field:
+    """A field for the direction (x, y) of a joint's axis in a's frame, of any length but zero."""
+    return number("axis [-]", checks.direction, (1.0, 0.0), fold=UNIT, parts=("x", "y"))
+
+
 class Joint(Element):
     """Base of all joints: points a and b on two different bodies.
 
@@ -42,6 +48,8 @@ class Joint(Element):
     across: Known | str = CLOSED
     turn: Known | str = CLOSED
     turns = False
+    #: what a kind of joint may have; None where it takes none
+    contact = friction = film = asperity = transition = heat = roughness = None
     #: True where it takes axial forces and bending moments
     carries_across = False
 

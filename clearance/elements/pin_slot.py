@@ -1,14 +1,13 @@
 """A pin in a straight slot, without clearance and with it."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 from clearance import checks
 from clearance.body import Point
-from clearance.elements.element import CONTACT, Row, Spot, State, law, number
-from clearance.elements.joint import FREE, Joint, Known
-from clearance.elements.prismatic import axis_numbers, unit_axis
+from clearance.elements.element import CONTACT, Spot, State
+from clearance.elements.joint import FREE, Joint, Known, axis_field
 from clearance.laws.law import BoundLaw, contact, friction
+from clearance.quantities import law, number
 
 #: the walls of the slot: name, and side of the axis
 WALLS = (("upper", 1.0), ("lower", -1.0))
@@ -24,18 +23,10 @@ class PinSlot(Joint):
 
     a: Point
     b: Point
-    axis: tuple[float, float] = (1.0, 0.0)
+    axis: tuple[float, float] = axis_field()
     name: str | None = None
 
     along, turn, turns = FREE, FREE, True
-
-    def __post_init__(self):
-        super().__post_init__()
-        self._set("axis", unit_axis(self))
-
-    def numbers(self) -> Iterator[Row]:
-        yield from axis_numbers(self)
-        yield from super().numbers()
 
 
 @checks.answers
@@ -58,7 +49,7 @@ class ClearancePinSlot(Joint):
     clearance: float = number("half the free width of the slot [m]", checks.positive)
     contact: BoundLaw | None = law("contact of pin and wall", contact)
     friction: BoundLaw | None = law("friction at the wall", friction)
-    axis: tuple[float, float] = (1.0, 0.0)
+    axis: tuple[float, float] = axis_field()
     offset: float = number("start of the pin across the slot [m]", checks.finite, 0.0, parameter=False)
     offset_rate: float = number("its rate [m/s]", checks.finite, 0.0, parameter=False)
     name: str | None = None
@@ -67,7 +58,6 @@ class ClearancePinSlot(Joint):
 
     def __post_init__(self):
         super().__post_init__()
-        self._set("axis", unit_axis(self))
         if self.contact is None:
             raise ValueError(f"{self.label()} needs a contact law")
         if None in self.contact.numbers:
@@ -110,6 +100,3 @@ class ClearancePinSlot(Joint):
     def outputs(self, m) -> tuple:
         return ()  # `act` shows all
 
-    def numbers(self) -> Iterator[Row]:
-        yield from axis_numbers(self)
-        yield from super().numbers()

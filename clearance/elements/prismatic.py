@@ -1,16 +1,14 @@
 """Slide without clearance."""
 
-import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 from clearance import checks
 from clearance.body import Point
-from clearance.elements.element import UNIT, Row, law, number
 from clearance.elements.friction_joint import FRICTIONS, FrictionJoint
-from clearance.elements.joint import FREE, Joint, Known
+from clearance.elements.joint import FREE, Known, axis_field
 from clearance.laws.joint_friction import slide_load
 from clearance.laws.law import BoundLaw
+from clearance.quantities import UNIT, law, number
 
 
 @checks.answers
@@ -25,7 +23,7 @@ class Prismatic(FrictionJoint):
 
     a: Point
     b: Point
-    axis: tuple[float, float] = (1.0, 0.0)
+    axis: tuple[float, float] = axis_field()
     angle: float = number("angle of b's frame against a's [rad]", checks.finite, 0.0, fold=UNIT)
     name: str | None = None
     friction: BoundLaw | None = law("friction in the slide", *FRICTIONS)
@@ -38,14 +36,6 @@ class Prismatic(FrictionJoint):
     needed = ("overlap",)
     load = staticmethod(slide_load)
 
-    def __post_init__(self):
-        super().__post_init__()
-        self._set("axis", unit_axis(self))
-
-    def numbers(self) -> Iterator[Row]:
-        yield from axis_numbers(self)
-        yield from super().numbers()
-
     @property
     def geometry(self) -> dict[str, float]:
         inverse = 1.0 / self.friction_arm if self.friction_arm is not None else 0.0
@@ -55,16 +45,3 @@ class Prismatic(FrictionJoint):
         (fx, fy, moment), (axial, mx, my), (dx, dy) = reaction, across, m.axis(self)
         (twist,) = self.through("friction_arm", "a moment about its axis", mx * dx + my * dy)
         return [dx * fy - dy * fx, axial, twist, moment, dx * my - dy * mx]
-
-
-def unit_axis(joint: Joint) -> tuple[float, float]:
-    """The joint's axis, of length 1."""
-    x, y = checks.pair(f"{joint.label()}: axis", joint.axis)
-    length = checks.positive(f"{joint.label()}: length of axis", math.hypot(x, y))
-    return x / length, y / length
-
-
-def axis_numbers(joint: Joint) -> Iterator[Row]:
-    """The joint's axis among the numbers of the kernel."""
-    for name, value in zip("xy", joint.axis, strict=True):
-        yield f"{joint.key}/axis/{name}", value, UNIT

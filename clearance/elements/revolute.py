@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 from clearance import checks
 from clearance.body import Point
-from clearance.elements.element import law, number
 from clearance.elements.friction_joint import FRICTIONS, FrictionJoint
 from clearance.elements.joint import FREE
 from clearance.laws.joint_friction import pin_load
 from clearance.laws.law import BoundLaw
+from clearance.quantities import law, number
 
 
 @checks.answers

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 from clearance import checks
 from clearance.body import Body, Point
-from clearance.elements.element import ZERO, number
 from clearance.elements.load import Load
+from clearance.quantities import ZERO, number
 
 
 class Spring(Load):

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 from clearance import checks
 from clearance.body import Point
-from clearance.elements.element import UNIT, number
 from clearance.elements.joint import Joint, Known
+from clearance.quantities import UNIT, number
 
 
 @checks.answers

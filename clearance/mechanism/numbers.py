@@ -8,9 +8,10 @@ from collections.abc import Iterator
 from dataclasses import fields
 
 from clearance.body import Body, Point
-from clearance.elements.element import NEVER, ZERO, Element, Row
+from clearance.elements.element import Element
 from clearance.laws.law import BoundLaw
 from clearance.mechanism.interpreter import fingerprint
+from clearance.quantities import ZERO, Row
 from clearance.scene import Scene
 
 
@@ -31,13 +32,8 @@ def _rows(scene: Scene) -> Iterator[Row]:
     """(name, value, values that are folded) of each number, in scene order."""
     for axis, value in zip("xyz", (*scene.gravity, 0.0), strict=False):
         yield f"scene/gravity/{axis}", value, ZERO
-    for body in scene.bodies:
-        yield f"{body.key}/mass", body.mass, NEVER
-        yield f"{body.key}/inertia", body.inertia, NEVER
-        for name, product in zip(("xz", "yz"), body.products, strict=True):
-            yield f"{body.key}/products/{name}", product, ZERO
-    for element in scene.elements:
-        yield from element.numbers()
+    for part in (*scene.bodies, *scene.elements):
+        yield from part.numbers()
 
 
 def _structure(scene: Scene) -> tuple:
