@@ -28,7 +28,7 @@ from clearance.mechanism import store
 from clearance.mechanism.asking import Answerer
 from clearance.mechanism.build import Mechanism, build, changed
 from clearance.mechanism.closing import last_position, lost_at, no_number
-from clearance.mechanism.dead_centre import Motion, dead_centre
+from clearance.mechanism.dead_centre import DeadCentre, Motion, dead_centre
 from clearance.recording import FileSink, LedgerWatch, Recorder, Unwritable, chosen, filters
 from clearance.regimes import FULL_FILM, depth_warning, hole_warning
 from clearance.results import Record, Result
@@ -41,6 +41,7 @@ METHODS = ("dop853", "rodas5p", "radau5", "radau9")
 NEWTON_TOLERANCE = 0.05  # error left by Newton's method, of the error tolerance
 LOOSE, TIGHT = 1e-3, 3e-7  # tolerances between which radau5 is the fastest implicit method (clearance work-precision)
 NOT_STIFF = "no film: explicit as long as the scene is not stiff between contacts"
+FINEST = 1e-14  # smallest rtol
 SAMPLES_PER_TURN = 400
 MOST_SAMPLES = 2**53  # beyond which their times are not told apart
 ROWS = 2048  # samples and ends of steps held in memory between two writes
@@ -126,14 +127,23 @@ def simulate(
     if pressure_fields is not None:
         fields.check(scene.description(), pressure_fields, channels)
     demanded = None if force else partial(_affordable, channels, compression, checkpoint, path)
-    run = prepare(
-        scene, demanded, turns=turns, until=until, rtol=rtol, method=method, samples_per_turn=samples_per_turn,
-        samples=samples, energy=energy, max_step=max_step, max_steps=max_steps, start=start,
+    prepared = partial(
+        prepare, scene, demanded, turns=turns, until=until, rtol=rtol, method=method, samples=samples,
+        samples_per_turn=samples_per_turn, energy=energy, max_step=max_step, max_steps=max_steps, start=start,
     )  # fmt: skip
+    run = prepared()
     chosen(run.mechanism.layout.channels, channels)
     for warning in foreseen(run.mechanism) + dear(run.mechanism):
         LOG.warning(warning)
-    return run.to_file(path, progress, channels, compression, checkpoint, pressure_fields)
+    while True:
+        try:
+            return run.to_file(path, progress, channels, compression, checkpoint, pressure_fields)
+        except SimulationError as error:
+            if error.result is None or checkpoint is not None or not (joints := run.joints_to_open()):
+                raise
+            LOG.info("%s: again with places of its bodies as coordinates", run.dead_centre)
+            error.result.close()
+            run = prepared(opened=(*run.opened, joints[0]))
 
 
 def _affordable(channels, compression: int, checkpoint: float | None, path, mechanism: Mechanism, demand: Demand):
@@ -157,10 +167,12 @@ def prepare(
     max_step: float | None = None,
     max_steps: int | None = None,
     start: Record | str | Path | None = None,
+    opened: tuple[str, ...] = (),
 ) -> "Run":
     """The run of a scene, all checked and compiled, not begun; arguments and errors are those of `simulate`.
 
-    demanded: called with what the run needs, before anything is compiled.
+    demanded: called with what the run needs, before anything is compiled. opened: joints with clearance whose loops
+    are opened, see `build`; the tolerance is then that of their clearance over the mechanism's size, times rtol.
     """
     if not isinstance(scene, Scene):
         raise TypeError(f"simulate needs a Scene, got {scene!r}; cl.load_case makes one from a case name")
@@ -169,11 +181,13 @@ def prepare(
         raise ValueError(f"max_steps must be a positive whole number, got {max_steps!r}")
     if max_step is not None:
         max_step = checks.positive("max_step", max_step)
-    if not 1e-14 <= rtol <= 0.1:
+    if not FINEST <= rtol <= 0.1:
         raise ValueError(f"rtol must lie in [1e-14, 0.1], got {rtol!r}")
     if method not in ("auto", "radau", *METHODS):
         raise ValueError(f"method must be one of auto, radau, {', '.join(METHODS)}; got {method!r}")
-    mechanism = build(scene, ledger=energy)
+    mechanism = build(scene, ledger=energy, opened=opened)
+    rtol *= min([1.0, *(j.clearance / mechanism.start.size for j in scene.clearance_joints if j.name in opened)])
+    rtol = max(rtol, FINEST)
     span = span_of(scene, turns=turns, until=until, samples=samples, samples_per_turn=samples_per_turn)
     if demanded is not None:
         steps = span.until / (max_step or longest_step(mechanism, span))
@@ -181,6 +195,7 @@ def prepare(
     stepper = choose_method(mechanism, method, rtol)
     with announced():
         run = Run(mechanism, span, rtol, stepper, max_step, max_steps)
+    run.opened = opened
     if start is not None:
         run.start_from(start)
     return run
@@ -352,8 +367,10 @@ class Run:
         self.observers: list[tuple[float, Callable[[Run], None]]] = []
         self.wall, self.cpu, self.contact_count = 0.0, 0.0, 0
         self.started = "as the scene says"
+        self.opened: tuple[str, ...] = ()
         self.spoilt = ""  # why the outputs cannot be trusted any more
         self.dead_centre = ""  # of which loop, once the ledger has failed there
+        self.at_dead_centre: DeadCentre | None = None
         self.latest: list[tuple[np.ndarray, np.ndarray]] = []  # times and rows put out last
 
     def _follow(self) -> None:
@@ -756,8 +773,13 @@ class Run:
             self.mechanism.kernel("observe")(time, self.y, self.mechanism.par, self.work.copy(), row[0])
             times, rows = (np.concatenate(c) for c in zip(*self.latest, ([time], row), strict=True))
             later = np.concatenate([[True], np.diff(times) > 0.0])
-            self.dead_centre = dead_centre(Motion(self.mechanism, self.work, times[later], rows[later])) or ""
+            self.at_dead_centre = dead_centre(Motion(self.mechanism, self.work, times[later], rows[later]))
+            self.dead_centre = self.at_dead_centre.text if self.at_dead_centre else ""
         return self.dead_centre
+
+    def joints_to_open(self) -> tuple[str, ...]:
+        """Joints with clearance in the loop that stands at its dead centre, where the run ended there."""
+        return self.at_dead_centre.soft_joints if self.at_dead_centre else ()
 
     def _gap(self, joint) -> float:
         """Film left over the clearance."""

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator
 
 from clearance.elements.element import State
-from clearance.elements.joint import ALONG, TURN, Joint
+from clearance.elements.joint import Joint
 from clearance.laws.law import joint_bristle, joint_friction
 from clearance.quantities import ZERO, Row
 
@@ -59,11 +59,6 @@ class FrictionJoint(Joint):
         if law is None or law.law.family is not joint_bristle:
             return []
         return [State("bristle_deflection", self.units[0], law.law.size(law.values), order=1)]
-
-    @property
-    def rubs_along(self) -> str:
-        """The relative coordinate that friction acts on."""
-        return ALONG if self.slides else TURN
 
     @property
     def units(self) -> tuple[str, str]:

@@ -1,7 +1,7 @@
 """Scene to mechanism: structure (shared, compiled) and numbers (of this scene)."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
@@ -99,10 +99,16 @@ class Mechanism:
         return np.array(lengths + [x * self.frequency for x in lengths] + first_order)
 
 
-def build(scene: Scene, ledger: bool = True) -> Mechanism:
-    """Assemble a scene and find or make its structure. Raises ValueError with a clear reason for impossible scenes."""
+def build(scene: Scene, ledger: bool = True, opened: Collection[str] = ()) -> Mechanism:
+    """Assemble a scene and find or make its structure. Raises ValueError with a clear reason for impossible scenes.
+
+    opened: names of joints with clearance whose offsets are measured, and no coordinates: then places of bodies are.
+    A loop that is opened so has no dead centre.
+    """
     numbers = Numbers(scene)
     start = assemble(scene, numbers)
+    more = (j for j in scene.clearance_joints if j.name in opened and j not in start.measured)
+    start = replace(start, measured=(*start.measured, *more))
     plan, cut = closed_plan(scene, start.measured), cut_plan(scene)
     for group in plan.groups:
         check_reach(group, start.size)

@@ -148,8 +148,22 @@ class Motion:
         return size
 
 
-def dead_centre(motion: Motion) -> str | None:
-    """The first loop that comes to a dead centre along a motion, in words; None where none does."""
+@dataclass(frozen=True)
+class DeadCentre:
+    """A loop that came to its dead centre, and that in words."""
+
+    group: Group
+    text: str
+
+    @property
+    def soft_joints(self) -> tuple[str, ...]:
+        """Names of its joints with clearance: one of them measured, the loop is open and has no dead centre."""
+        joints = (*self.group.closures, *(a.joint for a in self.group.attachments))
+        return tuple(j.name for j in joints if j is not None and j.soft)
+
+
+def dead_centre(motion: Motion) -> DeadCentre | None:
+    """The first loop that comes to a dead centre along a motion; None where none does."""
     mechanism = motion.mechanism
     row, work = np.empty((1, motion.rows.shape[1])), np.append(mechanism.work0, 0.0)
     mechanism.kernel("observe")(0.0, mechanism.y0, mechanism.par, work, row[0])
@@ -159,10 +173,11 @@ def dead_centre(motion: Motion) -> str | None:
         enough = DEAD * max(begun, *sizes[np.isfinite(sizes)])
         size = next((s for s in _lows(motion, group, sizes) if s < enough), None)
         if size is not None:
-            return (
+            text = (
                 f"loop {group.label()} came to its dead centre, where two branches meet: "
                 f"its closing determinant fell to {size:.1g} of its scale ({begun:.2g} at the start)"
             )
+            return DeadCentre(group, text)
     return None
 
 
