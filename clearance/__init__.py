@@ -3,7 +3,17 @@
 from clearance import film, laws
 from clearance.body import Body, Point, ground
 from clearance.choices import joint_factory, joint_friction_law, one_of
-from clearance.elements import ClearanceRevolute, Drive, Force, Prismatic, Revolute, SpringDamper, Torque, TorsionSpring
+from clearance.elements import (
+    ClearancePrismatic,
+    ClearanceRevolute,
+    Drive,
+    Force,
+    Prismatic,
+    Revolute,
+    SpringDamper,
+    Torque,
+    TorsionSpring,
+)
 from clearance.film.bearing import Bearing, FilmSolution, Groove
 from clearance.film.online import conserving_film, fast_film, fem_film
 from clearance.film.tabulated import table_film
@@ -79,8 +89,8 @@ from clearance.version import VERSION
 __version__ = VERSION
 
 __all__ = [
-    "Bearing", "Body", "ClearanceRevolute", "Drive", "FilmSolution", "Force", "Groove", "HeatBalance", "Lubricant",
-    "Material", "Point", "Prismatic", "Revolute", "Scene", "SimulationError", "SpringDamper", "SweepError", "Torque",
+    "Bearing", "Body", "ClearancePrismatic", "ClearanceRevolute", "Drive", "FilmSolution", "Force", "Groove",
+    "HeatBalance", "Lubricant", "Material", "Point", "Prismatic", "Revolute", "Scene", "SimulationError", "SpringDamper", "SweepError", "Torque",
     "TorsionSpring", "ambrosio", "asperity", "bengisu_akay", "breakaway_linear", "breakaway_smooth", "bristle", "cP",
     "composite_roughness", "conserving_film", "contact", "contact_flow_factor", "contact_modulus", "coulomb",
     "coulomb_tanh", "coulomb_viscous", "degree", "delivered_restitution", "effort", "exact_damping",

@@ -1,5 +1,6 @@
 """Elements: what a mechanism is made of, one kind a file."""
 
+from clearance.elements.clearance_prismatic import ClearancePrismatic
 from clearance.elements.clearance_revolute import ClearanceRevolute
 from clearance.elements.drive import Drive
 from clearance.elements.forces import Force, Torque
@@ -8,6 +9,7 @@ from clearance.elements.revolute import Revolute
 from clearance.elements.springs import SpringDamper, TorsionSpring
 
 __all__ = [
+    "ClearancePrismatic",
     "ClearanceRevolute",
     "Drive",
     "Force",

@@ -83,10 +83,15 @@ class Joint(Element):
         """True where the free coordinate that a drive or friction acts on is a displacement."""
         return self.along is FREE
 
+    @property
+    def surfaces(self):
+        """What laws read of it: something with radius, clearance, length, material and layer."""
+        return self
+
     def doubts(self) -> list[str]:
         """Warnings of its laws about their use in it."""
         laws = [v for v in (getattr(self, f.name) for f in fields(self)) if isinstance(v, BoundLaw)]
-        texts = [(law.law.name, law.law.doubt(self, law.parameters)) for law in laws if law.law.doubt]
+        texts = [(law.law.name, law.law.doubt(self.surfaces, law.parameters)) for law in laws if law.law.doubt]
         return [f"{self.label()}: {t if t.startswith(n) else f'{n}: {t}'}" for n, t in texts if t]
 
     def _check_laws(self) -> None:
@@ -94,5 +99,5 @@ class Joint(Element):
         for one in fields(self):
             value = getattr(self, one.name)
             demand = value.law.demand if isinstance(value, BoundLaw) else None
-            if demand and (missing := demand(self, value.parameters)):
+            if demand and (missing := demand(self.surfaces, value.parameters)):
                 raise ValueError(f"{self.label()}: {one.name} {value.law.name} {missing}")
