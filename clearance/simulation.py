@@ -653,11 +653,7 @@ class Run:
             if isinstance(source, Answerer) and source.failure is not None:
                 return f"at t = {self.clock[self.state.TIME]:.9g} s: {joint.label()}: its film: {source.failure}"
         joints, moving = self.mechanism.scene.clearance_joints, self.mechanism.eccentric
-        count = len(self.mechanism.plan.free)
-        states = [
-            f"{j.name}: eccentricity ratio {math.hypot(*self.y[count + 2 * i : count + 2 * i + 2]) / j.clearance:.9f}"
-            for i, j in enumerate(moving)
-        ]
+        states = [f"{j.name}: {j.place_of(self._offsets(j))}" for j in moving]
         states += [
             f"{c.label()} = {v:.6g}"
             for c, v in zip(self.mechanism.plan.free, self.y, strict=False)
@@ -702,10 +698,14 @@ class Run:
             self.dead_centre = dead_centre(Motion(self.mechanism, self.work, times[later], rows[later])) or ""
         return self.dead_centre
 
+    def _offsets(self, joint) -> dict[str, float]:
+        """Coordinates in a joint's clearance, by name."""
+        place = self.mechanism.layout.state
+        return {name: self.y[place[f"{joint.key}/{name}"]] for _, name in joint.soft_coordinates}
+
     def _gap(self, joint) -> float:
         """Film left over the clearance."""
-        at = self.mechanism.places[joint]
-        return 1.0 - math.hypot(*self.y[at : at + 2]) / joint.clearance
+        return 1.0 - math.hypot(*self._offsets(joint).values()) / joint.clearance
 
     def _depths(self) -> dict:
         """Largest penetration [m] of each clearance joint so far; negative: never touched."""

@@ -18,7 +18,6 @@ CORNERS = (("1", -1.0, -1.0), ("2", 1.0, -1.0), ("3", -1.0, 1.0), ("4", 1.0, 1.0
 #: meaning of the values of the output `mode`
 MODES = ("free", "one corner", "two on one side", "two across", "three corners", "four corners")
 ACROSS = 3
-STRAIN = 0.05  # penetration over the half height up to which the block counts as linearly elastic
 
 #: what contact laws read of a corner on a flat wall, which is a bore without end
 Surfaces = namedtuple("Surfaces", "radius clearance length material layer")
@@ -115,9 +114,12 @@ class ClearancePrismatic(Joint):
 
     # --- for diagnosis
     @property
-    def deepest(self) -> float:
-        """Penetration [m] beyond which no elastic solid counts as linear."""
-        return STRAIN * min(0.5 * self.height, 0.5 * self.overlap)
+    def solid(self) -> tuple[float, str]:
+        return 0.5 * self.height, "block's half height"
+
+    def place_of(self, states: dict[str, float]) -> str:
+        offset, tilt = (states[s.name] / s.size for s in self.states()[:2])
+        return f"offset {offset:.9f} c, tilt {tilt:.9f} c/a"
 
     # --- what the compiler asks
     def states(self) -> list[State]:

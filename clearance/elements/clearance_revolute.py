@@ -163,6 +163,14 @@ class ClearanceRevolute(Joint):
             self.radius, self.clearance, self.length or 0.0, self.viscosity or 0.0, self.roughness or 0.0
         )
 
+    # --- for diagnosis
+    @property
+    def solid(self) -> tuple[float, str]:
+        return self.radius, "journal radius"
+
+    def place_of(self, states: dict[str, float]) -> str:
+        return f"eccentricity ratio {math.hypot(*states.values()) / self.clearance:.9f}"
+
     # --- what the compiler asks
     def states(self) -> list[State]:
         states = [

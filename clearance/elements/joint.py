@@ -88,6 +88,15 @@ class Joint(Element):
         """What laws read of it: something with radius, clearance, length, material and layer."""
         return self
 
+    @property
+    def solid(self) -> tuple[float, str]:
+        """Size [m] of the body that a penetration strains, and its name."""
+        raise NotImplementedError
+
+    def place_of(self, states: dict[str, float]) -> str:
+        """Where its own coordinates stand, in words; states: by name."""
+        raise NotImplementedError
+
     def doubts(self) -> list[str]:
         """Warnings of its laws about their use in it."""
         laws = [v for v in (getattr(self, f.name) for f in fields(self)) if isinstance(v, BoundLaw)]
