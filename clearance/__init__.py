@@ -90,8 +90,9 @@ __version__ = VERSION
 
 __all__ = [
     "Bearing", "Body", "ClearancePrismatic", "ClearanceRevolute", "Drive", "FilmSolution", "Force", "Groove",
-    "HeatBalance", "Lubricant", "Material", "Point", "Prismatic", "Revolute", "Scene", "SimulationError", "SpringDamper", "SweepError", "Torque",
-    "TorsionSpring", "ambrosio", "asperity", "bengisu_akay", "breakaway_linear", "breakaway_smooth", "bristle", "cP",
+    "HeatBalance", "Lubricant", "Material", "Point", "Prismatic", "Revolute", "Scene", "SimulationError",
+    "SpringDamper", "SweepError", "Torque", "TorsionSpring",
+    "ambrosio", "asperity", "bengisu_akay", "breakaway_linear", "breakaway_smooth", "bristle", "cP",
     "composite_roughness", "conserving_film", "contact", "contact_flow_factor", "contact_modulus", "coulomb",
     "coulomb_tanh", "coulomb_viscous", "degree", "delivered_restitution", "effort", "exact_damping",
     "exact_restitution", "fast_film", "fem_film", "film", "film_torques", "flores", "flores_hybrid", "friction",
