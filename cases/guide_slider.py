@@ -22,7 +22,7 @@ def scene(
     joints: str = "guide",
     hinge_clearance: float = 0.1e-3,
     model: str = "dry",
-    contact: str = "lankarani_nikravesh(stiffness=1e8)",
+    contact: str = "exact_restitution(stiffness=1e8)",
     restitution: float = 0.4,
     friction: str = "coulomb",
     friction_coefficient: float = 0.01,

@@ -9,7 +9,7 @@ from clearance import checks
 from clearance.body import Point
 from clearance.elements.element import CONTACT, UNIT, Row, Spot, State, law, number
 from clearance.elements.joint import FREE, Joint, Known
-from clearance.elements.prismatic import axis_numbers, unit_axis
+from clearance.elements.prismatic import Prismatic, axis_numbers, unit_axis
 from clearance.laws.law import BoundLaw, bristle, contact, friction
 from clearance.materials import Material, steel
 
@@ -116,6 +116,10 @@ class ClearancePrismatic(Joint):
     @property
     def solid(self) -> tuple[float, str]:
         return 0.5 * self.height, "block's half height"
+
+    def ideal(self) -> Joint:
+        same = {n: getattr(self, n) for n in ("a", "b", "axis", "angle", "name")}
+        return Prismatic(**same, self_aligning=True)
 
     def place_of(self, states: dict[str, float]) -> str:
         offset, tilt = (states[s.name] / s.size for s in self.states()[:2])

@@ -19,6 +19,7 @@ from clearance.elements.element import (
     number,
 )
 from clearance.elements.joint import FREE, Joint, Known
+from clearance.elements.revolute import Revolute
 from clearance.laws.film import film_torques, peak_film_pressure, thinning, wet_film_torques
 from clearance.laws.law import (
     BoundLaw,
@@ -167,6 +168,9 @@ class ClearanceRevolute(Joint):
     @property
     def solid(self) -> tuple[float, str]:
         return self.radius, "journal radius"
+
+    def ideal(self) -> Joint:
+        return Revolute(self.a, self.b, name=self.name, self_aligning=True)
 
     def place_of(self, states: dict[str, float]) -> str:
         return f"eccentricity ratio {math.hypot(*states.values()) / self.clearance:.9f}"

@@ -93,6 +93,10 @@ class Joint(Element):
         """Size [m] of the body that a penetration strains, and its name."""
         raise NotImplementedError
 
+    def ideal(self) -> "Joint":
+        """The same joint without clearance and friction, which carries nothing out of the plane."""
+        raise NotImplementedError
+
     def place_of(self, states: dict[str, float]) -> str:
         """Where its own coordinates stand, in words; states: by name."""
         raise NotImplementedError

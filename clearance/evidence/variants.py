@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Callable
 
 from clearance.body import Body, Point, ground
-from clearance.elements import ClearanceRevolute, Revolute
+from clearance.elements import ClearanceRevolute
 from clearance.elements.joint import Joint
 from clearance.scene import Scene
 
@@ -52,7 +52,7 @@ def reduced(scene: Scene) -> dict[str, Scene]:
 
 
 def idealised(scene: Scene) -> Scene:
-    """The scene with an ideal hinge for every clearance joint, and no friction in any joint."""
+    """The scene with an ideal joint for every one with clearance, and no friction in any joint."""
     return rebuilt(scene, joint=_ideal)
 
 
@@ -61,6 +61,4 @@ def _without_film_torques(joint: Joint) -> Joint:
 
 
 def _ideal(joint: Joint) -> Joint:
-    if isinstance(joint, ClearanceRevolute):  # which carries nothing out of the plane
-        return Revolute(joint.a, joint.b, name=joint.name, self_aligning=True)
-    return dataclasses.replace(joint, friction=None)
+    return joint.ideal() if joint.soft else dataclasses.replace(joint, friction=None)

@@ -58,7 +58,8 @@ def hertz_stiffness(
 
     journal radius R_J and radial clearance c [m], material of the journal and of the bearing
     (default: the same); result in N/m^1.5. An infinite clearance makes the bore a plane.
-    The **minus** sign belongs to the internal (conformal) contact; the sphere formula behind it has no bearing length and is soft for tight clearances.
+    The **minus** sign belongs to the internal (conformal) contact; the sphere formula behind it has no bearing length
+    and is soft for tight clearances.
     Source: Lankarani and Nikravesh, J. Mech. Design 112 (1990) 369; Flores et al. (2004 to 2009).
     Raises ValueError unless radius and clearance are positive.
     """
