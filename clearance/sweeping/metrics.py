@@ -262,22 +262,28 @@ def _slide(record: Record, window: Window, joint: dict, contacts: dict) -> Found
         number = (contacts["begun"] & (corners == corner)).sum() / count
         text = f"contacts begun {when} of corner {corner} of joint {name}"
         yield f"joint_{name}_corner_{corner}_impacts_{rate}", number, "1" if rate == "per_turn" else "1/s", text
-    spent = _modes(contacts["time"], contacts["time"] + contacts["duration"], corners, window)
+    edges, modes = modes_of(record, name, window.begin, window.end)
+    spent = np.bincount(modes, np.diff(edges), len(MODES)) / (window.end - window.begin)
     for mode, share in zip(MODES, spent, strict=True):
         yield f"joint_{name}_mode_{mode.replace(' ', '_')}", share, "1", f"share of the time of joint {name}: {mode}"
     yield from _jam(record, window, joint)
 
 
-def _modes(begin: np.ndarray, end: np.ndarray, corners: np.ndarray, window: Window) -> np.ndarray:
-    """Share of the window in each mode, from the contacts of all corners."""
-    times = np.unique(np.clip(np.concatenate([[window.begin, window.end], begin, end]), window.begin, window.end))
-    middle, count, walls = 0.5 * (times[1:] + times[:-1]), 0, {}
+def modes_of(record: Record, joint: str, begin: float, end: float) -> tuple[np.ndarray, np.ndarray]:
+    """Pieces between two times [s] in which a block touches with the same corners, from its contacts.
+
+    Their edges (pieces + 1,) [s] and modes (pieces,), places in MODES.
+    """
+    spots, start = record.events["joint"], record.events["time"]
+    over = start + record.events["duration"]
+    edges = np.unique(np.clip(np.concatenate([[begin, end], start, over]), begin, end))
+    middle, count, walls = 0.5 * (edges[1:] + edges[:-1]), np.zeros(len(edges) - 1, int), {}
     for corner, _, side in CORNERS:
-        mine = corners == corner
-        touching = np.searchsorted(np.sort(begin[mine]), middle) - np.searchsorted(np.sort(end[mine]), middle)
+        mine = spots == f"{joint}/{corner}"
+        starts, ends = np.sort(start[mine]), np.sort(over[mine])
+        touching = np.searchsorted(starts, middle) - np.searchsorted(ends, middle)
         count, walls[side] = count + touching, walls.get(side, 0) + touching
-    mode = count + ((walls[-1.0] > 0) & (walls[1.0] > 0))
-    return np.bincount(mode, np.diff(times), len(MODES)) / (window.end - window.begin)
+    return edges, count + ((walls[-1.0] > 0) & (walls[1.0] > 0))
 
 
 def _jam(record: Record, window: Window, joint: dict) -> Found:
