@@ -420,18 +420,23 @@ class JointFactory:
         """A slide; see ClearancePrismatic for its numbers and its start. Raises ValueError for a model without one."""
         if name not in self.chosen:
             return Prismatic(a, b, axis=axis, angle=angle, name=name)
-        if self.model != "dry":
-            raise ValueError(f"joint {name}: a slide with clearance is dry; model {self.model} is for hinges")
         clearance = self.hinge["clearance"] if clearance is None else checks.positive("clearance", clearance)
         pair = Pair(corner_radius, math.inf, width, self.material, reach=clearance)
         try:
-            laws_of_corner = _solids("dry", pair, **self.solids)
+            slots = _solids("dry" if self.model == "lubricated" else self.model, pair, **self.solids)
         except ValueError as error:
             raise ValueError(f"joint {name}: {error}") from None
         return ClearancePrismatic(
             a, b, axis=axis, angle=angle, name=name, clearance=clearance, overlap=overlap, height=height, width=width,
-            corner_radius=corner_radius, material=self.material, **laws_of_corner, **start,
+            corner_radius=corner_radius, material=self.material, **slots, **self._film(), **start,
         )  # fmt: skip
+
+    def _film(self) -> dict:
+        """Films of a slide: full ones of wide pads; edges touch where the model has no transition either."""
+        if self.model == "dry":
+            return {}
+        wet = {n: self.hinge[n] for n in ("lubricant", "roughness") if n in self.hinge}
+        return wet | {"film": laws.full_pad(), "transition": self.hinge.get("transition", laws.superposed())}
 
 
 #: what became of a parameter of `joint_factory` that is auto, from a joint; None where the joint has it not

@@ -164,7 +164,9 @@ def hole_warning(
     There is no warning of a hole that carries `wanted`, of one that the run did not come down to, and
     before a run of one with a rim that carries `wanted` at rest.
     """
-    if joint.transition is None or joint.roughness is None or joint.film.law.family is memory_film:
+    if joint.film_joint is None or joint.transition is None or joint.roughness is None:
+        return None
+    if joint.film.law.family is memory_film:
         return None
     approach = sinking_speed(joint, 2.0 * frequency, wanted)
     hole = hole_check(joint, 2.0 * frequency, approach)

@@ -457,12 +457,12 @@ class Run:
         rhs(0.0, rest, mechanism.par, work, before)
         for joint, at in films.items():
             for k in (p + at, p + at + 1):
-                moved = rest.copy()
+                moved, share = rest.copy(), mechanism.scale[k] / mechanism.scale[p + at]  # tilts have other units
                 moved[k] = self.scale[k]
                 rhs(0.0, moved, mechanism.par, work, after)
                 damping = abs(after[k] - before[k]) / self.scale[k]
-                if damping * self.scale[k] > pull:
-                    self.scale[k] = pull / damping
+                if damping * self.scale[k] > pull * share:
+                    self.scale[k] = pull * share / damping
             row = self.contacts[[e for e, _ in mechanism.spots].index(joint)]
             row[state.RATE_X], row[state.RATE_Y] = self.scale[p + at], self.scale[p + at + 1]
 
@@ -743,7 +743,7 @@ class Run:
         for joint in joints if self.place[self.state.STARTED] else ():
             group = f"joints/{joint.name}"
             gap = self._extreme(f"{group}/gap_min")
-            if joint.film is not None:
+            if joint.film is not None and joint.film_joint is not None:
                 found += writer.regime(joint, self._extreme(f"{group}/film_pressure_max"), gap).warnings(joint)
             source = self.mechanism.sources.get(joint)
             if isinstance(source, Answerer):

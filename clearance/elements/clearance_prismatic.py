@@ -4,14 +4,35 @@ import math
 from collections import namedtuple
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 from clearance import checks
 from clearance.body import Point
-from clearance.elements.element import CONTACT, UNIT, Row, Spot, State, law, number
+from clearance.elements.element import (
+    BLENDED,
+    CONTACT,
+    NEVER,
+    UNIT,
+    ZERO,
+    Row,
+    Spot,
+    State,
+    law,
+    number,
+)
 from clearance.elements.joint import FREE, Joint, Known
 from clearance.elements.prismatic import Prismatic, axis_numbers, unit_axis
-from clearance.laws.law import BoundLaw, bristle, contact, friction
-from clearance.materials import Material, steel
+from clearance.laws.law import (
+    BoundLaw,
+    FilmJoint,
+    PadFace,
+    bristle,
+    contact,
+    friction,
+    pad,
+    transition,
+)
+from clearance.materials import Lubricant, Material, steel
 
 #: name, signs along and across the guide of each corner
 CORNERS = (("1", -1.0, -1.0), ("2", 1.0, -1.0), ("3", -1.0, 1.0), ("4", 1.0, 1.0))
@@ -43,7 +64,10 @@ class ClearancePrismatic(Joint):
     clearance c, on either side; overlap 2a; height 2b; width of the faces [m], for laws per width.
     corner_radius: of rounded corners [m], makes the stiffness of laws that leave it to the joint: Hertz's of a sphere
     on a plane, K = 4 E* sqrt(r) / 3.
-    contact, friction: bound laws, of each corner. material, layer: for moduli that laws leave to the joint.
+    contact, friction: bound laws, of each corner. film: a pad law of both faces, gaps c -+ e -+ x tan psi; it needs the
+    width, a lubricant, and a transition, which says at each edge what film and contact make of its gap. Of the film's
+    share there is the mean of both edges. roughness: for transitions. material, layer: for moduli that laws leave to
+    the joint.
     offset [m], offset_rate [m/s], tilt [rad], tilt_rate [rad/s]: start values.
     Source: Flores, Ambrosio, Claro and Lankarani, Kinematics and Dynamics of Multibody Systems with Imperfect Joints
     (2008), chapter 3; Flores, Leine and Glocker, Multibody Syst. Dyn. 23 (2010) 165.
@@ -57,10 +81,14 @@ class ClearancePrismatic(Joint):
     clearance: float = number("clearance on either side [m]", checks.positive, None, required=True)
     overlap: float = number("length of the block in the guide [m]", checks.positive, None, required=True)
     height: float = number("height of the block [m]", checks.positive, None, required=True)
-    width: float | None = number("width of the faces [m]", checks.positive, None, parameter=False)
+    width: float | None = number("width of the faces [m]", checks.positive, None, beside="film")
     corner_radius: float | None = number("radius of the corners [m]", checks.positive, None, parameter=False)
     contact: BoundLaw | None = law("contact of a corner and its wall", contact)
     friction: BoundLaw | None = law("friction at a corner", friction, bristle)
+    film: BoundLaw | None = law("film between a face and its wall", pad)
+    transition: BoundLaw | None = law("how film and contact share an edge", transition)
+    lubricant: Lubricant | None = None
+    roughness: float | None = number("composite rms roughness [m]", checks.positive, None, parameter=False)
     material: Material = steel
     layer: float | None = number("thickness of the elastic layer [m]", checks.positive, None, parameter=False)
     offset: float = number("offset of the block at the start [m]", checks.finite, 0.0, parameter=False)
@@ -78,18 +106,34 @@ class ClearancePrismatic(Joint):
         if self.contact is None:
             raise ValueError(f"{label}: a slide with clearance needs a contact law")
         try:
-            self._set("contact", self.contact.of(self.surfaces))
+            self._set("contact", self.contact.of(self.seen_by("contact")))
         except ValueError as error:
             raise ValueError(f"{label}: contact {self.contact.law.name}: {error}") from None
         if not isinstance(self.material, Material):
             raise TypeError(f"{label}: material must be a Material, got {self.material!r}")
         if self.clearance >= 0.5 * self.overlap:
             raise ValueError(f"{label}: clearance {self.clearance!r} m must be less than half the overlap")
+        self._check_film(label)
         self._check_laws()
 
-    @property
-    def surfaces(self) -> Surfaces:
-        """What contact laws read of a corner and its wall."""
+    def _check_film(self, label: str) -> None:
+        """Raise ValueError where the film lacks something, or a transition the film."""
+        if self.film is None:
+            if self.transition is not None:
+                raise ValueError(f"{label}: transition {self.transition.law.name} needs a film")
+            return
+        if not isinstance(self.lubricant, Lubricant):
+            raise ValueError(f"{label}: film needs lubricant=Lubricant(viscosity), got {self.lubricant!r}")
+        if self.width is None:
+            raise ValueError(f"{label}: film needs the width of the faces [m]")
+        if self.transition is None:
+            reason = "no film carries an edge that touches"
+            raise ValueError(f"{label}: film needs a transition, such as superposed(): {reason}")
+
+    def seen_by(self, slot: str):
+        """A corner and its wall, for contact laws."""
+        if slot != "contact":
+            return self
         return Surfaces(self.corner_radius, math.inf, self.width, self.material, self.layer)
 
     @property
@@ -104,13 +148,22 @@ class ClearancePrismatic(Joint):
             raise ValueError(f"{self.label()}: the block turns in its guide without touching it across")
         return 2.0 * math.atan2(a - math.sqrt(square), 2.0 * b + c)
 
-    #: every corner's contact begins with a first touch
-    impacts = True
-    film = transition = roughness = None
+    @property
+    def impacts(self) -> bool:
+        """True where a corner's contact begins with a first touch."""
+        return self.transition is None or self.transition.law.first_touch
+
+    @property
+    def viscosity(self) -> float | None:
+        """Dynamic viscosity of the oil [Pa s]."""
+        return None if self.lubricant is None else self.lubricant.viscosity
 
     def numbers(self) -> Iterator[Row]:
         yield from axis_numbers(self)
         yield from super().numbers()
+        if self.film is not None:
+            yield f"{self.key}/viscosity", self.viscosity, NEVER
+            yield f"{self.key}/roughness", self.roughness or 0.0, ZERO
 
     # --- for diagnosis
     @property
@@ -138,11 +191,15 @@ class ClearancePrismatic(Joint):
         return states
 
     def spots(self) -> list[Spot]:
-        return [Spot(CONTACT, self.clearance, 0.0, name) for name, _, _ in CORNERS]
+        kind = CONTACT if self.impacts else BLENDED
+        return [Spot(kind, self.clearance, 0.0, name) for name, _, _ in CORNERS]
 
     def act(self, m, w) -> None:
-        """Contact and friction of all corners."""
+        """Films of both faces, contact and friction of all corners."""
         block = Block(self, m, w)
+        if self.film is not None:
+            block.film("bottom", -1.0)
+            block.film("top", 1.0)
         for i, corner in enumerate(CORNERS):
             block.touch(i, *corner)
         block.hand_over()
@@ -170,21 +227,63 @@ class Block:
         x, y = sx * self.half[0], sy * self.half[1]
         return self.cosine * x - self.sine * y, self.sine * x + self.cosine * y
 
+    @property
+    def facts(self) -> FilmJoint:
+        """Numbers that transitions read; a block has no radius."""
+        number = partial(self.m.number, self.joint)
+        return FilmJoint(0.0, number("clearance"), number("width"), number("viscosity"), number("roughness"))
+
+    def film(self, name: str, sy: float) -> None:
+        """Load, moment and drag of the film between a face and its wall.
+
+        Its gap is that which the transition makes of the gaps of both edges.
+        """
+        m, w, joint = self.m, self.w, self.joint
+        half, slope = self.half[0], self.sine / self.cosine
+        turning = self.tilt.d / (self.cosine * self.cosine)
+        gaps, rates, shares = [], [], []
+        for sx in (-1.0, 1.0):
+            gap = m.number(joint, "clearance") - sy * (self.offset.v + sx * half * slope)
+            share, held, give, *_ = m.law(joint, "transition", [gap], self.facts)
+            gaps.append(held)
+            rates.append(give * (-sy * (self.offset.d + sx * half * turning)))
+            shares.append(share)
+        mean, lean = (0.5 * (v[0] + v[1]) for v in (gaps, rates))
+        steep, tilting = (0.5 * (v[1] - v[0]) / half for v in (gaps, rates))
+        face = PadFace(half, m.number(joint, "width"), m.number(joint, "viscosity"))
+        lever = sy * self.half[1]
+        speed = self.speed - lever * self.tilt.d
+        load, moment, drag = m.law(joint, "film", [mean, steep, lean, tilting, speed], face)
+        share = 0.5 * (shares[0] + shares[1])
+        load, moment, drag = share * load, share * moment, share * drag
+        self.along, self.across = self.along - drag, self.across - sy * load
+        moment = moment / (self.cosine * self.cosine)  # its work is done on the slope's rate
+        self.moment = self.moment + lever * drag - sy * moment
+        self.lost = self.lost + drag * speed + sy * (load * self.offset.d + moment * self.tilt.d)
+        w.show(joint, f"film_{name}", "N", f"load of the film at the {name}, away from the wall", load)
+        w.show(joint, f"film_drag_{name}", "N", f"drag of the film at the {name}, against the sliding", drag)
+
     def touch(self, i: int, name: str, sx: float, sy: float) -> None:
         """Contact and friction of one corner.
 
         In free flight (a negative impact speed) the law feels no penetration, see ClearanceRevolute.
+        Where a transition lets contact set in gradually there is no flight.
         """
         m, w, joint, trace = self.m, self.w, self.joint, self.m.trace
         x, y = self.corner(sx, sy)
         depth = sy * (self.offset.v + y) - self.wall
         rate = sy * (self.offset.d + self.tilt.d * x)
         sliding = self.speed - self.tilt.d * y
-        speed = m.impact_speed(joint, i)
+        speed, felt, share = m.impact_speed(joint, i), depth, 1.0
+        if joint.transition is not None:
+            _, _, _, share, felt, *_ = m.law(joint, "transition", [-depth], self.facts)
         touching = speed + 0.5
-        felt = trace.select(touching, depth, trace.select(depth, 0.0, depth))
-        state = [felt, rate, trace.select(touching, speed, 0.0)]
-        (normal,) = m.law(joint, "contact", state)
+        if joint.impacts:
+            felt = trace.select(touching, felt, trace.select(felt, 0.0, felt))
+            speed = trace.select(touching, speed, 0.0)
+        (normal,) = m.law(joint, "contact", [felt, rate, speed])
+        normal = share * normal
+        touching = touching if joint.impacts else normal
         rub = self._friction(name, sliding, normal)
         self._add(x, y, rub, -sy * normal)
         self.lost = self.lost + normal * rate - rub * sliding

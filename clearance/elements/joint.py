@@ -83,9 +83,11 @@ class Joint(Element):
         """True where the free coordinate that a drive or friction acts on is a displacement."""
         return self.along is FREE
 
-    @property
-    def surfaces(self):
-        """What laws read of it: something with radius, clearance, length, material and layer."""
+    #: numbers that film laws of hinges read of it
+    film_joint = None
+
+    def seen_by(self, slot: str):
+        """What the law in a field reads of it: radius, clearance, length, material, layer of the surfaces."""
         return self
 
     @property
@@ -103,8 +105,9 @@ class Joint(Element):
 
     def doubts(self) -> list[str]:
         """Warnings of its laws about their use in it."""
-        laws = [v for v in (getattr(self, f.name) for f in fields(self)) if isinstance(v, BoundLaw)]
-        texts = [(law.law.name, law.law.doubt(self.surfaces, law.parameters)) for law in laws if law.law.doubt]
+        slots = [(f.name, getattr(self, f.name)) for f in fields(self)]
+        laws = [(n, v) for n, v in slots if isinstance(v, BoundLaw) and v.law.doubt]
+        texts = [(v.law.name, v.law.doubt(self.seen_by(n), v.parameters)) for n, v in laws]
         return [f"{self.label()}: {t if t.startswith(n) else f'{n}: {t}'}" for n, t in texts if t]
 
     def _check_laws(self) -> None:
@@ -112,5 +115,5 @@ class Joint(Element):
         for one in fields(self):
             value = getattr(self, one.name)
             demand = value.law.demand if isinstance(value, BoundLaw) else None
-            if demand and (missing := demand(self.surfaces, value.parameters)):
+            if demand and (missing := demand(self.seen_by(one.name), value.parameters)):
                 raise ValueError(f"{self.label()}: {one.name} {value.law.name} {missing}")

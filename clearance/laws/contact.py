@@ -183,7 +183,8 @@ def hertz(penetration, penetration_rate, impact_speed, stiffness, exponent=1.5):
 @hertz.doubts
 def _point_contact(joint, parameters):
     """A sphere's formula in a conformal joint of some length."""
-    if joint.length is not None and joint.clearance < 0.1 * joint.radius:
+    conformal = joint.radius is not None and joint.clearance < 0.1 * joint.radius
+    if joint.length is not None and conformal:
         return (
             "a point contact's law without dissipation; for a conformal joint with a length, liu or winkler are meant"
         )
