@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from clearance import checks, films, laws
-from clearance.elements import ClearanceRevolute, Revolute
+from clearance.elements import ClearancePrismatic, ClearanceRevolute, Prismatic, Revolute
 from clearance.elements.joint import Joint
 from clearance.materials import Lubricant, Material, steel
 
@@ -22,13 +22,17 @@ IMPACT_MASS = 0.1  # of a body that IMPACT's damping gives back about the restit
 
 @dataclass(frozen=True)
 class Pair:
-    """A journal in a bearing of one material, which contact laws are made from; lengths in m."""
+    """A journal in a bearing of one material, which contact laws are made from; lengths in m.
+
+    reach: way through the clearance; by default the clearance itself, which is infinite for a corner on a wall.
+    """
 
     radius: float
     clearance: float
     length: float
     material: Material
     layer: float | None = None
+    reach: float | None = None
 
     @property
     def stiffness(self) -> float:
@@ -38,7 +42,7 @@ class Pair:
 
 def _kelvin_voigt(pair: Pair, e: float):
     """The chord of Hertz's law at a hundredth of the clearance; no damping belongs to a restitution without a mass."""
-    return laws.kelvin_voigt(stiffness=pair.stiffness * (0.01 * pair.clearance) ** 0.5, damping=0.0)
+    return laws.kelvin_voigt(stiffness=pair.stiffness * (0.01 * (pair.reach or pair.clearance)) ** 0.5, damping=0.0)
 
 
 def _impact(pair: Pair, e: float):
@@ -281,8 +285,6 @@ def _solids(
     model: str, pair: Pair, contact: str, restitution: float, friction: str, coefficient: float
 ) -> dict:
     """Contact and friction of a dry or mixed joint."""
-    if pair.radius <= pair.clearance:
-        raise ValueError(f"radius {pair.radius!r} m must be larger than clearance {pair.clearance!r} m")
     name, changes = spelled("contact", contact, CONTACTS, (AUTO,))
     if name == AUTO:
         name = "lankarani_nikravesh" if model == "dry" else "winkler"
@@ -343,8 +345,10 @@ def joint_factory(
     memberships: str = COSINE,
     asperity: str = AUTO,
     material: Material = steel,
-) -> Callable[..., Joint]:
-    """`factory(name, a, b)`: a clearance joint for the chosen names, an ideal hinge for all others.
+) -> "JointFactory":
+    """`factory(name, a, b)`: a hinge with clearance for the chosen names, an ideal one for all others.
+
+    `factory.slide(name, a, b, overlap=..., height=..., ...)` does the same for slides, see JointFactory.
 
     Contact, friction, transition and asperity are names, with parameters where wanted: see `spelled`.
 
@@ -368,6 +372,8 @@ def joint_factory(
     try:
         pair = Pair(radius, clearance, length, material)
         if model in ("dry", "mixed"):
+            if radius <= clearance:
+                raise ValueError(f"radius {radius!r} m must be larger than clearance {clearance!r} m")
             slots |= _solids(model, pair, contact, restitution, friction, friction_coefficient)
         if model in ("lubricated", "mixed"):
             slots["film"] = _film(film, ambient, flow_factors, mesh)
@@ -379,17 +385,58 @@ def joint_factory(
     except ValueError as error:
         raise ValueError(f"joint {', '.join(chosen)}: {error}") from None
 
-    def factory(name: str, a, b) -> Joint:
-        if name not in chosen:
-            return Revolute(a, b, name=name)
-        return ClearanceRevolute(a, b, name=name, **slots)
+    solids = {"contact": contact, "restitution": restitution, "friction": friction, "coefficient": friction_coefficient}
+    return JointFactory(model, frozenset(chosen), slots, solids, material)
 
-    return factory
+
+@dataclass(frozen=True)
+class JointFactory:
+    """Joints of a case: with clearance for the chosen names, ideal for all others.
+
+    hinge: what a hinge with clearance has; solids: contact and friction of slides, as `_solids` takes them.
+    """
+
+    model: str
+    chosen: frozenset[str]
+    hinge: dict
+    solids: dict
+    material: Material
+
+    def __call__(self, name: str, a, b) -> Joint:
+        """A hinge."""
+        if name not in self.chosen:
+            return Revolute(a, b, name=name)
+        return ClearanceRevolute(a, b, name=name, **self.hinge)
+
+    def slide(
+        self, name: str, a, b, *, overlap: float, height: float, clearance: float | None = None,
+        corner_radius: float = 1e-3, width: float | None = None, axis=(1.0, 0.0), angle: float = 0.0, **start,
+    ) -> Joint:  # fmt: skip
+        """A slide; see ClearancePrismatic for its numbers and its start. Raises ValueError for a model without one."""
+        if name not in self.chosen:
+            return Prismatic(a, b, axis=axis, angle=angle, name=name)
+        clearance = self.hinge["clearance"] if clearance is None else checks.positive("clearance", clearance)
+        pair = Pair(corner_radius, math.inf, width, self.material, reach=clearance)
+        try:
+            slots = _solids("dry" if self.model == "lubricated" else self.model, pair, **self.solids)
+        except ValueError as error:
+            raise ValueError(f"joint {name}: {error}") from None
+        return ClearancePrismatic(
+            a, b, axis=axis, angle=angle, name=name, clearance=clearance, overlap=overlap, height=height, width=width,
+            corner_radius=corner_radius, material=self.material, **slots, **self._film(), **start,
+        )  # fmt: skip
+
+    def _film(self) -> dict:
+        """Films of a slide: full ones of wide pads; edges touch where the model has no transition either."""
+        if self.model == "dry":
+            return {}
+        wet = {n: self.hinge[n] for n in ("lubricant", "roughness") if n in self.hinge}
+        return wet | {"film": laws.full_pad(), "transition": self.hinge.get("transition", laws.superposed())}
 
 
 #: what became of a parameter of `joint_factory` that is auto, from a joint; None where the joint has it not
-RESOLVED: dict[str, Callable[[ClearanceRevolute], object]] = {
-    "viscosity": lambda joint: joint.viscosity,
+RESOLVED: dict[str, Callable[[Joint], object]] = {
+    "viscosity": lambda joint: getattr(joint, "viscosity", None),
     "contact": lambda joint: joint.contact and joint.contact.law.name,
     "thresholds": lambda joint: _thresholds(joint.transition),
     "asperity": lambda joint: joint.transition and _name(joint.asperity),
@@ -410,7 +457,7 @@ def _thresholds(law: laws.BoundLaw | None) -> str | None:
 
 def resolved(values: Mapping[str, object], joints: Collection[Joint]) -> dict[str, object]:
     """Values of a case's parameters that are auto, in its first clearance joint, by name."""
-    first = next((j for j in joints if isinstance(j, ClearanceRevolute)), None)
+    first = next((j for j in joints if j.soft), None)
     names = [n for n in RESOLVED if isinstance(values.get(n), str) and values[n] == AUTO]
     found = {n: RESOLVED[n](first) for n in names} if first is not None else {}
     return {n: v for n, v in found.items() if v is not None}

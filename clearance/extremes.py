@@ -11,6 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
+#: types of joints along which a body slides
+SLIDES = ("Prismatic", "ClearancePrismatic")
 STRETCHES = 100  # of a run that have extremes of their own, at most
 ROUNDING = 1e-9  # share of a stretch that rounding may move its ends by
 LOW, HIGH = ("min",), ("max",)
@@ -80,7 +82,7 @@ def guides(scene: dict) -> dict[str, tuple[float, float]]:
     """
     directions = {}
     for joint in scene["joints"]:
-        if joint["type"] != "Prismatic":
+        if joint["type"] not in SLIDES:
             continue
         a, b = joint["a"]["body"], joint["b"]["body"]
         x, y = joint["axis"]

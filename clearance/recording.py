@@ -79,6 +79,12 @@ def chosen(channels: Sequence, patterns: Sequence[str] | None) -> list[int]:
     return sorted(found)
 
 
+def spots(channels: Sequence) -> list[str]:
+    """Labels of places that touch, as tables of impacts have them: a joint, or its spot as in guide/1."""
+    touching = (re.fullmatch(r"joints/(.+)/contact_force(?:_(.+))?", c.path) for c in channels)
+    return ["/".join(filter(None, match.groups())) for match in touching if match]
+
+
 STEP_LOG = "solver/step"
 
 
@@ -367,8 +373,7 @@ class FileSink:
             group = column.parent
             if "time" not in group:
                 group["time"] = scale  # the same dataset under a second name: each group opens with its times
-        joints = [c.path.split("/")[1] for c in self.channels if c.path.startswith("joints/")]
-        texts = {"joint": joints, "kind": CONTACT_KINDS}
+        texts = {"joint": spots(self.channels), "kind": CONTACT_KINDS}
         self.tables = {}
         for group, columns in (("events", EVENT_COLUMNS), ("solver", SOLVER_COLUMNS)):
             made = {n: self._dataset(f"{group}/{n}", units, what) for n, (units, what) in columns.items()}

@@ -5,13 +5,14 @@ from functools import lru_cache
 
 from clearance import checks
 from clearance.elements import ClearanceRevolute
+from clearance.elements.joint import Joint
 from clearance.laws.contact import layer_of, oedometric_modulus
 from clearance.laws.law import memory_film
 
 FULL_FILM = 3.0  # film thickness ratio above which surfaces count as separated
 PIEZOVISCOUS = 0.5  # alpha p above which the viscosity no longer counts as constant
 FLATTENING = 0.2  # flattening over film thickness above which the surfaces no longer count as rigid
-DEEPEST = 0.05  # penetration over journal radius up to which solids count as linearly elastic
+DEEPEST = 0.05  # penetration over journal radius (half height of a block) up to which solids count as linearly elastic
 LOSS = 0.02  # share of the load that a hole check lets go unnoticed
 SCANNED = 400  # steps of a hole check
 SECANTS = 5  # steps towards the speed of a load, in which films are nearly linear
@@ -163,7 +164,9 @@ def hole_warning(
     There is no warning of a hole that carries `wanted`, of one that the run did not come down to, and
     before a run of one with a rim that carries `wanted` at rest.
     """
-    if joint.transition is None or joint.roughness is None or joint.film.law.family is memory_film:
+    if joint.film_joint is None or joint.transition is None or joint.roughness is None:
+        return None
+    if joint.film.law.family is memory_film:
         return None
     approach = sinking_speed(joint, 2.0 * frequency, wanted)
     hole = hole_check(joint, 2.0 * frequency, approach)
@@ -179,17 +182,18 @@ def hole_warning(
     )
 
 
-def depth_warning(joint: ClearanceRevolute, depth: float) -> str | None:
+def depth_warning(joint: Joint, depth: float) -> str | None:
     """A penetration [m] that no elastic solid bears: a contact too soft for its load, or too heavy a load.
 
     Every contact law is linear elasticity of small strains; half a journal radius of solid, the layer that gives way
     unless a joint says otherwise, is strained by 2 DEEPEST there.
     """
-    share = depth / joint.radius
+    size, name = joint.solid
+    share = depth / size
     if joint.contact is None or share <= DEEPEST:
         return None
     return (
-        f"{joint.label()}: penetrations reach {depth:.2g} m, {share:.2g} of the journal radius; contact laws are "
+        f"{joint.label()}: penetrations reach {depth:.2g} m, {share:.2g} of the {name}; contact laws are "
         f"linear elasticity, meant up to {DEEPEST:g} of it: the contact is too soft for its load"
     )
 

@@ -24,7 +24,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from clearance.extremes import ROUNDING, Extreme, Extremes, better
+from clearance.extremes import ROUNDING, SLIDES, Extreme, Extremes, better
 from clearance.locks import Lock
 from clearance.reading import FACT_UNITS, Damaged, Entries, Reader, open_checked
 from clearance.version import VERSION
@@ -544,7 +544,7 @@ def _extremes_of_format_1(reader: Reader) -> Extremes:
 
 def _turns(target: str | dict) -> bool:
     """True where a drive turns its target, the name of a body or a joint, rather than pushing a slide."""
-    return isinstance(target, str) or target["type"] != "Prismatic"
+    return isinstance(target, str) or target["type"] not in SLIDES
 
 
 def open_result(path: str | Path) -> Result:

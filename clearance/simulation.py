@@ -528,12 +528,12 @@ class Run:
         rhs(0.0, rest, mechanism.par, work, before)
         for joint, at in films.items():
             for k in (p + at, p + at + 1):
-                moved = rest.copy()
+                moved, share = rest.copy(), mechanism.scale[k] / mechanism.scale[p + at]  # tilts have other units
                 moved[k] = self.scale[k]
                 rhs(0.0, moved, mechanism.par, work, after)
                 damping = abs(after[k] - before[k]) / self.scale[k]
-                if damping * self.scale[k] > pull:
-                    self.scale[k] = pull / damping
+                if damping * self.scale[k] > pull * share:
+                    self.scale[k] = pull * share / damping
             row = self.contacts[[e for e, _ in mechanism.spots].index(joint)]
             row[state.RATE_X], row[state.RATE_Y] = self.scale[p + at], self.scale[p + at + 1]
 
@@ -727,11 +727,7 @@ class Run:
             if isinstance(source, Answerer) and source.failure is not None:
                 return f"at t = {self.clock[self.state.TIME]:.9g} s: {joint.label()}: its film: {source.failure}"
         joints, moving = self.mechanism.scene.clearance_joints, self.mechanism.eccentric
-        count = len(self.mechanism.plan.free)
-        states = [
-            f"{j.name}: eccentricity ratio {math.hypot(*self.y[count + 2 * i : count + 2 * i + 2]) / j.clearance:.9f}"
-            for i, j in enumerate(moving)
-        ]
+        states = [f"{j.name}: {j.place_of(self._offsets(j))}" for j in moving]
         states += [
             f"{c.label()} = {v:.6g}"
             for c, v in zip(self.mechanism.plan.free, self.y, strict=False)
@@ -781,10 +777,14 @@ class Run:
         """Joints with clearance in the loop that stands at its dead centre, where the run ended there."""
         return self.at_dead_centre.soft_joints if self.at_dead_centre else ()
 
+    def _offsets(self, joint) -> dict[str, float]:
+        """Coordinates in a joint's clearance, by name."""
+        place = self.mechanism.layout.state
+        return {name: self.y[place[f"{joint.key}/{name}"]] for _, name in joint.soft_coordinates}
+
     def _gap(self, joint) -> float:
         """Film left over the clearance."""
-        at = self.mechanism.places[joint]
-        return 1.0 - math.hypot(*self.y[at : at + 2]) / joint.clearance
+        return 1.0 - math.hypot(*self._offsets(joint).values()) / joint.clearance
 
     def _depths(self) -> dict:
         """Largest penetration [m] of each clearance joint so far; negative: never touched."""
@@ -822,7 +822,7 @@ class Run:
         for joint in joints if self.place[self.state.STARTED] else ():
             group = f"joints/{joint.name}"
             gap = self._extreme(f"{group}/gap_min")
-            if joint.film is not None:
+            if joint.film is not None and joint.film_joint is not None:
                 found += writer.regime(joint, self._extreme(f"{group}/film_pressure_max"), gap).warnings(joint)
             source = self.mechanism.sources.get(joint)
             if isinstance(source, Answerer):

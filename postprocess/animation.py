@@ -6,13 +6,16 @@ import numpy as np
 from clearance.postprocess.channels import drive_angle, name_of, series
 from clearance.postprocess.drawing import EDGE, MM, Drawing, Motion, frame, name_joints, period
 from clearance.postprocess.figures import check_film, save_film, sheet
+from clearance.postprocess.guides import COLOURS as OF_MODES
+from clearance.postprocess.guides import MAGNIFIED, block, modes_at, of_slides
 from clearance.postprocess.labels import headline
 from clearance.postprocess.plots import FLIGHT, STATES, touched
 
+from clearance.elements.clearance_prismatic import CORNERS, MODES
 from clearance.results import Record
 
 #: colours of what a joint is doing; later states count as drier
-COLOURS = STATES | FLIGHT
+COLOURS = STATES | FLIGHT | OF_MODES
 TRAIL = 0.25  # turns of the journal's path that stay in sight
 #: room of a lens: its radius over the breadth of its slot, height over breadth of the slot, smallest and largest
 #: breadth over the mechanism's size
@@ -49,8 +52,9 @@ def animate(
     figure = sheet(8.0, 6.0)
     figure.set_layout_engine("none")
     drawing = Drawing(Motion(record, times), figure.add_subplot())
-    joints = [j for j in record.scene["joints"] if j["type"] == "ClearanceRevolute"]
-    lenses = [Lens(record, joint, times) for joint in joints]
+    joints = [j for j in record.scene["joints"] if j.get("clearance") is not None]
+    slides = of_slides(record)
+    lenses = [(GuideLens if j["name"] in slides else Lens)(record, j, times) for j in joints]
     _arrange(lenses, drawing, magnify)
     strongest = _draw_lenses(lenses, drawing)
     name_joints(drawing, 0, only=[j["name"] for j in joints])
@@ -88,6 +92,7 @@ class Lens:
 
     def __init__(self, record: Record, joint: dict, times: np.ndarray):
         self.joint, self.name, self.clearance = joint, joint["name"], joint["clearance"]
+        self.reach = self.clearance
         step, trail = times[1] - times[0], TRAIL * period(record)
         since = times[0] - max(step, trail)
         self.clock = np.union1d(times, record.time[(record.time > since) & (record.time < times[-1])])
@@ -190,6 +195,64 @@ class Lens:
         drawing.moving.append((force, force.set_text, [f"F = {_newtons(f)}" for f in self.strength]))
 
 
+class GuideLens:
+    """Motion and state of a block in its guide at the frames of an animation, drawn as `guides.block` does.
+
+    reach: half the height of the guide's drawing, magnified as the clearance is [m]; the other names as in Lens.
+    """
+
+    def __init__(self, record: Record, joint: dict, times: np.ndarray):
+        self.joint, self.name, self.clearance = joint, joint["name"], joint["clearance"]
+        self.reach = self.clearance * (1.0 + MAGNIFIED) / MAGNIFIED
+        group, c = f"joints/{self.name}", self.clearance
+        offset, tilt = (np.interp(times, record.time, record.values(f"{group}/{n}")) for n in ("offset", "tilt"))
+        self.corners, self.walls = block(joint, offset / c, 0.5 * tilt * joint["overlap"] / c)
+        self.forces = np.stack([self._largest(record, times, f"{group}/contact_force_{i}") for i, _, _ in CORNERS])
+        self.strength = self.forces.max(axis=0)
+        self.fields, names = None, [*FLIGHT][:1] + list(MODES[1:])
+        most = modes_at(record, self.name, np.concatenate([[2.0 * times[0] - times[1]], times]))[1:]
+        self.colours = [OF_MODES[MODES[m]] for m in most]
+        self.states = [name for i, name in enumerate(names) if (most == i).any()]
+
+    @staticmethod
+    def _largest(record: Record, times: np.ndarray, path: str) -> np.ndarray:
+        """Largest sample since the frame before."""
+        ends = np.searchsorted(record.time, times, side="right")
+        starts = np.concatenate([[max(ends[0] - 1, 0)], ends[:-1]])
+        values = record.values(path)
+        return np.array([values[a : max(b, a + 1)].max() for a, b in zip(starts, ends, strict=True)])
+
+    def draw(self, drawing: Drawing, strongest: float) -> None:
+        """Walls, block, forces on its corners and captions, as artists of the drawing."""
+        scale = self.magnify * self.reach / np.abs(self.walls[..., 1]).max()
+        place = self.centre + scale * self.corners
+        for wall in self.centre + scale * self.walls:
+            drawing.line(wall[None], color=EDGE, lw=1.2, zorder=4)
+        face = drawing.face(place[:, [0, 1, 3, 2]], facecolor="white", edgecolor=EDGE, lw=1.0, zorder=5)
+        for artist in (face, drawing.rings[self.name]):
+            drawing.moving.append((artist, artist.set_edgecolor, self.colours))
+        face.set_linewidth(2.0)
+        for i, (_, _, side) in enumerate(CORNERS):
+            length = np.minimum(self.forces[i], strongest) / strongest * 0.6 * self.magnify * self.reach
+            tip = place[:, i] - side * np.array([0.0, 1.0]) * length[:, None]
+            head = 0.12 * length[:, None] * np.array([1.0, 0.0])
+            back = tip + side * np.array([0.0, 0.2]) * length[:, None]
+            arrow = np.stack([place[:, i], tip, back + head, tip, back - head], axis=1)
+            drawing.line(arrow, color="black", lw=1.6, zorder=7)
+        x, y = MM * self.centre
+        down = MM * self.magnify * self.reach
+        text = f"{self.name}: clearance {MM * self.clearance:.3g} mm shown × {self._zoom(scale):.4g}"
+        drawing.axes.text(x, y + 1.15 * down, self.name, fontsize=11, fontweight="bold", ha="center")
+        drawing.axes.text(x, y - 1.2 * down, text.partition(": ")[2], fontsize=7.5, ha="center", va="top")
+        style = {"textcoords": "offset points", "ha": "center", "va": "top", "fontsize": 8}
+        force = drawing.axes.annotate("", (x, y - 1.2 * down), xytext=(0.0, -12.0), **style)
+        drawing.moving.append((force, force.set_text, [f"F = {_newtons(f)}" for f in self.strength]))
+
+    def _zoom(self, scale: float) -> float:
+        """Drawn clearance over the true one."""
+        return scale * MAGNIFIED * 0.5 * self.joint["height"] / self.clearance
+
+
 def _arrange(lenses: list[Lens], drawing: Drawing, magnify: float | None) -> None:
     """Give every lens its slot (breadth and centre, [m]) and magnification, beside or below all that moves."""
     if magnify is not None and not (lenses and np.isfinite(magnify) and magnify > 0.0):
@@ -202,7 +265,7 @@ def _arrange(lenses: list[Lens], drawing: Drawing, magnify: float | None) -> Non
     below = width > 1.25 * height
     breadth = np.clip(width / len(lenses) if below else height / SLOT / len(lenses), *(size * np.array(ROOM)))
     if magnify is not None:
-        widest = max(lens.clearance for lens in lenses)
+        widest = max(lens.reach for lens in lenses)
         if magnify * widest > size:
             raise ValueError(
                 f"magnify must be at most {_rounded(size / widest):g}, which draws a clearance about as large "
@@ -219,7 +282,7 @@ def _arrange(lenses: list[Lens], drawing: Drawing, magnify: float | None) -> Non
         else:
             offset = (high[0] + (0.6 + rank) * breadth, 0.5 * (low[1] + high[1]) - middle * SLOT * breadth)
         lens.centre = np.array(offset) + (0.0, 0.1 * breadth)
-        lens.magnify = magnify or _rounded(LENS * breadth / lens.clearance)
+        lens.magnify = magnify or _rounded(LENS * breadth / lens.reach)
         corner = 0.5 * breadth * np.array([1.0, SLOT])
         drawing.low = np.minimum(drawing.low, MM * (offset - corner))
         drawing.high = np.maximum(drawing.high, MM * (offset + corner))
@@ -273,7 +336,8 @@ def _page(figure, drawing: Drawing, record: Record, fps: float, strongest: float
         return
     for state in dict.fromkeys(s for lens in lenses for s in lens.states):
         axes.plot([], [], color=COLOURS[state], lw=3.0, label=state)
-    said = f"arrows: force on the journal; as long as the lens's radius for {_newtons(strongest)} and more"
+    on = "journal or block" if any(isinstance(lens, GuideLens) for lens in lenses) else "journal"
+    said = f"arrows: force on the {on}; as long as the lens's radius for {_newtons(strongest)} and more"
     tops = [lens.fields.pressure.max() for lens in lenses if lens.fields is not None]
     if tops:
         high = f", {PRESSURE:g} radii high for {', '.join(f'{t / 1e6:.3g}' for t in tops)} MPa"

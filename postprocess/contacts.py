@@ -13,6 +13,7 @@ from clearance.postprocess import figures
 from clearance.postprocess.channels import kept, name_of
 from clearance.postprocess.labels import headline
 
+from clearance.elements.clearance_prismatic import CORNERS
 from clearance.results import Record
 
 #: most joints on a page
@@ -26,7 +27,8 @@ FAR_APART = 100.0
 class Contacts:
     """The contacts of a joint, arrays (contacts,): start [s], duration [s], impact speed [m/s], peak force [N].
 
-    angle: of the eccentricity at the start [rad], nan where it is not known; `open`: not over at the end of the run;
+    angle: of the eccentricity at the start [rad], nan where it is not known; spot: corner of a block in its guide,
+    empty texts of hinges; `open`: not over at the end of the run;
     sampled: found in the samples, not in the events; start and end: of the time looked at [s]; share of it in contact,
     nan for no time.
     """
@@ -36,6 +38,7 @@ class Contacts:
     impact_speed: np.ndarray
     peak_force: np.ndarray
     angle: np.ndarray
+    spot: np.ndarray
     open: np.ndarray
     sampled: bool
     start: float
@@ -45,7 +48,7 @@ class Contacts:
 
 def contact_joints(record: Record) -> list[str]:
     """Clearance joints whose scene gives them a contact law."""
-    return [j["name"] for j in record.scene["joints"] if j["type"] == "ClearanceRevolute" and j["contact"]]
+    return [j["name"] for j in record.scene["joints"] if j.get("clearance") is not None and j["contact"]]
 
 
 def contacts_of(record: Record, joint: str, *, settle: float = 0.0, frame: str = "bearing") -> Contacts:
@@ -69,16 +72,23 @@ def contacts_of(record: Record, joint: str, *, settle: float = 0.0, frame: str =
         raise ValueError(f"{name_of(record)} has no sample after turn {settle:g}")
     start, end = (float(time[0]), float(time[-1])) if time.size else (0.0, 0.0)
     events = record.events
-    mine = events["joint"] == joint if len(events["time"]) else np.zeros(0, bool)
+    mine = np.array([spot.partition("/")[0] == joint for spot in events["joint"]], bool)
     sampled = not mine.any() and _gradual(record, joint)
     rows = _from_samples(record, joint) if sampled else _from_events(events, mine)
-    over = np.minimum(rows["time"] + rows["duration"], end)
-    touching = np.maximum(over - np.maximum(rows["time"], start), 0.0).sum()
+    touching = _time_in_contact(rows, start, end)
     late = rows["time"] >= start - 1e-12 * end
     rows = {name: values[late] for name, values in rows.items()}
     angle = _angles(record, joint, rows["time"], frame)
     share = float(touching / (end - start)) if end > start else np.nan
     return Contacts(**rows, angle=angle, sampled=sampled, start=start, end=end, share=share)
+
+
+def _time_in_contact(rows: dict[str, np.ndarray], start: float, end: float) -> float:
+    """Time with any contact [s]; those of several corners overlap."""
+    order = np.argsort(rows["time"], kind="stable")
+    begin, over = rows["time"][order], np.minimum(rows["time"] + rows["duration"], end)[order]
+    before = np.maximum.accumulate(np.concatenate([[start], over[:-1]])) if over.size else over
+    return np.maximum(over - np.maximum(begin, before), 0.0).sum()
 
 
 def _gradual(record: Record, joint: str) -> bool:
@@ -89,14 +99,15 @@ def _gradual(record: Record, joint: str) -> bool:
     path = f"joints/{joint}/contact_force"
     if path in record:
         return bool((record.values(path) > 0.0).any())
-    if next(j for j in record.scene["joints"] if j["name"] == joint)["transition"]:
+    if next(j for j in record.scene["joints"] if j["name"] == joint).get("transition"):
         raise ValueError(f"{name_of(record)}: mixed joint {joint} needs the channel {path}, which was not kept")
     return False
 
 
 def _from_events(events: dict[str, np.ndarray], mine: np.ndarray) -> dict[str, np.ndarray]:
     names = ("time", "duration", "impact_speed", "peak_force")
-    return {n: events[n][mine] for n in names} | {"open": events["kind"][mine] == "open_contact"}
+    spots = np.array([spot.partition("/")[2] for spot in events["joint"][mine]], str)
+    return {n: events[n][mine] for n in names} | {"spot": spots, "open": events["kind"][mine] == "open_contact"}
 
 
 def _from_samples(record: Record, joint: str) -> dict[str, np.ndarray]:
@@ -110,6 +121,7 @@ def _from_samples(record: Record, joint: str) -> dict[str, np.ndarray]:
         "duration": middle[last + 1] - middle[first],
         "impact_speed": np.full(len(first), np.nan),
         "peak_force": np.array([force[a : b + 1].max() for a, b in zip(first, last, strict=True)]),
+        "spot": np.full(len(first), ""),
         "open": last == len(time) - 1,
     }
 
@@ -222,7 +234,10 @@ def _page(page, record: Record, joint: str, found: Contacts, frame: str) -> None
     _forces(panels[1], found)
     _histogram(panels[2], 1e3 * found.duration[~found.open], "duration [ms]", "no contact has ended")
     _rate(panels[3], record, found)
-    _rose(page.add_subplot(grid[2, 0], projection="polar"), found, frame)
+    if any(found.spot):
+        _corners(page.add_subplot(grid[2, 0]), found)
+    else:
+        _rose(page.add_subplot(grid[2, 0], projection="polar"), found, frame)
     _list(page.add_subplot(grid[2, 1]), _numbers(record, found))
 
 
@@ -267,6 +282,15 @@ def _rate(axes, record: Record, found: Contacts) -> None:
     axes.locator_params(axis="y", integer=True)
     every = "contacts a turn [-]" if record.turn else f"contacts in {bin_length:.3g} s [-]"
     figures.finish(axes, every, "drive turns [-]" if record.turn else "time [s]")
+
+
+def _corners(axes, found: Contacts) -> None:
+    """Numbers of contacts of each corner of a block."""
+    names = [f"{'top' if y > 0.0 else 'bottom'}\n{'front' if x > 0.0 else 'rear'}" for _, x, y in CORNERS]
+    numbers = [(found.spot == corner).sum() for corner, _, _ in CORNERS]
+    axes.bar(names, numbers, color="0.6", edgecolor="black", lw=0.5)
+    axes.locator_params(axis="y", integer=True)
+    figures.finish(axes, "contacts [-]", "corner")
 
 
 def _rose(axes, found: Contacts, frame: str) -> None:

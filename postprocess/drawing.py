@@ -7,6 +7,7 @@ from clearance.postprocess import channels
 from clearance.postprocess.figures import save, sheet
 from clearance.postprocess.labels import headline, shown_in
 
+from clearance.extremes import SLIDES
 from clearance.results import Record
 
 #: fills of the bodies, one after the other
@@ -133,7 +134,7 @@ class Slide:
     """
 
     def __init__(self, motion: Motion, joint: dict, outlines: dict[str, np.ndarray]):
-        guide, block = joint["a"], joint["b"]
+        guide, block, self.name = joint["a"], joint["b"], joint["name"]
         # a slide whose b is ground is the same slide seen from ground: neither side turns
         axis = motion.turned(guide["body"], joint["axis"])[:, 0]
         if swapped := block["body"] == "ground":
@@ -144,7 +145,10 @@ class Slide:
         own = [] if self.guide == "ground" else [0.0]
         self.reach = (min([places.min(), *own]), max([places.max(), *own]))
         self.origin, self.direction = (guide["x"], guide["y"]), axis[0] if swapped else joint["axis"]
-        self.cylinder = "ground" not in (self.guide, self.block) and self._telescopes(motion, outlines)
+        #: half length and height of the block [m], where the joint says so
+        self.half = (0.5 * joint["overlap"], 0.5 * joint["height"]) if "height" in joint else None
+        moving = self.half is None and "ground" not in (self.guide, self.block)
+        self.cylinder = moving and self._telescopes(motion, outlines)
 
     def _telescopes(self, motion: Motion, outlines: dict[str, np.ndarray]) -> bool:
         """True where both bodies are bars along the axis, one out of the other; the reach is that of the cylinder."""
@@ -212,7 +216,7 @@ class Drawing:
         self.low, self.high = np.full(2, np.inf), np.full(2, -np.inf)
         scene = motion.scene
         self.bodies = {b["name"]: outline(scene, b) for b in scene["bodies"]}
-        slides = (j for j in scene["joints"] if j["type"] == "Prismatic")
+        slides = (j for j in scene["joints"] if j["type"] in SLIDES)
         self.slides = {j["name"]: Slide(motion, j, self.bodies) for j in slides}
         paths = [motion.points(b, p) for b, p in self.bodies.items()]
         paths += [motion.end(e)[:, None] for part in (*scene["joints"], *scene["loads"]) for e in ends(part)]
@@ -278,7 +282,7 @@ class Drawing:
         """Triangle and hatching under each pivot on ground, a wall behind each spring that hangs on it."""
         size, style = PIVOT * self.size, {"color": GROUND, "lw": 1.0, "zorder": 1}
         for joint in self.motion.scene["joints"]:
-            for end in ends(joint) if joint["type"] != "Prismatic" else ():
+            for end in ends(joint) if joint["type"] not in SLIDES else ():
                 if end["body"] == "ground":
                     at = np.array([end["x"], end["y"]])
                     base = at + size * np.array([(0.0, 0.0), (-1.0, -1.6), (1.0, -1.6)])
@@ -299,7 +303,7 @@ class Drawing:
 
     def _guide(self, slide: Slide) -> None:
         """A hatched rail on ground, a rod on a body that moves."""
-        path = slide.line(self.motion, 1.7 * BLOCK[0] * self.size)
+        path = slide.line(self.motion, 1.7 * (slide.half or (BLOCK[0] * self.size,))[0])
         if slide.cylinder:
             return
         if slide.guide != "ground":
@@ -307,8 +311,12 @@ class Drawing:
             self.line(path, color=self.fills[slide.guide], lw=2.5, solid_capstyle="round", zorder=2.1)
             return
         (start, end), below = path[0], slide.below()
-        half, centre = 0.5 * np.hypot(*(end - start)), 0.5 * (start + end) + BLOCK[1] * self.size * below
-        self.line(wall(centre, -below, half, 0.64 * PIVOT * self.size)[None], color=GROUND, lw=1.0, zorder=1)
+        half, middle = 0.5 * np.hypot(*(end - start)), 0.5 * (start + end)
+        style, pitch = {"color": GROUND, "lw": 1.0, "zorder": 1}, 0.64 * PIVOT * self.size
+        height = slide.half[1] if slide.half else BLOCK[1] * self.size
+        self.line(wall(middle + height * below, -below, half, pitch)[None], **style)
+        if slide.half:
+            self.line(wall(middle - height * below, below, half, pitch)[None], **style)
 
     def _body(self, body: str, points: np.ndarray) -> None:
         """A bar through two points, a plate through more; a box where a body has one point and no slide."""
@@ -337,11 +345,14 @@ class Drawing:
             self.face(tube, facecolor=self.fills[slide.guide], edgecolor=EDGE, lw=1.0, zorder=4)
             self.line(slide.piston(breadth), color=EDGE, lw=2.0, solid_capstyle="butt", zorder=4.1)
             return
-        self.face(slide.corners(half), facecolor=self.fills[slide.block], edgecolor=EDGE, lw=1.0, zorder=4)
+        corners = slide.corners(slide.half or half)
+        block = self.face(corners, facecolor=self.fills[slide.block], edgecolor=EDGE, lw=1.0, zorder=4)
+        if slide.half:
+            self.rings[slide.name] = block
 
     def _joint(self, joint: dict) -> None:
         """A small circle; a clearance joint has a ring (its bearing) round a dot (its journal)."""
-        if joint["type"] == "Prismatic":
+        if joint["type"] in SLIDES:
             return
         style = {"marker": "o", "ls": "none", "zorder": 8, "markerfacecolor": "white"}
         bearing, journal = self.motion.end(joint["a"])[:, None], self.motion.end(joint["b"])[:, None]
@@ -355,7 +366,7 @@ class Drawing:
         """A round arrow about each hinge that is driven, a straight one beside each slide."""
         joints = {j["name"]: j for j in self.motion.scene["joints"]}
         found = [self._driven(load, joints) for load in self.motion.scene["loads"] if load["type"] == "Drive"]
-        hinges = [j for j in found if j is not None and j["type"] != "Prismatic"]
+        hinges = [j for j in found if j is not None and j["type"] not in SLIDES]
         places = np.array([self.motion.end(j["b"])[0] for j in hinges]).reshape(-1, 2)
         apart = np.hypot(*np.moveaxis(places[:, None] - places, -1, 0))
         radius = 1.3 * BLOCK[0] * self.size
@@ -363,7 +374,7 @@ class Drawing:
         for joint in hinges:
             self._round_arrow(joint, radius)
         for joint in found:
-            if joint is not None and joint["type"] == "Prismatic":
+            if joint is not None and joint["type"] in SLIDES:
                 self._straight_arrow(self.slides[joint["name"]])
 
     def _driven(self, drive: dict, joints: dict[str, dict]) -> dict | None:
@@ -371,7 +382,7 @@ class Drawing:
         target = drive["target"]
         if isinstance(target, dict):
             return joints[target["name"]]
-        hinges = (j for j in joints.values() if j["type"] != "Prismatic")
+        hinges = (j for j in joints.values() if j["type"] not in SLIDES)
         return next((j for j in hinges if {e["body"] for e in ends(j)} == {target, "ground"}), None)
 
     def _round_arrow(self, joint: dict, radius: float) -> None:

@@ -45,7 +45,7 @@ def about(record: Record) -> list[str]:
     """Drive speed, clearance joints and joint friction, in words."""
     parts = [] if record.turn is None else [f"{60.0 / record.turn:.4g} rpm"]
     for joint in record.scene["joints"]:
-        if joint["type"] == "ClearanceRevolute":
+        if joint.get("clearance") is not None:
             parts.append(f"{joint['name']} {_model(joint)} c = {joint['clearance'] * 1e3:.3g} mm")
     rubbing = rubbing_joints(record.scene)
     for law in dict.fromkeys(_law(j["friction"]) for j in rubbing):
@@ -62,7 +62,7 @@ def _joints(names: list[str]) -> str:
 
 def rubbing_joints(scene: dict) -> list[dict]:
     """Hinges and slides without clearance that have friction."""
-    return [j for j in scene["joints"] if j["type"] != "ClearanceRevolute" and j.get("friction")]
+    return [j for j in scene["joints"] if j.get("clearance") is None and j.get("friction")]
 
 
 def title(record: Record) -> str:
@@ -131,7 +131,7 @@ def _method(record: Record) -> str:
 def _facts(record: Record) -> dict[str, str]:
     """Parameters that users vary in a scene, in print."""
     scene = record.scene
-    joints = [j for j in scene["joints"] if j["type"] == "ClearanceRevolute"]
+    joints = [j for j in scene["joints"] if j.get("clearance") is not None]
     rubbing = rubbing_joints(scene)
     speeds = [d["speed"] for d in scene["loads"] if d.get("speed")]
     return {
@@ -140,20 +140,20 @@ def _facts(record: Record) -> dict[str, str]:
         "joints": " ".join(j["name"] for j in joints),
         "speed": _each((30.0 / math.pi * s for s in speeds), "rpm"),
         "clearance": _each((1e3 * j["clearance"] for j in joints), "mm"),
-        "length": _each((1e3 * j["length"] for j in joints if j["length"]), "mm"),
-        "viscosity": _each((j["lubricant"]["viscosity"] for j in joints if j["lubricant"]), "Pa s"),
-        "roughness": _each((1e6 * j["roughness"] for j in joints if j["roughness"]), "µm"),
+        "length": _each((1e3 * j["length"] for j in joints if j.get("length")), "mm"),
+        "viscosity": _each((j["lubricant"]["viscosity"] for j in joints if j.get("lubricant")), "Pa s"),
+        "roughness": _each((1e6 * j["roughness"] for j in joints if j.get("roughness")), "µm"),
         "restitution": _each(v for v in _law_numbers(joints, "contact", "restitution")),
         "friction coefficient": _each(v for v in _law_numbers(joints, "friction", "coefficient")),
         "joint friction": _each(_law(j["friction"]) for j in rubbing) or "none",
         "coefficient of joint friction": _each(_law_numbers(rubbing, "friction", "coefficient")),
         "pin radius": _each((1e3 * j["pin_radius"] for j in rubbing if j.get("pin_radius")), "mm"),
-        **{slot: _each(_law(j[slot]) for j in joints) for slot in ("contact", "friction", "film", "transition")},
+        **{slot: _each(_law(j.get(slot)) for j in joints) for slot in ("contact", "friction", "film", "transition")},
     }
 
 
 def _model(joint: dict) -> str:
-    return "dry" if not joint["film"] else "mixed" if joint["transition"] else "lubricated"
+    return "dry" if not joint.get("film") else "mixed" if joint.get("transition") else "lubricated"
 
 
 def _law(law: dict | None) -> str:
@@ -161,7 +161,7 @@ def _law(law: dict | None) -> str:
 
 
 def _law_numbers(joints: list[dict], slot: str, name: str) -> list[float]:
-    return [j[slot][name] for j in joints if j[slot] and name in j[slot]]
+    return [j[slot][name] for j in joints if j.get(slot) and name in j[slot]]
 
 
 def _each(values: Iterable, units: str = "") -> str:

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 from clearance.postprocess import efforts
 from clearance.postprocess.figures import FAR_APART, finish, legend_above, line, save, sheet, trajectory
+from clearance.postprocess.guides import of_slides, portrait
 from clearance.postprocess.labels import title
 
-from clearance.extremes import guides
+from clearance.extremes import SLIDES, guides
 from clearance.results import Record, Result
 from clearance.sweeping.metrics import Window
 
@@ -35,7 +36,7 @@ def overview(result: Record, path: str | Path, *, settle: float | None = None) -
     those of the motion after it; peaks that lie far beyond all other samples are marked at the edge. Dots: located
     extremes. Raises ValueError for a settle that is negative or not finite.
     """
-    clearance_joints = [n for n in result.clearances if "eccentricity_x" in result.names(f"joints/{n}")]
+    clearance_joints = _with_paths(result)
     rubbing = efforts.joint_friction(result)
     figure = _friction_page(result) if rubbing and not clearance_joints else _page(result, clearance_joints[:3])
     _settled_axes(figure, Window.of(result, settle))
@@ -133,7 +134,7 @@ def orbits(result: Result, path: str | Path, *, joints: str | Iterable[str] | No
 
     joints: default all whose eccentricity was kept. Raises ValueError for others, and where there is none.
     """
-    known = [j for j in result.clearances if {"eccentricity_x", "eccentricity_y"} <= set(result.names(f"joints/{j}"))]
+    known = _with_paths(result)
     names = known if joints is None else [joints] if isinstance(joints, str) else list(joints)
     if unknown := [j for j in names if j not in known]:
         raise ValueError(
@@ -154,6 +155,13 @@ def orbits(result: Result, path: str | Path, *, joints: str | Iterable[str] | No
         orbit(result, name, figure.add_subplot(grid[len(mixed) + i // columns, i % columns]))
     figure.suptitle(": ".join(filter(None, (result.attributes["case"], title(result)))), fontsize="medium", wrap=True)
     return save(figure, path, dpi=130)
+
+
+def _with_paths(result: Result) -> list[str]:
+    """Joints with clearance whose eccentricity, or offset and tilt, were kept."""
+    slides = of_slides(result)
+    journals = {"eccentricity_x", "eccentricity_y"}
+    return [j for j in result.clearances if j in slides or journals <= set(result.names(f"joints/{j}"))]
 
 
 def motion(result: Result, axes) -> None:
@@ -188,7 +196,7 @@ def _turned(target: str | dict) -> list[str]:
 
 
 def _on_ground(joint: dict) -> bool:
-    return joint["type"] != "Prismatic" and "ground" in (joint["a"]["body"], joint["b"]["body"])
+    return joint["type"] not in SLIDES and "ground" in (joint["a"]["body"], joint["b"]["body"])
 
 
 def _mark(result: Record, axes, paths: dict[str, str]) -> None:
@@ -243,17 +251,19 @@ def energy(result: Result, axes) -> None:
 
 
 def orbit(result: Result, joint: str, axes) -> None:
-    """Path of the journal's centre in the clearance circle, coloured by what the joint is doing.
+    """Path of the journal in the clearance circle, or of a block in its guide, coloured by what the joint does.
 
     Joints with a film that is never shared have their smallest gap marked instead.
     """
+    if joint in of_slides(result):
+        return portrait(result, joint, axes)
     law = next(j for j in result.scene["joints"] if j["name"] == joint)
     e = result.joint(joint).eccentricity / law["clearance"]
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
     axes.plot(np.cos(angle), np.sin(angle), color="black", lw=0.8)
     if set(MEMBERSHIPS) <= set(result.names(f"joints/{joint}")):
         _coloured(axes, *e.T, _states(result, joint), STATES, trajectory)
-    elif law["film"]:
+    elif law.get("film"):
         trajectory(axes, *e.T, color=STATES["full film"])
         far = np.hypot(*e.T)
         gap, name = 1.0 - far.max(), f"joints/{joint}/gap_min"

@@ -16,6 +16,7 @@ from clearance.postprocess.channels import KINDS, WHOLE
 from clearance.postprocess.contacts import SHOWN, contact_joints, contact_table, contacts
 from clearance.postprocess.drawing import sketch
 from clearance.postprocess.efforts import drive_efforts, efforts, friction, joint_friction
+from clearance.postprocess.guides import guides
 from clearance.postprocess.histories import MOST_PANELS, histories
 from clearance.postprocess.pages import (
     Markup,
@@ -104,7 +105,7 @@ def run_page(run: Result, settle: float | None = None) -> Page:
     page.section("Overview", _overview(page, run, settle), apart=True)
     if rubbing := _rubbing(page, run):
         page.section("Efforts and joint friction", *rubbing, apart=True)
-    for joint in (j for j in run.scene["joints"] if j["type"] == "ClearanceRevolute"):
+    for joint in (j for j in run.scene["joints"] if j.get("clearance") is not None):
         page.section(f"Joint {joint['name']}", *_joint(page, run, joint["name"]), apart=True)
     page.section("Motion in phase space", *_phase(page, run))
     page.section("Spectrum", _spectrum(page, run))
@@ -309,7 +310,12 @@ def _joint(page: Page, run: Result, joint: str) -> list[Markup]:
     found, group = run.facts(f"joints/{joint}"), f"joints/{joint}"
     known = [(what, quantity(float(found[name]), units)) for name, what, units in JOINT_FACTS if name in found]
     parts = [element("div", element("p", "Over the whole run:"), facts(known))] if known else []
-    mixed = next(j for j in run.scene["joints"] if j["name"] == joint)["transition"]
+    described = next(j for j in run.scene["joints"] if j["name"] == joint)
+    if described["type"] == "ClearancePrismatic":
+        draw = _needing(run, [f"{group}/{c}" for c in ("offset", "tilt")], partial(guides, run, joints=joint))
+        said = f"The block in guide {joint}, its offset and tilt, and what it touches with"
+        return [*parts, page.picture(draw, said, run.time.size), *_contacts(page, run, joint)]
+    mixed = described["transition"]
     channels = ["eccentricity_x", "eccentricity_y", *(sorted(plots.OF_STATES) if mixed else [])]
     draw = _needing(run, [f"{group}/{c}" for c in channels], partial(plots.orbits, run, joints=joint))
     said = f"Path of the journal's centre in joint {joint}, over the clearance"

@@ -3,7 +3,8 @@
 from clearance.postprocess.labels import rubbing_joints
 from clearance.postprocess.pages import Markup, element, join, number, quantity, scaled, table
 
-KINDS = {"Revolute": "hinge", "Prismatic": "slide", "ClearanceRevolute": "hinge with clearance"}
+KINDS = {"Revolute": "hinge", "Prismatic": "slide", "ClearanceRevolute": "hinge with clearance",
+         "ClearancePrismatic": "slide with clearance"}  # fmt: skip
 LOADS = {
     "Drive": "drive", "SpringDamper": "spring and damper", "TorsionSpring": "torsion spring", "Force": "force",
     "Torque": "torque",
@@ -12,7 +13,9 @@ LOADS = {
 UNITS = {
     "mass": "kg", "inertia": "kg m2", "com": "m", "angle": "rad", "angular_velocity": "rad/s", "velocity": "m/s",
     "radius": "m", "clearance": "m", "length": "m", "roughness": "m", "layer": "m", "eccentricity": "m",
-    "eccentricity_rate": "m/s", "viscosity": "Pa s", "pressure_viscosity": "1/Pa", "young": "Pa", "poisson": "1",
+    "eccentricity_rate": "m/s", "height": "m", "width": "m", "corner_radius": "m", "offset": "m",
+    "offset_rate": "m/s", "tilt": "rad", "tilt_rate": "rad/s", "viscosity": "Pa s", "pressure_viscosity": "1/Pa",
+    "young": "Pa", "poisson": "1",
     "density": "kg/m3", "capacity": "J/K", "conductance": "W/K", "surroundings": "K", "volumetric": "J/(m3 K)",
     "vogel": "K", "vogel_zero": "K", "torque": "N m", "force": "N", "free_length": "m", "free_angle": "rad",
     "x": "N", "y": "N", "z": "N", "pin_radius": "m", "friction_arm": "m", "bending_arm": "m", "overlap": "m",
@@ -30,7 +33,8 @@ UNITS_IN = {
 #: what a joint with clearance is made of, in the order of its table
 MADE_OF = (
     "radius", "clearance", "length", "contact", "friction", "film", "transition", "asperity", "lubricant", "roughness",
-    "heat", "material", "layer", "film_torques", "eccentricity", "eccentricity_rate",
+    "heat", "material", "layer", "film_torques", "eccentricity", "eccentricity_rate", "overlap", "height", "width",
+    "corner_radius", "offset", "offset_rate", "tilt", "tilt_rate",
 )  # fmt: skip
 #: what makes friction of the reaction of a hinge or slide without clearance, in the order of its table
 RUBS_BY = ("pin_radius", "overlap", "friction_arm", "bending_arm")
@@ -49,7 +53,7 @@ def described(scene: dict) -> Markup:
     counted = [f"{len(scene['bodies'])} bodies" if len(scene["bodies"]) != 1 else "1 body"]
     for kind, word in KINDS.items():
         names = [j["name"] for j in joints if j["type"] == kind]
-        plural = word.replace("hinge", "hinges") if kind != "Prismatic" else "slides"
+        plural = word.replace("hinge", "hinges").replace("slide", "slides")
         counted += [f"{len(names)} {word if len(names) == 1 else plural} ({', '.join(names)})"] if names else []
     drives = [load for load in loads if load["type"] == "Drive"]
     driven = "; ".join(f"{_target(d)} is driven {_drive(d)}" for d in drives) or "nothing drives it"
@@ -65,7 +69,7 @@ def tables(scene: dict) -> Markup:
     """Bodies, joints, what their friction and joints with clearance are made of, and loads."""
     parts = [bodies(scene), joints(scene)]
     parts += [frictions(own)] if (own := rubbing_joints(scene)) else []
-    parts += [clearances(own)] if (own := [j for j in scene["joints"] if j["type"] == "ClearanceRevolute"]) else []
+    parts += [clearances(own)] if (own := [j for j in scene["joints"] if j.get("clearance") is not None]) else []
     parts += [loads(scene)] if scene["loads"] else []
     return join(parts)
 
@@ -156,7 +160,7 @@ def clearances(found: list[dict]) -> Markup:
     for name in MADE_OF:
         values = [j.get(name) for j in found]
         unset = all(v is None or isinstance(v, list) and not any(v) for v in values)
-        if not unset and (name != "film_torques" or any(j["film"] for j in found)):
+        if not unset and (name != "film_torques" or any(j.get("film") for j in found)):
             rows.append([element("b", name.replace("_", " ")), *(words(v, UNITS.get(name, "1")) for v in values)])
     return table(["", *(f"joint {j['name']}" for j in found)], rows, says="Joints with clearance")
 

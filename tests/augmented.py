@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numba import njit
 
-from clearance.elements import ClearanceRevolute, Drive, Prismatic
+from clearance.elements import ClearancePrismatic, ClearanceRevolute, Drive, Prismatic
 from clearance.scene import Scene
 
 REVOLUTE, PRISMATIC, FILM, CONTACT, ANGLE, RELATIVE, SLIDE = range(7)
@@ -24,7 +24,9 @@ class Augmented:
         self.mass = np.array([m for b in scene.bodies for m in (b.mass, b.mass, b.inertia)])
         self.gravity = np.array([*scene.gravity, 0.0] * len(scene.bodies))
         rows, numbers = [], []
-        for joint in scene.joints:
+        self.index = index
+        self.blocks = [j for j in scene.joints if isinstance(j, ClearancePrismatic)]
+        for joint in (j for j in scene.joints if j not in self.blocks):
             kind = PRISMATIC if isinstance(joint, Prismatic) else REVOLUTE
             if isinstance(joint, ClearanceRevolute):
                 kind = FILM if joint.film is not None else CONTACT
@@ -49,8 +51,23 @@ class Augmented:
         self.count = 2 * sum(r[0] in (REVOLUTE, PRISMATIC) for r in rows) + sum(r[0] >= ANGLE for r in rows)
 
     def accelerations(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Accelerations of all bodies, then the multipliers (forces on the b side, in row order)."""
-        return augmented(q, v, self.mass, self.gravity, self.rows, self.numbers, self.count)
+        """Accelerations of all bodies, then the multipliers (forces on the b side, in row order).
+
+        Corners of blocks in guides have touched at `IMPACT`.
+        """
+        pushed = self.gravity.copy()
+        for joint in self.blocks:
+            for body, wrench in block(joint, *self._motions(joint, q, v)).items():
+                if body in self.index:
+                    at = slice(3 * self.index[body], 3 * self.index[body] + 3)
+                    pushed[at] += wrench / self.mass[at]
+        return augmented(q, v, self.mass, pushed, self.rows, self.numbers, self.count)
+
+    def _motions(self, joint, q, v):
+        """(x, y, angle) of both bodies and their rates; zeros for ground."""
+        for body in (joint.a.body, joint.b.body):
+            i = self.index.get(body)
+            yield (np.zeros(3),) * 2 if i is None else (q[3 * i : 3 * i + 3], v[3 * i : 3 * i + 3])
 
 
 def _local(point):
@@ -84,6 +101,51 @@ def _extra(joint):
         0,
         0,
     ]
+
+
+IMPACT = 0.1  # m/s
+
+
+def block(joint, guide, slider):
+    """Wrenches on both bodies about their centres of mass, from places and velocities of corners in the plane.
+
+    Lankarani and Nikravesh's contact and algebraic Coulomb friction, both written out.
+    """
+    (qa, va), (qb, vb) = guide, slider
+    contact, friction = joint.contact.parameters, joint.friction.parameters
+    d = turn(qa[2]) @ joint.axis
+    n = np.array([-d[1], d[0]])
+    foot = qa[:2] + turn(qa[2]) @ _local(joint.a)
+    lie = turn(qb[2] - joint.angle)
+    forces = {joint.a.body: np.zeros(3), joint.b.body: np.zeros(3)}
+    for sx in (-1.0, 1.0):
+        for sy in (-1.0, 1.0):
+            along, across = lie @ joint.axis, lie @ [-joint.axis[1], joint.axis[0]]
+            arm = 0.5 * (sx * joint.overlap * along + sy * joint.height * across)
+            place = qb[:2] + turn(qb[2]) @ _local(joint.b) + arm
+            depth = sy * n @ (place - foot) - 0.5 * joint.height - joint.clearance
+            if depth <= 0.0:
+                continue
+            left = [velocity(q, v, place) for q, v in ((qb, vb), (qa, va))]
+            u = left[0] - left[1]
+            damping = 0.75 * (1 - contact["restitution"] ** 2) * sy * (n @ u) / IMPACT
+            load = contact["stiffness"] * depth**1.5 * max(1.0 + damping, 0.0)
+            rub = friction["coefficient"] * load * (d @ u) / math.hypot(d @ u, friction["transition_speed"])
+            force = -sy * load * n - rub * d
+            for body, q, sign in ((joint.b.body, qb, 1.0), (joint.a.body, qa, -1.0)):
+                x, y = place - q[:2]
+                forces[body] += sign * np.array([*force, x * force[1] - y * force[0]])
+    return forces
+
+
+def turn(angle):
+    return np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+
+
+def velocity(q, v, place):
+    """Velocity of the body's point that stands at a place."""
+    x, y = place - q[:2]
+    return np.array([v[0] - v[2] * y, v[1] + v[2] * x])
 
 
 @njit(error_model="numpy")

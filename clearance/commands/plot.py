@@ -12,7 +12,7 @@ OF_RUNS = {
     "overview": ("settle",), "history": ("channels", "along", "last"), "orbit": ("joint",),
     "phase": ("channels", "settle"),
     "poincare": ("channels", "joint", "settle", "angle"), "spectrum": ("channels", "settle"),
-    "contacts": ("joint", "settle"), "efforts": (), "friction": ("joint",), "pressure": ("joint",),
+    "contacts": ("joint", "settle"), "guide": ("joint",), "efforts": (), "friction": ("joint",), "pressure": ("joint",),
     "sketch": ("turns",),
     "animation": ("turns", "frames", "magnify"),
 }  # fmt: skip
@@ -54,8 +54,8 @@ def add(commands) -> argparse.ArgumentParser:
     )  # fmt: skip
     p.add_argument("--channels", metavar="NAMES", help="comma list of channels: history, phase, poincare, spectrum, "
                    "bifurcation")  # fmt: skip
-    p.add_argument("--joint", metavar="NAMES", help="comma list of clearance joints: orbit, contacts; one: poincare, "
-                   "pressure; of hinges and slides with friction: friction")  # fmt: skip
+    p.add_argument("--joint", metavar="NAMES", help="comma list of clearance joints: orbit, contacts, guide; "
+                   "one: poincare, pressure; of hinges and slides with friction: friction")  # fmt: skip
     p.add_argument("--along", help="time, turns or angle of the drive: history")
     p.add_argument("--last", type=number, metavar="TURNS", help="only the last turns: history")
     p.add_argument(
@@ -98,7 +98,7 @@ def plot(source, kind: str, output: str | Path, **options) -> Path:
 
     source: a run file or Result (for history, phase, poincare and spectrum also a list of them),
     or the directory of a sweep or Sweep. kind: overview, history, orbit, phase, poincare, spectrum,
-    contacts, efforts, friction, pressure, sketch, animation of a run; map, curves, bifurcation of a sweep.
+    contacts, guide, efforts, friction, pressure, sketch, animation of a run; map, curves, bifurcation of a sweep.
     output: .png, .pdf or .svg, of an animation .gif or .mp4; it is returned.
     options: those of the command that belong to the kind, in SI, such as joint="B",
     channels="slider.ax,B.force" or at={"model": "dry"}.
@@ -242,6 +242,12 @@ def _contacts(options, records, output: Path) -> Path:
     return contacts(records[0], output, joints=listed(options.joint), **_given(options, "settle"))
 
 
+def _guide(options, records, output: Path) -> Path:
+    from clearance.postprocess.guides import guides
+
+    return guides(records[0], output, joints=listed(options.joint))
+
+
 def _efforts(_options, records, output: Path) -> Path:
     from clearance.postprocess.efforts import efforts
 
@@ -282,8 +288,8 @@ def _animation(options, records, output: Path) -> Path:
 
 DRAW = {
     "overview": _overview, "history": _history, "orbit": _orbit, "phase": _phase, "poincare": _poincare,
-    "spectrum": _spectrum, "contacts": _contacts, "efforts": _efforts, "friction": _friction, "pressure": _pressure,
-    "sketch": _sketch, "animation": _animation,
+    "spectrum": _spectrum, "contacts": _contacts, "guide": _guide, "efforts": _efforts,
+    "friction": _friction, "pressure": _pressure, "sketch": _sketch, "animation": _animation,
 }  # fmt: skip
 
 

@@ -216,8 +216,9 @@ def _summary(case, values: dict, result, began: tuple[float, float], settle: flo
     solver, events, window = result.solver, result.events, Window.of(result, settle)
     begin, end = (0.0, math.inf) if window is None else window.bounds(result)
     contacts: dict[str, int] = {}
-    for joint in events["joint"]:
-        contacts[str(joint)] = contacts.get(str(joint), 0) + 1
+    for spot in events["joint"]:
+        joint = str(spot).partition("/")[0]
+        contacts[joint] = contacts.get(joint, 0) + 1
     return {
         "status": result.status,
         "case": case.name,

@@ -1,5 +1,6 @@
 """Elements: what a mechanism is made of, one kind a file."""
 
+from clearance.elements.clearance_prismatic import ClearancePrismatic
 from clearance.elements.clearance_revolute import ClearanceRevolute
 from clearance.elements.drive import Drive
 from clearance.elements.forces import FollowerForce, Force, Torque
@@ -11,6 +12,7 @@ from clearance.elements.weld import Weld
 
 __all__ = [
     "ClearancePinSlot",
+    "ClearancePrismatic",
     "ClearanceRevolute",
     "Drive",
     "FollowerForce",

@@ -8,6 +8,7 @@ from clearance import checks
 from clearance.body import Point
 from clearance.elements.element import BLENDED, CONTACT, FILM, Spot, State
 from clearance.elements.joint import FREE, Joint, Known
+from clearance.elements.revolute import Revolute
 from clearance.laws.film import film_torques, peak_film_pressure, thinning, wet_film_torques
 from clearance.laws.law import (
     BoundLaw,
@@ -150,6 +151,17 @@ class ClearanceRevolute(Joint):
         return FilmJoint(
             self.radius, self.clearance, self.length or 0.0, self.viscosity or 0.0, self.roughness or 0.0
         )
+
+    # --- for diagnosis
+    @property
+    def solid(self) -> tuple[float, str]:
+        return self.radius, "journal radius"
+
+    def ideal(self) -> Joint:
+        return Revolute(self.a, self.b, name=self.name, self_aligning=True)
+
+    def place_of(self, states: dict[str, float]) -> str:
+        return f"eccentricity ratio {math.hypot(*states.values()) / self.clearance:.9f}"
 
     # --- what the compiler asks
     def states(self) -> list[State]:

@@ -119,10 +119,31 @@ class Joint(Element):
         effort = m.trace.sum(m.effort(d) for d in drives if not d.prescribes)
         return effort, [f"drive {d.name}" for d in drives]
 
+    #: numbers that film laws of hinges read of it
+    film_joint = None
+
+    def seen_by(self, slot: str):
+        """What the law in a field reads of it: radius, clearance, length, material, layer of the surfaces."""
+        return self
+
+    @property
+    def solid(self) -> tuple[float, str]:
+        """Size [m] of the body that a penetration strains, and its name."""
+        raise NotImplementedError
+
+    def ideal(self) -> "Joint":
+        """The same joint without clearance and friction, which carries nothing out of the plane."""
+        raise NotImplementedError
+
+    def place_of(self, states: dict[str, float]) -> str:
+        """Where its own coordinates stand, in words; states: by name."""
+        raise NotImplementedError
+
     def doubts(self) -> list[str]:
         """Warnings of its laws about their use in it."""
-        laws = [v for v in (getattr(self, f.name) for f in fields(self)) if isinstance(v, BoundLaw)]
-        texts = [(law.law.name, law.law.doubt(self, law.parameters)) for law in laws if law.law.doubt]
+        slots = [(f.name, getattr(self, f.name)) for f in fields(self)]
+        laws = [(n, v) for n, v in slots if isinstance(v, BoundLaw) and v.law.doubt]
+        texts = [(v.law.name, v.law.doubt(self.seen_by(n), v.parameters)) for n, v in laws]
         return [f"{self.label()}: {t if t.startswith(n) else f'{n}: {t}'}" for n, t in texts if t]
 
     def _check_laws(self) -> None:
@@ -130,5 +151,5 @@ class Joint(Element):
         for one in fields(self):
             value = getattr(self, one.name)
             demand = value.law.demand if isinstance(value, BoundLaw) else None
-            if demand and (missing := demand(self, value.parameters)):
+            if demand and (missing := demand(self.seen_by(one.name), value.parameters)):
                 raise ValueError(f"{self.label()}: {one.name} {value.law.name} {missing}")

@@ -64,6 +64,18 @@ class ClearancePinSlot(Joint):
             raise ValueError(f"{self.label()}: contact {self.contact.law.name} needs its stiffness")
         self._check_laws()
 
+    # --- for diagnosis
+    @property
+    def solid(self) -> tuple[float, str]:
+        return self.radius, "pin radius"
+
+    def ideal(self) -> PinSlot:
+        return PinSlot(self.a, self.b, axis=self.axis, name=self.name)
+
+    def place_of(self, states: dict[str, float]) -> str:
+        return f"offset {states['offset'] / self.clearance:.9f} c"
+
+    # --- what the compiler asks
     def states(self) -> list[State]:
         return [State("offset", "m", self.clearance, 2, self.offset, self.offset_rate)]
 
@@ -89,6 +101,8 @@ class ClearancePinSlot(Joint):
             w.spot(self, -gap, rate, normal)
             w.show(self, f"gap_{name}", "m", f"gap between the pin and the {name} wall", gap)
             w.show(self, f"contact_force_{name}", "N", f"normal contact force of the {name} wall", normal)
+        size = m.trace.function("fabs", offset.v)
+        w.show(self, "gap", "m", "smaller gap of both walls, negative in contact", m.number(self, "clearance") - size)
         dx, dy = m.axis(self)
         fx, fy = along * dx - across * dy, along * dy + across * dx
         w.pair(self, fx, fy, moment)

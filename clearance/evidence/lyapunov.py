@@ -209,7 +209,7 @@ class _Companion(_Motion):
         self.distance = self.last = distance
         self.lasting = lasting
         self.scale = mechanism.scale
-        self.speeds = mechanism.frequency * np.array([j.clearance for j in mechanism.scene.clearance_joints])
+        self.speeds = mechanism.frequency * np.array([spot.reach for _, spot in mechanism.spots])
         direction = np.random.default_rng(1980).standard_normal(self.scale.size)  # any direction will do
         self.run.y += distance * self.scale * direction / np.linalg.norm(direction)
 

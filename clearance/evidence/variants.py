@@ -2,8 +2,8 @@
 
 import dataclasses
 
-from clearance.elements import ClearanceRevolute, Revolute
 from clearance.elements.element import Element
+from clearance.elements.joint import Joint
 from clearance.scene import Scene
 
 
@@ -24,12 +24,13 @@ def reduced(scene: Scene) -> dict[str, Scene]:
 
 
 def idealised(scene: Scene) -> Scene:
-    """The scene with an ideal hinge for every clearance joint, and no friction in any joint."""
+    """The scene with an ideal joint for every one with clearance, and no friction in any joint."""
     return scene.rebuilt(element=_ideal)
 
 
 def _smooth(element: Element) -> Element:
-    return dataclasses.replace(element, friction=None) if hasattr(element, "friction") else element
+    rubs = getattr(element, "friction", None) is not None
+    return dataclasses.replace(element, friction=None) if rubs else element
 
 
 def _without_film_torques(element: Element) -> Element:
@@ -37,6 +38,4 @@ def _without_film_torques(element: Element) -> Element:
 
 
 def _ideal(element: Element) -> Element:
-    if isinstance(element, ClearanceRevolute):  # which carries nothing out of the plane
-        return Revolute(element.a, element.b, name=element.name, self_aligning=True)
-    return _smooth(element)
+    return element.ideal() if isinstance(element, Joint) and element.soft else _smooth(element)

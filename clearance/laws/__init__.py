@@ -57,6 +57,7 @@ from clearance.laws.joint_friction import (
     joint_lugre_loaded,
     joint_stribeck,
 )
+from clearance.laws.pad import full_pad
 from clearance.laws.transition import flores_hybrid, fuzzy, fuzzy_table, load_sharing, memberships, superposed
 
 # isort: split
@@ -74,22 +75,27 @@ from clearance.laws.law import (
     friction,
     joint_bristle,
     joint_friction,
+    pad,
     signal,
     transition,
 )
 
 #: the families, to decorate laws of one's own with, and the laws by family
-FAMILIES = (contact, friction, bristle, joint_friction, joint_bristle, film, asperity, transition, signal, effort)
+FAMILIES = (
+    contact, friction, bristle, joint_friction, joint_bristle, film, pad, asperity, transition, signal, effort,
+)  # fmt: skip
 
 __all__ = [
     "BoundLaw", "Derived", "FAMILIES", "FilmJoint", "Law", "ambrosio", "asperity", "bengisu_akay", "breakaway_linear",
     "breakaway_smooth", "bristle", "composite_roughness", "contact", "contact_flow_factor", "contact_modulus",
     "coulomb", "coulomb_tanh", "coulomb_viscous", "delivered_restitution", "effort", "exact_damping",
-    "exact_restitution", "film", "film_torques", "flores", "flores_hybrid", "friction", "full_sommerfeld", "fuzzy",
+    "exact_restitution", "film", "film_torques", "flores", "flores_hybrid", "friction", "full_pad",
+    "full_sommerfeld", "fuzzy",
     "fuzzy_table", "gonthier", "greenwood_tripp", "greenwood_williamson", "harmonic", "herbert_mcwhannell", "hertz",
     "hertz_stiffness", "hu_guo", "hunt_crossley", "hunt_crossley_memoryless", "impact", "johnson", "joint_bristle",
     "joint_coulomb", "joint_friction", "joint_lugre", "joint_lugre_loaded", "joint_stribeck", "kelvin_voigt",
     "lankarani_nikravesh", "layer_modulus", "lee_wang", "liu", "load_sharing", "long_film", "lugre", "memberships",
-    "pinkus_sternlicht", "pressure_flow_factor", "shear_flow_factor", "short_film", "signal", "stribeck", "superposed",
+    "pad", "pinkus_sternlicht", "pressure_flow_factor", "shear_flow_factor", "short_film", "signal", "stribeck",
+    "superposed",
     "threlfall", "transition", "winkler", "zhiying_qishao",
 ]  # fmt: skip

@@ -57,15 +57,17 @@ def hertz_stiffness(
     K = 4 / (3 (s_J + s_B)) * sqrt(R_J R_B / (R_B - R_J)),   s = (1 - nu^2) / E,   R_B = R_J + c
 
     journal radius R_J and radial clearance c [m], material of the journal and of the bearing
-    (default: the same); result in N/m^1.5. The **minus** sign belongs to the internal (conformal)
-    contact; the sphere formula behind it has no bearing length and is soft for tight clearances.
+    (default: the same); result in N/m^1.5. An infinite clearance makes the bore a plane.
+    The **minus** sign belongs to the internal (conformal) contact; the sphere formula behind it has no bearing length
+    and is soft for tight clearances.
     Source: Lankarani and Nikravesh, J. Mech. Design 112 (1990) 369; Flores et al. (2004 to 2009).
     Raises ValueError unless radius and clearance are positive.
     """
-    bore = positive("radius", radius) + positive("clearance", clearance)
+    flat = clearance == math.inf
+    bore = positive("radius", radius) + (clearance if flat else positive("clearance", clearance))
     a, b = material, bearing_material or material
     compliance = (1.0 - a.poisson**2) / a.young + (1.0 - b.poisson**2) / b.young
-    return 4.0 / (3.0 * compliance) * math.sqrt(radius * bore / (bore - radius))
+    return 4.0 / (3.0 * compliance) * math.sqrt(radius if flat else radius * bore / (bore - radius))
 
 
 # --- what a joint determines where it is not given
@@ -74,20 +76,27 @@ def layer_of(joint) -> float:
     return joint.layer or 0.5 * joint.radius
 
 
-def _stiffness(joint, parameters: dict) -> float:
+def _stiffness(joint, parameters: dict) -> float | None:
     """Hertz's, of the joint's radius, clearance and material."""
     if parameters["exponent"] != 1.5:
         exponent = parameters["exponent"]
         raise ValueError(f"the joint determines a stiffness for exponent 1.5, not {exponent:g}: give it")
+    if joint.radius is None:
+        return None
     return hertz_stiffness(joint.radius, joint.clearance, joint.material)
+
+
+def _layer_modulus(joint) -> float | None:
+    """Of the joint's layer and material."""
+    return None if joint.layer is joint.radius is None else layer_modulus(joint.material, layer_of(joint))
 
 
 STIFFNESS = OfJoint(positive, _stiffness)
 MODULUS = OfJoint(positive, lambda joint, parameters: contact_modulus(joint.material, joint.material))
-LAYER = OfJoint(positive, lambda joint, parameters: layer_modulus(joint.material, layer_of(joint)))
+LAYER = OfJoint(positive, lambda joint, parameters: _layer_modulus(joint))
 LENGTH = OfJoint(positive, lambda joint, parameters: joint.length)
 RADIUS = OfJoint(positive, lambda joint, parameters: joint.radius)
-CLEARANCE = OfJoint(positive, lambda joint, parameters: joint.clearance)
+CLEARANCE = OfJoint(positive, lambda joint, parameters: None if joint.clearance == math.inf else joint.clearance)
 
 
 # --- damping and restitution
@@ -174,7 +183,8 @@ def hertz(penetration, penetration_rate, impact_speed, stiffness, exponent=1.5):
 @hertz.doubts
 def _point_contact(joint, parameters):
     """A sphere's formula in a conformal joint of some length."""
-    if joint.length is not None and joint.clearance < 0.1 * joint.radius:
+    conformal = joint.radius is not None and joint.clearance < 0.1 * joint.radius
+    if joint.length is not None and conformal:
         return (
             "a point contact's law without dissipation; for a conformal joint with a length, liu or winkler are meant"
         )

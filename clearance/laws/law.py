@@ -16,6 +16,11 @@ from clearance.checks import Check, finite, meant
 #: composite rms roughness [m]; zero where the joint has none
 FilmJoint = namedtuple("FilmJoint", "radius clearance length viscosity roughness", defaults=(0.0,))
 
+#: what pad laws read of a face of a block: half length and width [m], viscosity [Pa s]
+PadFace = namedtuple("PadFace", "half_length width viscosity")
+#: arguments that are named tuples
+TUPLES = {"joint": FilmJoint, "face": PadFace}
+
 
 class Derived:
     """In place of a check: this parameter is not given but computed from the others, once, when the law is bound."""
@@ -88,7 +93,7 @@ class Law:
     @property
     def kinds(self) -> tuple:
         """Kind of each argument: "number", a named tuple type, or "data" (a flat array)."""
-        state = [FilmJoint if name == "joint" else "number" for name in self.family.state]
+        state = [TUPLES.get(name, "number") for name in self.family.state]
         data = ["data"] if isinstance(self, DataLaw) else []
         return (*state, *data, *["number"] * len(self.parameters))
 
@@ -228,7 +233,7 @@ class BoundLaw:
             return self.law.function(*state, *self.numbers)
         import numpy as np
 
-        fixed = {i for i, name in enumerate(self.law.family.state) if name == "joint"}
+        fixed = {i for i, name in enumerate(self.law.family.state) if name in TUPLES}
         values = np.vectorize(
             lambda *s: self.law.function(*s, *self.numbers), "d" * self.law.family.outputs, excluded=fixed
         )
@@ -264,6 +269,8 @@ memory_film = Family("film", ("eccentricity_x", "eccentricity_y", "rate_x", "rat
 asperity = Family("asperity", ("film_thickness_ratio", "joint"), 1)
 #: how film and contact share a joint, from the nominal gap [m]: see laws/transition.py
 transition = Family("transition", ("gap", "joint"), 8)
+#: film of a flat pad over a flat wall: returns (load, its moment, drag), see laws/pad.py
+pad = Family("pad", ("gap", "slope", "gap_rate", "slope_rate", "speed", "face"), 3)
 #: a function of time, for prescribed motion and time-varying loads
 signal = Family("signal", ("time",), 1)
 #: a torque or force that may depend on time and on the driven coordinate (angle, displacement) and its rate

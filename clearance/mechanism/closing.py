@@ -41,8 +41,9 @@ def no_number(mechanism: Mechanism, work: np.ndarray, time: float, y: np.ndarray
     for joint in mechanism.scene.clearance_joints:
         here = f"joints/{joint.name}"
         gap = found[f"{here}/gap"]
-        for name in OF_LAWS:
-            if np.isfinite(gap) and not np.isfinite(found.get(f"{here}/{name}", 0.0)):
+        for path in (p for name in OF_LAWS for p in found if p.startswith(f"{here}/{name}")):
+            if np.isfinite(gap) and not np.isfinite(found[path]):
+                name = path.rpartition("/")[2]
                 return f"{joint.label()}: {name} is not a number at a gap of {gap:.6g} m: a law has no value there"
     return None
 

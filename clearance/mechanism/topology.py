@@ -213,7 +213,7 @@ class _Planner:
         if both_known and set(closures[0].bodies()) == {first.body, second.body}:
             return {"RR": "RRR", "RP": "RRP", "PR": "RRP"}.get(kinds, "newton")
         chained = first.parent in self.known and second.parent is first.body
-        return "RPR" if chained and kinds == "RP" else "newton"
+        return "RPR" if chained and kinds == "RP" and not second.joint.across.state else "newton"
 
     # --- independent coordinates
     def _length(self, joint) -> float:
@@ -254,7 +254,7 @@ def _hinge(joint) -> bool:
 def _simple(joint) -> bool:
     """True for the joints that closed forms are for: a hinge along fixed axes, or a slide along its axis."""
     if joint.turns:
-        return joint.free == (ALONG,) and not joint.across.state
+        return joint.free == (ALONG,)
     return _hinge(joint)
 
 

@@ -249,6 +249,15 @@ def switch(s, joint, t, values):
         s.work[joint] = contact[IMPACT_SPEED]
 
 
+@inline
+def crosses(s, joint, values):
+    """Whether a contact starts or ends at this moment, within the dead band."""
+    if s.contacts[joint, KIND] != CONTACT or abs(values[3 * joint]) > s.band[joint]:
+        return False
+    rate = values[3 * joint + 1]
+    return rate < 0.0 if s.contacts[joint, TOUCHING] > 0.0 else rate > 0.0
+
+
 # --- sampling
 @inline
 def next_sample(s):
@@ -404,8 +413,14 @@ def stiff(s):
 
 @shared
 def change_phase(s, event, t):
-    """Switch a contact and choose the next step: the one the last such phase began with, or a fresh first step."""
+    """Switch a contact and choose the next step: the one the last such phase began with, or a fresh first step.
+
+    All others that cross their wall at this very moment switch with it: a level block touches with two corners.
+    """
     switch(s, event, t, s.after)
+    for j in range(s.contacts.shape[0]):
+        if j != event and crosses(s, j, s.after):
+            switch(s, j, t, s.after)
     s.rhs(t, s.y, s.par, s.work, s.f)
     kept = s.clock[CONTACT_STEP if in_contact(s) else FREE_STEP]
     s.clock[STEP_SIZE] = kept if kept > 0.0 else first_step(s, t)

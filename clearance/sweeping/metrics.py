@@ -15,6 +15,9 @@ and joint names:
   joint_<joint>_film_thickness_ratio_min     gap_min over composite roughness            [-]
   joint_<joint>_contact_fraction  share of the time in contact, that of asperities alone left out [-]
   joint_<joint>_impacts_per_turn, _impact_speed_max   where contact begins with a touch; 0 for none [-], [m/s]
+  joint_<slide>_corner_1_impacts_per_turn, ...   of each corner of a block in its guide [-]
+  joint_<slide>_mode_free, _one_corner, _two_on_one_side, _two_across, ...   shares of the time [-]
+  joint_<slide>_jam_ratio         mu d / a in contact across, d: arm of the push along the guide; it jams at 1 [-]
   joint_<joint>_dissipated_per_turn   energy that the joint takes out in a turn          [J]
   dissipated_per_turn             of all joints and dampers                              [J]
   <body>_position_deviation_max, <body>_acceleration_deviation_rms   from the mechanism with ideal joints [m], [m/s2]
@@ -37,6 +40,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearance import checks
+from clearance.elements.clearance_prismatic import CORNERS, MODES
 from clearance.extremes import BOTH, along, guides
 from clearance.results import Record
 
@@ -201,7 +205,7 @@ def joints(record: Record, window: Window) -> Found:
         squared = x * x + y * y
         peak, contacts = record.extreme(f"joints/{name}/force_max", *window.bounds(record)), None
         if name in clearances:
-            mine = events["joint"] == name
+            mine = [spot.partition("/")[0] == name for spot in events["joint"]]
             contacts = {column: values[mine] for column, values in events.items()}
             contacts["begun"] = (contacts["time"] >= window.begin) & (contacts["time"] < window.end)
         yield f"joint_{name}_force_max", peak.value, "N", f"largest force in joint {name}", peak.time
@@ -210,15 +214,18 @@ def joints(record: Record, window: Window) -> Found:
             yield from _gap(record, window, described[name])
             if described[name]["contact"]:
                 yield from _contact(record, window, described[name], contacts)
+            if f"joints/{name}/mode" in record:
+                yield from _slide(record, window, described[name], contacts)
 
 
 def _gap(record: Record, window: Window, joint: dict) -> Found:
-    name, clearance, roughness = joint["name"], joint["clearance"], joint["roughness"]
+    name, clearance, roughness = joint["name"], joint["clearance"], joint.get("roughness")
     smallest = record.extreme(f"joints/{name}/gap_min", *window.bounds(record))
     gap, time = smallest.value, smallest.time
     yield f"joint_{name}_gap_min", gap, "m", f"smallest gap of joint {name}, negative in contact", time
-    ratio, text = 1.0 - gap / clearance, f"largest eccentricity over clearance of joint {name}"
-    yield f"joint_{name}_eccentricity_ratio_max", ratio, "1", text, time
+    if "radius" in joint:
+        ratio, text = 1.0 - gap / clearance, f"largest eccentricity over clearance of joint {name}"
+        yield f"joint_{name}_eccentricity_ratio_max", ratio, "1", text, time
     if roughness is not None:
         least, text = gap / roughness, f"smallest gap over roughness of joint {name}"
         yield f"joint_{name}_film_thickness_ratio_min", least, "1", text, time
@@ -235,7 +242,10 @@ def _contact(record: Record, window: Window, joint: dict, contacts: dict) -> Fou
         yield share, window.mean(record.values(f"joints/{name}/contact_force")[window.samples] > 0.0), "1", text
         return
     end = np.minimum(begin + contacts["duration"], window.end)
-    touching = np.maximum(end - np.maximum(begin, window.begin), 0.0).sum()
+    order = np.argsort(begin, kind="stable")  # contacts of several corners overlap
+    begin, end = begin[order], end[order]
+    before = np.maximum.accumulate(np.concatenate([[window.begin], end[:-1]])) if end.size else end
+    touching = np.maximum(end - np.maximum(begin, before), 0.0).sum()
     yield share, touching / (window.end - window.begin), "1", text
     count, rate, when = window.per()
     number, units = contacts["begun"].sum() / count, "1" if rate == "per_turn" else "1/s"
@@ -244,9 +254,68 @@ def _contact(record: Record, window: Window, joint: dict, contacts: dict) -> Fou
     yield f"joint_{name}_impact_speed_max", fastest, "m/s", f"largest impact speed of joint {name}"
 
 
+def _slide(record: Record, window: Window, joint: dict, contacts: dict) -> Found:
+    """Contacts of each corner of a block in its guide, shares of time in each mode, nearness to a jam."""
+    name, (count, rate, when) = joint["name"], window.per()
+    corners = np.array([spot.partition("/")[2] for spot in contacts["joint"]])
+    for corner, _, _ in CORNERS:
+        number = (contacts["begun"] & (corners == corner)).sum() / count
+        text = f"contacts begun {when} of corner {corner} of joint {name}"
+        yield f"joint_{name}_corner_{corner}_impacts_{rate}", number, "1" if rate == "per_turn" else "1/s", text
+    edges, modes = modes_of(record, name, window.begin, window.end)
+    spent = np.bincount(modes, np.diff(edges), len(MODES)) / (window.end - window.begin)
+    for mode, share in zip(MODES, spent, strict=True):
+        yield f"joint_{name}_mode_{mode.replace(' ', '_')}", share, "1", f"share of the time of joint {name}: {mode}"
+    yield from _jam(record, window, joint)
+
+
+def modes_of(record: Record, joint: str, begin: float, end: float) -> tuple[np.ndarray, np.ndarray]:
+    """Pieces between two times [s] in which a block touches with the same corners, from its contacts.
+
+    Their edges (pieces + 1,) [s] and modes (pieces,), places in MODES.
+    """
+    spots, start = record.events["joint"], record.events["time"]
+    over = start + record.events["duration"]
+    edges = np.unique(np.clip(np.concatenate([[begin, end], start, over]), begin, end))
+    middle, count, walls = 0.5 * (edges[1:] + edges[:-1]), np.zeros(len(edges) - 1, int), {}
+    for corner, _, side in CORNERS:
+        mine = spots == f"{joint}/{corner}"
+        starts, ends = np.sort(start[mine]), np.sort(over[mine])
+        touching = np.searchsorted(starts, middle) - np.searchsorted(ends, middle)
+        count, walls[side] = count + touching, walls.get(side, 0) + touching
+    return edges, count + ((walls[-1.0] > 0) & (walls[1.0] > 0))
+
+
+def _jam(record: Record, window: Window, joint: dict) -> Found:
+    """mu d / a of a block that touches across, d: arm of the push P along the guide, which its normal forces N balance.
+
+    P d = 2 a N for two corners, so that mu d / a is the friction 2 mu N that they can make over the push. mu: the
+    largest ratio of friction to normal force in the window; N and P: means over the samples with contact across. The
+    push is all that acts on the body but this joint.
+    """
+    name, body = joint["name"], joint["b"]["body"]
+    channels = [f"joints/{name}/{n}" for n in ("friction", "force_x", "force_y", "mode")]
+    channels += [f"joints/{name}/contact_force_{corner}" for corner, _, _ in CORNERS]
+    if joint["a"]["body"] != "ground" or not all(path in record for path in channels):
+        return
+    friction, fx, fy, mode, *normal = (record.values(path)[window.samples] for path in channels)
+    normal, across = np.sum(normal, axis=0), mode >= MODES.index("two across")
+    if not across.any():
+        return
+    dx, dy = joint["axis"]
+    ax, ay = (record.values(f"bodies/{body}/{n}")[window.samples] for n in ("ax", "ay"))
+    mass = next(b["mass"] for b in record.scene["bodies"] if b["name"] == body)
+    push = np.abs(mass * (dx * ax + dy * ay) - (dx * fx + dy * fy))
+    touching = normal > 0.0
+    mu = float((np.abs(friction[touching]) / normal[touching]).max(initial=0.0))
+    ratio = mu * normal[across].sum() / max(push[across].sum(), 1e-300)
+    text = f"mu d / a of joint {name} in contact across; it jams at 1"
+    yield f"joint_{name}_jam_ratio", ratio, "1", text
+
+
 def _touches(joint: dict) -> bool:
     """True where contact of a joint begins with a touch, as a row of the events."""
-    if joint["transition"] is None:
+    if joint.get("transition") is None:
         return True
     module, _, name = joint["transition"]["law"].partition(":")
     return getattr(getattr(sys.modules.get(module), name, None), "first_touch", False)
@@ -269,14 +338,15 @@ def periodicity(record: Record, window: Window) -> Found:
     of a cubic, and too few of them tell nothing.
     """
     joints, time = record.clearances, record.time
+    offsets = [pair for joint in record.scene["joints"] if joint["name"] in joints for pair in _offsets(joint)]
     if not joints or window.turns is None or window.turns < FEWEST:
         return
     per_turn = record.turn * (time.size - 1) / float(time[-1])
     if per_turn < COARSE and abs(per_turn - round(per_turn)) > ON_SAMPLE:
         return
     x, y = (
-        np.stack([record.values(f"joints/{j}/eccentricity_{axis}")[window.samples] / c for j, c in joints.items()])
-        for axis in "xy"
+        np.stack([record.values(path)[window.samples] / size for path, size in part])
+        for part in (offsets[0::2], offsets[1::2])
     )
     period, least = math.inf, math.inf
     for turns in range(1, (int(window.turns) + 1) // 3 + 1):
@@ -290,6 +360,17 @@ def periodicity(record: Record, window: Window) -> Found:
     changes, turn = np.abs(_change(x + 1j * y, per_turn)).max(axis=0), round(per_turn)
     first, last = float(changes[:turn].max()), float(changes[-turn:].max())
     yield "settling_ratio", last / first if first > 0.0 else 0.0, "1", "change from turn to turn, last over first"
+
+
+def _offsets(joint: dict) -> Iterator[tuple[str, float]]:
+    """The two channels that say where a body is in its clearance, and their natural sizes."""
+    name, clearance = joint["name"], joint["clearance"]
+    if joint["type"] == "ClearancePrismatic":
+        yield f"joints/{name}/offset", clearance
+        yield f"joints/{name}/tilt", 2.0 * clearance / joint["overlap"]
+        return
+    yield f"joints/{name}/eccentricity_x", clearance
+    yield f"joints/{name}/eccentricity_y", clearance
 
 
 def _change(states: np.ndarray, shift: float) -> np.ndarray:

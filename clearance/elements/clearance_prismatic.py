@@ -1,0 +1,326 @@
+"""Slide with clearance: a block that lifts and tilts in its guide and touches it with four corners."""
+
+import math
+from collections import namedtuple
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+
+from clearance import checks
+from clearance.body import Point
+from clearance.elements.element import BLENDED, CONTACT, Spot, State
+from clearance.elements.joint import FREE, Joint, Known, axis_field
+from clearance.elements.prismatic import Prismatic
+from clearance.laws.law import (
+    BoundLaw,
+    FilmJoint,
+    PadFace,
+    bristle,
+    contact,
+    friction,
+    pad,
+    transition,
+)
+from clearance.materials import Lubricant, Material, steel
+from clearance.quantities import NEVER, UNIT, ZERO, Row, law, number
+
+#: name, signs along and across the guide of each corner
+CORNERS = (("1", -1.0, -1.0), ("2", 1.0, -1.0), ("3", -1.0, 1.0), ("4", 1.0, 1.0))
+#: meaning of the values of the output `mode`
+MODES = ("free", "one corner", "two on one side", "two across", "three corners", "four corners")
+ACROSS = 3
+
+#: what contact laws read of a corner on a flat wall, which is a bore without end
+Surfaces = namedtuple("Surfaces", "radius clearance length material layer")
+
+
+@checks.answers
+@dataclass(frozen=True)
+class ClearancePrismatic(Joint):
+    """Slide with clearance: a block (on b) of length 2a and height 2b between two walls (on a) at +-(b + c).
+
+    The walls run along `axis` through point a. Point b is the block's centre: it moves by s along the axis and by the
+    offset e across it, n = axis turned by +90 degrees; the block's frame has the constant angle `angle` against a's
+    and the tilt psi. Corner (sx, sy) stands at r = (sx a cos psi - sy b sin psi, sx a sin psi + sy b cos psi) from
+    point b, along the guide's axes:
+
+        penetration   delta = sy (e + r_y) - (b + c),   its rate   delta' = sy (e' + psi' r_x)
+        sliding speed v = s' - psi' r_y
+        force on the block   -sy F(delta, delta', delta'_0) n + f(v, F) d   at r, with its own impact speed delta'_0
+
+    and the opposite at the same place on the guide. Contact of a whole face is that of two corners.
+
+    axis: direction (x, y) in a's frame, any length but zero; angle: of b's frame against a's [rad].
+    clearance c, on either side; overlap 2a; height 2b; width of the faces [m], for laws per width.
+    corner_radius: of rounded corners [m], makes the stiffness of laws that leave it to the joint: Hertz's of a sphere
+    on a plane, K = 4 E* sqrt(r) / 3.
+    contact, friction: bound laws, of each corner. film: a pad law of both faces, gaps c -+ e -+ x tan psi; it needs the
+    width, a lubricant, and a transition, which says at each edge what film and contact make of its gap. Of the film's
+    share there is the mean of both edges. roughness: for transitions. material, layer: for moduli that laws leave to
+    the joint.
+    offset [m], offset_rate [m/s], tilt [rad], tilt_rate [rad/s]: start values.
+    Source: Flores, Ambrosio, Claro and Lankarani, Kinematics and Dynamics of Multibody Systems with Imperfect Joints
+    (2008), chapter 3; Flores, Leine and Glocker, Multibody Syst. Dyn. 23 (2010) 165.
+    """
+
+    a: Point
+    b: Point
+    axis: tuple[float, float] = axis_field()
+    angle: float = number("angle of b's frame against a's [rad]", checks.finite, 0.0, fold=UNIT)
+    name: str | None = None
+    clearance: float = number("clearance on either side [m]", checks.positive, None, required=True)
+    overlap: float = number("length of the block in the guide [m]", checks.positive, None, required=True)
+    height: float = number("height of the block [m]", checks.positive, None, required=True)
+    width: float | None = number("width of the faces [m]", checks.positive, None, beside="film")
+    corner_radius: float | None = number("radius of the corners [m]", checks.positive, None, parameter=False)
+    contact: BoundLaw | None = law("contact of a corner and its wall", contact)
+    friction: BoundLaw | None = law("friction at a corner", friction, bristle)
+    film: BoundLaw | None = law("film between a face and its wall", pad)
+    transition: BoundLaw | None = law("how film and contact share an edge", transition)
+    lubricant: Lubricant | None = None
+    roughness: float | None = number("composite rms roughness [m]", checks.positive, None, parameter=False)
+    material: Material = steel
+    layer: float | None = number("thickness of the elastic layer [m]", checks.positive, None, parameter=False)
+    offset: float = number("offset of the block at the start [m]", checks.finite, 0.0, parameter=False)
+    offset_rate: float = number("rate of the offset at the start [m/s]", checks.finite, 0.0, parameter=False)
+    tilt: float = number("tilt of the block at the start [rad]", checks.finite, 0.0, parameter=False)
+    tilt_rate: float = number("rate of the tilt at the start [rad/s]", checks.finite, 0.0, parameter=False)
+
+    along, across, turn = FREE, Known(state="offset"), Known(number="angle", state="tilt")
+    turns = True
+
+    def __post_init__(self):
+        super().__post_init__()
+        label = self.label()
+        if self.contact is None:
+            raise ValueError(f"{label}: a slide with clearance needs a contact law")
+        try:
+            self._set("contact", self.contact.of(self.seen_by("contact")))
+        except ValueError as error:
+            raise ValueError(f"{label}: contact {self.contact.law.name}: {error}") from None
+        if not isinstance(self.material, Material):
+            raise TypeError(f"{label}: material must be a Material, got {self.material!r}")
+        if self.clearance >= 0.5 * self.overlap:
+            raise ValueError(f"{label}: clearance {self.clearance!r} m must be less than half the overlap")
+        self._check_film(label)
+        self._check_laws()
+
+    def _check_film(self, label: str) -> None:
+        """Raise ValueError where the film lacks something, or a transition the film."""
+        if self.film is None:
+            if self.transition is not None:
+                raise ValueError(f"{label}: transition {self.transition.law.name} needs a film")
+            return
+        if not isinstance(self.lubricant, Lubricant):
+            raise ValueError(f"{label}: film needs lubricant=Lubricant(viscosity), got {self.lubricant!r}")
+        if self.width is None:
+            raise ValueError(f"{label}: film needs the width of the faces [m]")
+        if self.transition is None:
+            reason = "no film carries an edge that touches"
+            raise ValueError(f"{label}: film needs a transition, such as superposed(): {reason}")
+
+    def seen_by(self, slot: str):
+        """A corner and its wall, for contact laws."""
+        if slot != "contact":
+            return self
+        return Surfaces(self.corner_radius, math.inf, self.width, self.material, self.layer)
+
+    @property
+    def largest_tilt(self) -> float:
+        """Tilt [rad] at which two corners across touch, the block in the middle.
+
+        tan(psi / 2) = (a - sqrt(a^2 - c (2 b + c))) / (2 b + c). Raises ValueError for a block that never does.
+        """
+        a, b, c = 0.5 * self.overlap, 0.5 * self.height, self.clearance
+        square = a * a - c * (2.0 * b + c)
+        if square < 0.0:
+            raise ValueError(f"{self.label()}: the block turns in its guide without touching it across")
+        return 2.0 * math.atan2(a - math.sqrt(square), 2.0 * b + c)
+
+    @property
+    def impacts(self) -> bool:
+        """True where a corner's contact begins with a first touch."""
+        return self.transition is None or self.transition.law.first_touch
+
+    @property
+    def viscosity(self) -> float | None:
+        """Dynamic viscosity of the oil [Pa s]."""
+        return None if self.lubricant is None else self.lubricant.viscosity
+
+    def numbers(self) -> Iterator[Row]:
+        yield from super().numbers()
+        if self.film is not None:
+            yield f"{self.key}/viscosity", self.viscosity, NEVER
+            yield f"{self.key}/roughness", self.roughness or 0.0, ZERO
+
+    # --- for diagnosis
+    @property
+    def solid(self) -> tuple[float, str]:
+        return 0.5 * self.height, "block's half height"
+
+    def ideal(self) -> Joint:
+        same = {n: getattr(self, n) for n in ("a", "b", "axis", "angle", "name")}
+        return Prismatic(**same, self_aligning=True)
+
+    def place_of(self, states: dict[str, float]) -> str:
+        offset, tilt = (states[s.name] / s.size for s in self.states()[:2])
+        return f"offset {offset:.9f} c, tilt {tilt:.9f} c/a"
+
+    # --- what the compiler asks
+    def states(self) -> list[State]:
+        tilt = self.clearance / (0.5 * self.overlap)
+        states = [
+            State("offset", "m", self.clearance, 2, self.offset, self.offset_rate),
+            State("tilt", "rad", tilt, 2, self.tilt, self.tilt_rate),
+        ]
+        if self.friction is not None and self.friction.law.family is bristle:
+            size = self.friction.law.size(self.friction.values)
+            states += [State(f"bristle_deflection_{name}", "m", size, 1) for name, _, _ in CORNERS]
+        return states
+
+    def spots(self) -> list[Spot]:
+        kind = CONTACT if self.impacts else BLENDED
+        return [Spot(kind, self.clearance, 0.0, name) for name, _, _ in CORNERS]
+
+    def act(self, m, w) -> None:
+        """Films of both faces, contact and friction of all corners."""
+        block = Block(self, m, w)
+        if self.film is not None:
+            block.film("bottom", -1.0)
+            block.film("top", 1.0)
+        for i, corner in enumerate(CORNERS):
+            block.touch(i, *corner)
+        block.hand_over()
+
+
+class Block:
+    """The block in the guide's axes, and the sum of the forces on it, about its centre."""
+
+    def __init__(self, joint: ClearancePrismatic, m, w):
+        self.joint, self.m, self.w = joint, m, w
+        self.offset, self.tilt = m.state(joint, "offset"), m.state(joint, "tilt")
+        self.speed = m.rate(joint)
+        self.cosine, self.sine = m.trace.cos(self.tilt.v), m.trace.sin(self.tilt.v)
+        self.half = tuple(0.5 * m.number(joint, n) for n in ("overlap", "height"))
+        self.wall = self.half[1] + m.number(joint, "clearance")
+        self.along = self.across = self.moment = self.lost = self.friction = 0.0
+        self.touching = {-1.0: 0.0, 1.0: 0.0}  # corners at each wall
+        self.gap = None
+        w.show(joint, "offset", "m", "offset of the block across its guide", self.offset.v)
+        w.show(joint, "tilt", "rad", "tilt of the block in its guide", self.tilt.v)
+        w.show(joint, "sliding_speed", "m/s", "speed of the block's centre along the guide", self.speed)
+
+    def corner(self, sx: float, sy: float) -> tuple:
+        """A corner from the block's centre, in the guide's axes."""
+        x, y = sx * self.half[0], sy * self.half[1]
+        return self.cosine * x - self.sine * y, self.sine * x + self.cosine * y
+
+    @property
+    def facts(self) -> FilmJoint:
+        """Numbers that transitions read; a block has no radius."""
+        number = partial(self.m.number, self.joint)
+        return FilmJoint(0.0, number("clearance"), number("width"), number("viscosity"), number("roughness"))
+
+    def film(self, name: str, sy: float) -> None:
+        """Load, moment and drag of the film between a face and its wall.
+
+        Its gap is that which the transition makes of the gaps of both edges.
+        """
+        m, w, joint = self.m, self.w, self.joint
+        half, slope = self.half[0], self.sine / self.cosine
+        turning = self.tilt.d / (self.cosine * self.cosine)
+        gaps, rates, shares = [], [], []
+        for sx in (-1.0, 1.0):
+            gap = m.number(joint, "clearance") - sy * (self.offset.v + sx * half * slope)
+            share, held, give, *_ = m.law(joint, "transition", [gap], self.facts)
+            gaps.append(held)
+            rates.append(give * (-sy * (self.offset.d + sx * half * turning)))
+            shares.append(share)
+        mean, lean = (0.5 * (v[0] + v[1]) for v in (gaps, rates))
+        steep, tilting = (0.5 * (v[1] - v[0]) / half for v in (gaps, rates))
+        face = PadFace(half, m.number(joint, "width"), m.number(joint, "viscosity"))
+        lever = sy * self.half[1]
+        speed = self.speed - lever * self.tilt.d
+        load, moment, drag = m.law(joint, "film", [mean, steep, lean, tilting, speed], face)
+        share = 0.5 * (shares[0] + shares[1])
+        load, moment, drag = share * load, share * moment, share * drag
+        self.along, self.across = self.along - drag, self.across - sy * load
+        moment = moment / (self.cosine * self.cosine)  # its work is done on the slope's rate
+        self.moment = self.moment + lever * drag - sy * moment
+        self.lost = self.lost + drag * speed + sy * (load * self.offset.d + moment * self.tilt.d)
+        w.show(joint, f"film_{name}", "N", f"load of the film at the {name}, away from the wall", load)
+        w.show(joint, f"film_drag_{name}", "N", f"drag of the film at the {name}, against the sliding", drag)
+
+    def touch(self, i: int, name: str, sx: float, sy: float) -> None:
+        """Contact and friction of one corner."""
+        m, w, joint, trace = self.m, self.w, self.joint, self.m.trace
+        x, y = self.corner(sx, sy)
+        depth = sy * (self.offset.v + y) - self.wall
+        rate = sy * (self.offset.d + self.tilt.d * x)
+        sliding = self.speed - self.tilt.d * y
+        speed, felt, share = m.impact_speed(joint, i), depth, 1.0
+        touching = speed + 0.5
+        if joint.transition is not None:
+            _, _, _, share, felt, *_ = m.law(joint, "transition", [-depth], self.facts)
+        if joint.impacts:
+            felt, speed = m.contact(joint, felt, i)
+        (normal,) = m.law(joint, "contact", [felt, rate, speed])
+        normal = share * normal
+        touching = touching if joint.impacts else normal
+        rub = self._friction(name, sliding, normal)
+        self._add(x, y, rub, -sy * normal)
+        self.lost = self.lost + normal * rate - rub * sliding
+        self.touching[sy] = self.touching[sy] + trace.select(touching, 1.0, 0.0)
+        self.gap = -depth if self.gap is None else trace.select(self.gap + depth, -depth, self.gap)
+        w.spot(joint, depth, rate, normal)
+        w.show(joint, f"gap_{name}", "m", f"gap of corner {name}, {_place(sx, sy)}", -depth)
+        w.show(joint, f"contact_force_{name}", "N", f"normal contact force on corner {name}", normal)
+
+    def _friction(self, name: str, sliding, normal):
+        joint, m = self.joint, self.m
+        if joint.friction is None:
+            return 0.0
+        if joint.friction.law.family is not bristle:
+            (force,) = m.law(joint, "friction", [sliding, normal])
+        else:
+            key = f"bristle_deflection_{name}"
+            deflection = m.state(joint, key).v
+            rate, force = m.law(joint, "friction", [deflection, sliding, normal])
+            self.w.rate(joint, key, rate)
+            self.w.show(joint, key, "m", f"deflection of the friction law's bristles at corner {name}", deflection)
+        self.friction = self.friction + force
+        return force
+
+    def _add(self, x, y, along, across) -> None:
+        """A force at (x, y) from the block's centre."""
+        self.along, self.across = self.along + along, self.across + across
+        self.moment = self.moment + (x * across - y * along)
+
+    def hand_over(self) -> None:
+        """Force and moment to both bodies, the power that they take out, and outputs."""
+        joint, w, body = self.joint, self.w, self.joint.b.body.name
+        dx, dy = self.m.axis(joint)
+        force = self.along * dx - self.across * dy, self.along * dy + self.across * dx
+        w.pair(joint, *force, self.moment)
+        w.lose(joint, self.lost)
+        w.show(joint, "gap", "m", "smallest gap of all corners, negative in contact", self.gap)
+        for axis, value in zip("xy", force, strict=True):
+            w.show(joint, f"force_{axis}", "N", f"force {axis} on {body}", value)
+        w.show(joint, "moment", "N m", f"moment on {body} about the block's centre", self.moment)
+        if joint.friction is not None:
+            w.show(joint, "friction", "N", f"friction force on {body} along the guide", self.friction)
+        w.show(joint, "mode", "1", f"corners in contact: {_MODES}", self._mode())
+        w.show(joint, "power_loss", "W", "power the joint takes out of the mechanism", self.lost)
+
+    def _mode(self):
+        """Number of touching corners, one more where both walls are touched."""
+        low, high = self.touching.values()
+        return low + high + self.m.trace.select(low * high - 0.5, 1.0, 0.0)
+
+
+_MODES = ", ".join(f"{i} {name}" for i, name in enumerate(MODES))
+
+
+def _place(sx: float, sy: float) -> str:
+    """Where a corner is, in words."""
+    return f"{'front' if sx > 0.0 else 'rear'} {'top' if sy > 0.0 else 'bottom'}"

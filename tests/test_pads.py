@@ -1,0 +1,141 @@
+"""Oil films of flat pads: rows of another code, the Reynolds equation by quadrature, power, films with contact."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+import clearance as cl
+from clearance.laws.law import PadFace
+from clearance.laws.pad import SERIES
+from tests.validation.test_guide_slider import FILM_ROWS
+
+FACE = PadFace(0.025, 0.02, 0.01)
+SCALE = 8.0 * FACE.viscosity * FACE.width * FACE.half_length**3
+LAW = cl.full_pad()
+
+
+def test_rows():
+    """Coefficients at three tilts: the printed digits (1e-10)."""
+    rows = [row for row in FILM_ROWS if row["case"] == "pad, full film"]
+    assert len(rows) == 9
+    for row in rows:
+        tau, a = float(row["given"].partition("=")[2]), FACE.half_length
+        rates = {"A11": (1.0, 0.0), "A12": (0.0, 1.0 / a), "A22": (0.0, 1.0 / a)}[row["quantity"][:3]]
+        load, moment, _ = LAW(1e-3, tau * 1e-3 / a, *rates, 0.0, FACE)
+        value = moment / a if row["quantity"][:3] == "A22" else load
+        assert -value / SCALE * 1e-9 == pytest.approx(float(row["value"]), rel=1e-10, abs=1e-15)
+
+
+@given(st.floats(-0.95, 0.95), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
+def test_reynolds_equation_by_quadrature(tau, closing, turning, sliding):
+    """Load, moment and drag from the flow through the gap, integrated numerically: 1e-8 of the largest part.
+
+    p' = 12 mu (q(x) - q0) / h^3 with q = (h0' - m U / 2) x + m' x^2 / 2, q0 so that both edges have no pressure.
+    """
+    a, mu, width = FACE.half_length, FACE.viscosity, FACE.width
+    gap = 2e-4
+    slope, rate, lean, speed = tau * gap / a, 0.1 * closing, 2.0 * turning, 5.0 * sliding
+    x, weight = np.polynomial.legendre.leggauss(400)
+    x, weight = a * x, a * weight
+    h = gap + slope * x
+    flow = (rate - 0.5 * slope * speed) * x + 0.5 * lean * x**2
+    start = (weight @ (flow / h**3)) / (weight @ h**-3.0)
+    gradient = 12.0 * mu * (flow - start) / h**3
+    load = -width * (weight @ (x * gradient))
+    moment = -width * 0.5 * (weight @ (x**2 * gradient))
+    # the moving pad is sheared by mu U / h + h p' / 2 and pushed back by p m
+    drag = width * (weight @ (mu * speed / h + 0.5 * h * gradient)) + slope * load
+    found = LAW(gap, slope, rate, lean, speed, FACE)
+    size = 12.0 * mu * width * a**3 / (gap * (1.0 - abs(tau))) ** 3
+    size *= max(abs(rate) + abs(slope * speed) + a * abs(lean), 1e-6)
+    assert found[0] == pytest.approx(load, abs=1e-8 * size)
+    assert found[1] == pytest.approx(moment, abs=1e-8 * a * size)
+    assert found[2] == pytest.approx(drag, abs=1e-8 * max(size * gap / a, mu * width * a * abs(speed) / gap))
+
+
+@given(st.floats(-0.999, 0.999), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
+def test_power_is_taken_out(tau, closing, turning, sliding):
+    """-(W h0' + M m') + drag U is never negative, but for rounding."""
+    gap = 2e-4
+    slope = tau * gap / FACE.half_length
+    load, moment, drag = LAW(gap, slope, closing, 40.0 * turning, 50.0 * sliding, FACE)
+    parts = load * closing, moment * 40.0 * turning, drag * 50.0 * sliding
+    assert parts[2] - parts[0] - parts[1] >= -1e-12 * sum(map(abs, parts))
+
+
+@pytest.mark.parametrize("state", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.1, -0.3, 4.0)])
+def test_series_meets_the_closed_form(state):
+    """On both sides of the change, 4e-9 apart: 3e-8, ten slopes of it, and rounding 1e-16 / tau^4."""
+    gap, slope = 2e-4, SERIES * 2e-4 / FACE.half_length
+    below, above = (LAW(gap, slope * (1.0 + s * 1e-9), *state, FACE) for s in (-1.0, 1.0))
+    assert below == pytest.approx(above, rel=3e-8)
+
+
+def test_block_sinks_between_two_films():
+    """Time from the middle to 0.99 c under 50 N, without mass: a row of another code (10 digits)."""
+    clearance = 0.5e-3
+
+    def slowness(e):
+        loads = [LAW(clearance - side * e, 0.0, -side, 0.0, 0.0, FACE)[0] for side in (1.0, -1.0)]
+        return (loads[0] - loads[1]) / 50.0
+
+    (row,) = (row for row in FILM_ROWS if row["id"] == "G21")
+    time = quad(slowness, 0.0, 0.99 * clearance, epsrel=1e-12, limit=200)[0]
+    assert time == pytest.approx(float(row["value"]), rel=1e-9)
+
+
+def test_block_tilts_between_two_films():
+    """Time from level to psi a / c = 0.9 under 0.5 N m, without inertia: a row of another code.
+
+    It takes the slope for the tilt; they differ by 1e-4 at most.
+    """
+    clearance = 0.5e-3
+
+    def slowness(psi):
+        return -2.0 * LAW(clearance, math.tan(psi), 0.0, 1.0, 0.0, FACE)[1] / 0.5
+
+    (row,) = (row for row in FILM_ROWS if row["id"] == "G22")
+    time = quad(slowness, 0.0, 0.9 * clearance / FACE.half_length, epsrel=1e-12)[0]
+    assert time == pytest.approx(float(row["value"]), rel=5e-4)
+
+
+@pytest.mark.parametrize(
+    "transition", [cl.superposed(smallest_gap=0.02), cl.load_sharing()], ids=lambda t: t.law.name
+)
+def test_edges_touch_through_the_film(transition):
+    """A torque turns a block in oil until corners across carry it: at rest their couple is the torque.
+
+    Within 1e-3; the ledger closes within a thousand tolerances of what the torque put in.
+    """
+    body = cl.Body("block", 0.1, 5e-5, points={"P": (0, 0)})
+    guide = cl.ClearancePrismatic(
+        cl.ground, body["P"], name="guide", clearance=1e-4, overlap=0.05, height=0.03, width=0.02,
+        contact=cl.hertz(stiffness=1e9), film=cl.full_pad(), transition=transition, roughness=1e-6,
+        lubricant=cl.Lubricant(0.002),
+    )  # fmt: skip
+    scene = cl.Scene(guide, cl.Torque(body, 5.0), gravity=(0.0, 0.0))
+    result = cl.simulate(scene, until=0.2, rtol=1e-5, samples=401)
+    found = result.joint("guide")
+    assert found.mode[-1] == 3.0
+    assert found.moment[-1] == pytest.approx(-5.0, rel=1e-3)
+    couple = 2.0 * found.contact_force_4[-1] * 0.025
+    assert couple == pytest.approx(5.0, rel=0.02)
+    assert np.abs(result.energy.residual).max() < 1e-2 * result.energy.input[-1]
+
+
+def test_what_a_film_needs():
+    body = cl.Body("block", 0.1, 5e-5, points={"P": (0, 0)})
+    given = {"clearance": 1e-4, "overlap": 0.05, "height": 0.03, "contact": cl.hertz(stiffness=1e9), "name": "g"}
+    for more, said in (
+        ({}, "film needs lubricant"),
+        ({"lubricant": cl.Lubricant(0.05)}, "film needs the width"),
+        ({"lubricant": cl.Lubricant(0.05), "width": 0.02}, "film needs a transition"),
+    ):
+        with pytest.raises(ValueError, match=f"joint g: {said}"):
+            cl.ClearancePrismatic(cl.ground, body["P"], film=cl.full_pad(), **given, **more)
+    with pytest.raises(ValueError, match="joint g: transition superposed needs a film"):
+        cl.ClearancePrismatic(cl.ground, body["P"], transition=cl.superposed(), **given)
