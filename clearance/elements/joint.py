@@ -44,6 +44,13 @@ class Joint(Element):
     turns = False
     #: True where it takes axial forces and bending moments
     carries_across = False
+    #: what only some joints have, see their fields
+    contact = None
+    film = None
+    friction = None
+    roughness = None
+    transition = None
+    arms: tuple[str, ...] = ()
 
     def __post_init__(self):
         kind = type(self).__name__

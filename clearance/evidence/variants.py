@@ -29,7 +29,8 @@ def idealised(scene: Scene) -> Scene:
 
 
 def _smooth(element: Element) -> Element:
-    return dataclasses.replace(element, friction=None) if hasattr(element, "friction") else element
+    rubs = getattr(element, "friction", None) is not None
+    return dataclasses.replace(element, friction=None) if rubs else element
 
 
 def _without_film_torques(element: Element) -> Element:
