@@ -84,7 +84,7 @@ def state_from(mechanism: Mechanism, start: Record | str | Path) -> tuple[np.nda
 def _end_of(record: Record, name: str) -> dict:
     """The end that a result keeps. Raises ValueError where it has none, or a damaged one."""
     end = record.facts("state")
-    if not end:
+    if not end or "clearances" in end:  # before 0.2.0 was released
         raise ValueError(f"start: {name} has not kept the state at its end; it was written by an older clearance")
     try:
         columns = ("values", "sizes", "carried", "driven_values", "time")

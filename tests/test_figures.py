@@ -8,9 +8,10 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
 
 import pytest
-from clearance.paper_figures import gallery, workshop
+from clearance.paper_figures import gallery, structure, workshop
 
 import clearance as cl
 from clearance import cli
@@ -268,3 +269,22 @@ def test_an_interrupt_ends_all_that_draws_and_what_was_done_is_noted(tmp_path, m
             break
         time.sleep(0.05)
     assert not is_running(child)
+
+
+def test_the_structure_has_a_box_for_each_module_and_no_arrow_leads_back():
+    """All arrows go to the right, or upright in one direction, and pass no box on their way."""
+    counts = structure.counted()  # refuses a module without a box
+    assert sum(counts.values()) > 300
+    ways = structure.paths(Counter({e: n for e, n in counts.items() if "shared" not in e}))
+    for (a, b), points in ways.items():
+        assert (b, a) not in ways
+        assert structure.BOXES[a].column <= structure.BOXES[b].column
+        passed = [(box, y) for box in structure.BOXES.values() for x, y in points[1:-1] if abs(x - box.middle) < 1.0]
+        assert all(not box.edges[0] < y < box.edges[1] for box, y in passed)
+    assert not [a for a, b in counts if b == "shared"]
+
+
+def test_a_module_without_a_box_is_refused():
+    assert structure.box_of("diagnosis") == structure.box_of("run") == "run"
+    with pytest.raises(ValueError, match="module clearance.something falls into no box"):
+        structure.box_of("something")

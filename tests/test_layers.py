@@ -49,7 +49,12 @@ ONLY_IN = {
     "xarray": {"clearance.sweeping.index"},
     "pandas": {"clearance.sweeping.index"},
     "pinocchio": {"clearance.evidence.pinocchio"},
-    "matplotlib": {"postprocess.figures", "clearance.evidence.pictures", "clearance.evidence.film_pictures"},
+    "matplotlib": {
+        "postprocess.figures",
+        "clearance.evidence.pictures",
+        "clearance.evidence.film_pictures",
+        "paper_figures.structure",
+    },
     "h5py": {"clearance.reading", "clearance.results", "clearance.recording"},
     "jax": {"clearance.identify.learn"},
     "optax": {"clearance.identify.learn"},

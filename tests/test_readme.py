@@ -5,6 +5,7 @@ import re
 import shlex
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import clearance as cl
@@ -50,6 +51,19 @@ def test_result_file_example(tmp_path, monkeypatch, capsys):
     out = capsys.readouterr().out
     assert "0.0001 m" in out
     assert "step_number" in out
+
+
+def test_example_of_numbers_that_change(tmp_path, monkeypatch, capsys):
+    """The clearance is 0.2 mm, 0.22 mm, 0.242 mm: eccentricity over its share of it."""
+    monkeypatch.chdir(tmp_path)
+    exec(compile(next(b for b in GUIDE if "run.every(" in b), "README", "exec"), {})
+    assert len(capsys.readouterr().out.splitlines()) == 3
+    result = cl.open_result(tmp_path / "worn.h5")
+    joint, turn = result.joint("C"), cl.load_case("slider_crank").turn
+    clearance = np.hypot(joint.eccentricity_x, joint.eccentricity_y) / joint.eccentricity_ratio
+    for n, wanted in enumerate((2e-4, 2.2e-4, 2.42e-4)):
+        inside = (result.time > (n + 0.1) * turn) & (result.time < (n + 0.9) * turn)
+        np.testing.assert_allclose(clearance[inside], wanted, rtol=1e-9)
 
 
 def test_joint_friction_example(capsys):
@@ -128,3 +142,9 @@ def test_law_families_are_all_named():
     laws = [n for n in cl.__all__ if isinstance(getattr(cl, n), Law)]
     assert len(laws) > 40
     assert [n for n in laws if f"`{n}`" not in table] == []
+
+
+def test_elements_are_all_named():
+    """The guide's table of elements has every element of the package."""
+    table = TEXT["clearance/GUIDE.md"].partition("| element |")[2].partition("\n\n")[0]
+    assert [n for n in cl.elements.__all__ if f"`{n}`" not in table] == []

@@ -52,6 +52,13 @@ class Joint(Element):
     contact = friction = film = asperity = transition = heat = roughness = None
     #: True where it takes axial forces and bending moments
     carries_across = False
+    #: what only some joints have, see their fields
+    contact = None
+    film = None
+    friction = None
+    roughness = None
+    transition = None
+    arms: tuple[str, ...] = ()
 
     def __post_init__(self):
         kind = type(self).__name__
