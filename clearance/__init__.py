@@ -2,8 +2,18 @@
 
 from clearance import film, laws
 from clearance.body import Body, Point, ground
-from clearance.choices import joint_factory, joint_friction_law, one_of
-from clearance.elements import ClearanceRevolute, Drive, Force, Prismatic, Revolute, SpringDamper, Torque, TorsionSpring
+from clearance.choices import crank_drive, joint_factory, joint_friction_law, one_of
+from clearance.elements import (
+    ClearanceRevolute,
+    Drive,
+    Force,
+    Prismatic,
+    Revolute,
+    SpringDamper,
+    ThermalNode,
+    Torque,
+    TorsionSpring,
+)
 from clearance.film.bearing import Bearing, FilmSolution, Groove
 from clearance.film.online import conserving_film, fast_film, fem_film
 from clearance.film.tabulated import table_film
@@ -21,7 +31,9 @@ from clearance.laws import (
     coulomb,
     coulomb_tanh,
     coulomb_viscous,
+    dc_motor,
     delivered_restitution,
+    drive_state,
     effort,
     exact_damping,
     exact_restitution,
@@ -51,6 +63,7 @@ from clearance.laws import (
     joint_lugre_loaded,
     joint_stribeck,
     kelvin_voigt,
+    kloss,
     lankarani_nikravesh,
     layer_modulus,
     lee_wang,
@@ -59,8 +72,11 @@ from clearance.laws import (
     long_film,
     lugre,
     memberships,
+    motor_line,
+    pi_speed,
     pinkus_sternlicht,
     pressure_flow_factor,
+    ramp,
     shear_flow_factor,
     short_film,
     signal,
@@ -80,20 +96,21 @@ __version__ = VERSION
 
 __all__ = [
     "Bearing", "Body", "ClearanceRevolute", "Drive", "FilmSolution", "Force", "Groove", "HeatBalance", "Lubricant",
-    "Material", "Point", "Prismatic", "Revolute", "Scene", "SimulationError", "SpringDamper", "SweepError", "Torque",
-    "TorsionSpring", "ambrosio", "asperity", "bengisu_akay", "breakaway_linear", "breakaway_smooth", "bristle", "cP",
-    "composite_roughness", "conserving_film", "contact", "contact_flow_factor", "contact_modulus", "coulomb",
-    "coulomb_tanh", "coulomb_viscous", "degree", "delivered_restitution", "effort", "exact_damping",
-    "exact_restitution", "fast_film", "fem_film", "film", "film_torques", "flores", "flores_hybrid", "friction",
-    "full_sommerfeld", "fuzzy", "fuzzy_table", "gonthier", "greenwood_tripp", "greenwood_williamson", "grid", "ground",
-    "harmonic", "herbert_mcwhannell", "hertz", "hertz_stiffness", "hole_check", "hu_guo", "hunt_crossley",
-    "hunt_crossley_memoryless", "impact", "inverse_dynamics", "johnson", "joint_bristle", "joint_coulomb",
-    "joint_factory", "joint_friction", "joint_friction_law", "joint_lugre", "joint_lugre_loaded", "joint_stribeck",
-    "kelvin_voigt", "lankarani_nikravesh", "laws", "layer_modulus", "lee_wang", "liu", "load_case", "load_sharing",
-    "long_film", "lugre", "memberships", "mm", "one_of", "open_result", "open_sweep", "pinkus_sternlicht", "plot",
-    "pressure_flow_factor", "report", "rpm", "sampled", "shear_flow_factor", "short_film", "signal", "simulate",
-    "solve_film", "steel", "stribeck", "superposed", "sweep", "table_film", "threlfall", "transition", "um", "winkler",
-    "zhiying_qishao", "zipped",
+    "Material", "Point", "Prismatic", "Revolute", "Scene", "SimulationError", "SpringDamper", "SweepError",
+    "ThermalNode", "Torque", "TorsionSpring", "ambrosio", "asperity", "bengisu_akay", "breakaway_linear",
+    "breakaway_smooth", "bristle", "cP", "composite_roughness", "conserving_film", "contact", "contact_flow_factor",
+    "contact_modulus", "coulomb", "coulomb_tanh", "coulomb_viscous", "crank_drive", "dc_motor", "degree",
+    "delivered_restitution", "drive_state", "effort", "exact_damping", "exact_restitution", "fast_film", "fem_film",
+    "film", "film_torques", "flores", "flores_hybrid", "friction", "full_sommerfeld", "fuzzy", "fuzzy_table",
+    "gonthier", "greenwood_tripp", "greenwood_williamson", "grid", "ground", "harmonic", "herbert_mcwhannell",
+    "hertz", "hertz_stiffness", "hole_check", "hu_guo", "hunt_crossley", "hunt_crossley_memoryless", "impact",
+    "inverse_dynamics", "johnson", "joint_bristle", "joint_coulomb", "joint_factory", "joint_friction",
+    "joint_friction_law", "joint_lugre", "joint_lugre_loaded", "joint_stribeck", "kelvin_voigt", "kloss",
+    "lankarani_nikravesh", "laws", "layer_modulus", "lee_wang", "liu", "load_case", "load_sharing", "long_film",
+    "lugre", "memberships", "mm", "motor_line", "one_of", "open_result", "open_sweep", "pi_speed",
+    "pinkus_sternlicht", "plot", "pressure_flow_factor", "ramp", "report", "rpm", "sampled", "shear_flow_factor",
+    "short_film", "signal", "simulate", "solve_film", "steel", "stribeck", "superposed", "sweep", "table_film",
+    "threlfall", "transition", "um", "winkler", "zhiying_qishao", "zipped",
 ]  # fmt: skip
 
 _LAZY = {

@@ -6,6 +6,7 @@ from clearance.elements.forces import Force, Torque
 from clearance.elements.prismatic import Prismatic
 from clearance.elements.revolute import Revolute
 from clearance.elements.springs import SpringDamper, TorsionSpring
+from clearance.elements.thermal_node import ThermalNode
 
 __all__ = [
     "ClearanceRevolute",
@@ -14,6 +15,7 @@ __all__ = [
     "Prismatic",
     "Revolute",
     "SpringDamper",
+    "ThermalNode",
     "Torque",
     "TorsionSpring",
 ]
