@@ -419,20 +419,21 @@ class Journal:
     def _heat(self, power) -> None:
         """Heat of the oil: power loss, conduction, and oil that leaves warm and comes fresh."""
         m, w, joint, heat = self.m, self.w, self.joint, self.joint.heat
-        warming, surroundings = self._warming(), m.number(joint, "heat/surroundings")
+        capacity, conductance, surroundings, volumetric = (
+            m.number(joint, f"heat/{n}") if getattr(heat, n) is not None else 0.0
+            for n in ("capacity", "conductance", "surroundings", "volumetric")
+        )
+        warming, flow = self._warming(), volumetric * self.side_flow
         power, beside = self._shared(power)
-        flow = cooling = m.number(joint, "heat/volumetric") * self.side_flow
-        if heat.stands_alone:
-            cooling = m.number(joint, "heat/conductance") + flow
-        gain = power - cooling * warming
+        gain = power - (conductance + flow) * warming
         if heat.supply is not None:
             gain = gain + flow * self._above(m.number(joint, "heat/supply"))
         if heat.stands_alone and heat.to is not None:
-            conductance, around = m.number(joint, "heat/conductance"), self._above(heat.to.temperature(m))
+            around = self._above(heat.to.temperature(m))
             gain = gain + conductance * around
             beside = beside + conductance * (warming - around)
         if heat.stands_alone:
-            w.rate(joint, "warming", gain / m.number(joint, "heat/capacity"))
+            w.rate(joint, "warming", gain / capacity)
         else:
             beside = beside + gain
         if heat.to is not None:
