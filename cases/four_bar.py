@@ -5,8 +5,8 @@ A textbook Grashof linkage with steel bars of 20 mm x 10 mm section; all numbers
 
 import clearance as cl
 
-#: what the crank feels, for the size of finite drives [kg m2]
-INERTIA = 1e-3
+#: twice the kinetic energy over the squared crank speed, mean of a turn: the size of finite drives [kg m2]
+INERTIA = 7e-4
 
 
 def _bar(name: str, length: float, angle: float) -> cl.Body:

@@ -23,8 +23,8 @@ JOURNAL_RADIUS = 10e-3
 BEARING_LENGTH = 20e-3
 GUIDE_HEIGHT = 0.080
 PIVOT_D = (0.170, -0.090)
-#: what the crank feels, for the size of finite drives [kg m2]
-INERTIA = 4e-4
+#: twice the kinetic energy over the squared crank speed, mean of a turn: the size of finite drives [kg m2]
+INERTIA = 2e-3
 
 
 def scene(

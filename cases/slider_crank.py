@@ -9,8 +9,8 @@ import clearance as cl
 
 BEARING_RADIUS = 10e-3
 BEARING_LENGTH = 40e-3
-#: what the crank feels, for the size of finite drives: its own inertia, rod and slider at its pin [kg m2]
-INERTIA = 1.13e-3
+#: twice the kinetic energy over the squared crank speed, mean of a turn: the size of finite drives [kg m2]
+INERTIA = 8e-4
 
 
 def scene(
