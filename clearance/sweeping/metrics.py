@@ -1,10 +1,10 @@
 """Summary metrics of a run: what a map over speed and clearance shows.
 
-Each is computed over the window of a run: whole turns after the first `settle` ones; what there is, where that is less
-than a turn or no drive turns (`settle` is in seconds then). Extremes are located to the tolerance of the run, in its
-turns (hundredths of a run without, or several turns in runs of more than a hundred) that lie whole in the window;
-beside them samples count. Means are over time of samples, impacts count where they begin; names are made of body, drive
-and joint names:
+Each is computed over the window of a run: whole turns after the first `settle` ones, counted by the angle of
+a finite drive; what there is, where that is less than a turn or no drive turns (`settle` is in seconds then).
+Extremes are located to the tolerance of the run, in its turns (hundredths of a run without, or several turns in
+runs of more than a hundred) that lie whole in the window; beside them samples count. Means are over time of
+samples, impacts count where they begin; names are made of body, drive and joint names:
 
   <body>_acceleration_min, _max   of bodies that slide on the ground, along their guide [m/s2]
   drive_<drive>_torque_min, _max, _rms (or force)                                       [N m] ([N])
@@ -35,6 +35,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from clearance import checks
 from clearance.extremes import BOTH, along, guides
@@ -83,15 +84,15 @@ class Window:
             settle = checks.non_negative("settle", settle)
         if time.size < 2:
             return None
-        length, unit = float(time[-1]), turn or 1.0
-        done = length / unit * (1.0 + ROUNDING)
+        length = float(time[-1])
+        done = (float(record.turns_at(length)) if turn else length) * (1.0 + ROUNDING)
         if settle is None:
             settle = 1.0 if turn and (done >= 2.0 or not record.complete) else 0.0
-        begin, whole = settle * unit, math.floor(done - settle)
+        begin, whole = float(record.time_at(settle)) if turn else settle, math.floor(done - settle)
         if begin >= length or (turn and whole < 1 and not record.complete):
             return None
-        end = min(begin + whole * unit, length) if turn and whole >= 1 else length
-        turns = (float(whole) if whole >= 1 else (end - begin) / turn) if turn else None
+        end = min(float(record.time_at(settle + whole)), length) if turn and whole >= 1 else length
+        turns = (float(whole) if whole >= 1 else float(record.turns_at(end)) - settle) if turn else None
         return cls.between(record, begin, end, turns)
 
     @classmethod
@@ -151,7 +152,7 @@ def startup(record: Record, settle: float | None = None) -> dict[str, Metric]:
     window = Window.of(record, settle)
     if window is None or window.begin == 0.0:
         return {}
-    before = Window.between(record, 0.0, window.begin, window.turns and window.begin / record.turn)
+    before = Window.between(record, 0.0, window.begin, window.turns and float(record.turns_at(window.begin)))
     if before is None:
         return {}
     parts = (sliders(record, before, {}), drives(record, before), joints(record, before))
@@ -275,7 +276,7 @@ def periodicity(record: Record, window: Window) -> Found:
     if per_turn < COARSE and abs(per_turn - round(per_turn)) > ON_SAMPLE:
         return
     x, y = (
-        np.stack([record.values(f"joints/{j}/eccentricity_{axis}")[window.samples] / c for j, c in joints.items()])
+        np.stack([_evenly(record, f"joints/{j}/eccentricity_{axis}", window) / c for j, c in joints.items()])
         for axis in "xy"
     )
     period, least = math.inf, math.inf
@@ -290,6 +291,16 @@ def periodicity(record: Record, window: Window) -> Found:
     changes, turn = np.abs(_change(x + 1j * y, per_turn)).max(axis=0), round(per_turn)
     first, last = float(changes[:turn].max()), float(changes[-turn:].max())
     yield "settling_ratio", last / first if first > 0.0 else 0.0, "1", "change from turn to turn, last over first"
+
+
+def _evenly(record: Record, path: str, window: Window) -> np.ndarray:
+    """Samples of a channel in a window, evenly over the turns of the drive, which may not turn evenly itself."""
+    values, time = record.values(path), record.time
+    if not record.uneven:
+        return values[window.samples]
+    every = record.turn * (time.size - 1) / float(time[-1])
+    turns = record.turns_at(window.begin) + np.arange(math.floor(window.turns * every * (1.0 + ROUNDING)) + 1) / every
+    return make_interp_spline(time, values)(record.time_at(turns))
 
 
 def _change(states: np.ndarray, shift: float) -> np.ndarray:
