@@ -5,6 +5,9 @@ A textbook Grashof linkage with steel bars of 20 mm x 10 mm section; all numbers
 
 import clearance as cl
 
+#: twice the kinetic energy over the squared crank speed, mean of a turn: the size of finite drives [kg m2]
+INERTIA = 7e-4
+
 
 def _bar(name: str, length: float, angle: float) -> cl.Body:
     mass = cl.steel.density * 0.020 * 0.010 * (length + 0.020)
@@ -34,10 +37,11 @@ def scene(
     thresholds: str = "auto",
     memberships: str = "cosine",
     asperity: str = "auto",
+    drive: str = "speed",
 ) -> cl.Scene:
     """Crank-rocker: crank 50 mm, coupler 150 mm, rocker 120 mm, frame 160 mm.
 
-    speed: crank speed [rad/s]
+    speed: crank speed; of finite drives that asked for, or at which they idle [rad/s]
     clearance: radial clearance of the clearance joints [m]
     joints: clearance joints, a comma list of A B C D [-]
     model: ideal, dry, lubricated or mixed (film, asperities and contact) [-]
@@ -56,6 +60,7 @@ def scene(
     thresholds: film thickness ratios dry,mixed,full of the fuzzy states; auto: 0.4,1,3 or those of the file [-]
     memberships: of fuzzy: cosine, or a CSV file of film thickness ratio, full film, mixed, dry [-]
     asperity: of load_sharing: greenwood_tripp, greenwood_williamson, none; auto: the first, none elsewhere [-]
+    drive: speed (prescribed), pi, motor, kloss or dc, or with parameters as motor(stall=5, no_load=69.1) [-]
     """
     crank, coupler, rocker = _bar("crank", 0.050, 0.0), _bar("coupler", 0.150, 0.8), _bar("rocker", 0.120, 1.6)
     joint = cl.joint_factory(
@@ -70,6 +75,6 @@ def scene(
         joint("B", crank["far"], coupler["near"]),
         joint("C", coupler["far"], rocker["far"]),
         joint("D", cl.ground.at(0.160, 0), rocker["near"]),
-        cl.Drive(crank, speed=speed, start=0.0),
+        cl.crank_drive(drive, crank, speed=speed, inertia=INERTIA),
         name="four_bar",
     )

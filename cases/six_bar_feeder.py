@@ -23,6 +23,8 @@ JOURNAL_RADIUS = 10e-3
 BEARING_LENGTH = 20e-3
 GUIDE_HEIGHT = 0.080
 PIVOT_D = (0.170, -0.090)
+#: twice the kinetic energy over the squared crank speed, mean of a turn: the size of finite drives [kg m2]
+INERTIA = 2e-3
 
 
 def scene(
@@ -46,10 +48,11 @@ def scene(
     thresholds: str = "auto",
     memberships: str = "cosine",
     asperity: str = "auto",
+    drive: str = "speed",
 ) -> cl.Scene:
     """Six-bar rocking feeder (assumed parameter set feeder-A), crank angle 0 at t = 0.
 
-    speed: crank speed [rad/s]
+    speed: crank speed; of finite drives that asked for, or at which they idle [rad/s]
     clearance: radial clearance of the clearance joints [m]
     joints: clearance joints, a comma list of A B C D E F [-]
     model: ideal, dry, lubricated or mixed (film, asperities and contact) [-]
@@ -68,6 +71,7 @@ def scene(
     thresholds: film thickness ratios dry,mixed,full of the fuzzy states; auto: 0.4,1,3 or those of the file [-]
     memberships: of fuzzy: cosine, or a CSV file of film thickness ratio, full film, mixed, dry [-]
     asperity: of load_sharing: greenwood_tripp, greenwood_williamson, none; auto: the first, none elsewhere [-]
+    drive: speed (prescribed), pi, motor, kloss or dc, or with parameters as motor(stall=5, no_load=69.1) [-]
     """
     crank = cl.Body("crank", mass=0.0942, inertia=3.140e-5, points={"A": (-0.020, 0), "B": (0.020, 0)})
     rod2 = cl.Body("rod2", mass=0.2826, inertia=7.724e-4, points={"B": (-0.080, 0), "C": (0.080, 0)}, angle=0.6)
@@ -94,6 +98,6 @@ def scene(
         joint("E", rocker["E"], rod4["E"]),
         joint("F", rod4["F"], slider["F"]),
         cl.Prismatic(cl.ground.at(0, GUIDE_HEIGHT), slider["F"], name="guide"),
-        cl.Drive(crank, speed=speed, start=0.0),
+        cl.crank_drive(drive, crank, speed=speed, inertia=INERTIA),
         name="six_bar_feeder",
     )

@@ -11,6 +11,8 @@ BEARING_RADIUS = 10e-3
 BEARING_LENGTH = 40e-3
 #: of the slider in a guide with clearance; the benchmark's guide is ideal
 BLOCK = {"overlap": 60e-3, "height": 40e-3, "width": 40e-3}
+#: twice the kinetic energy over the squared crank speed, mean of a turn: the size of finite drives [kg m2]
+INERTIA = 8e-4
 
 
 def scene(
@@ -35,10 +37,11 @@ def scene(
     thresholds: str = "auto",
     memberships: str = "cosine",
     asperity: str = "auto",
+    drive: str = "speed",
 ) -> cl.Scene:
     """Slider-crank, crank angle 0 (outer dead centre) at t = 0.
 
-    speed: crank speed [rad/s]
+    speed: crank speed; of finite drives that asked for, or at which they idle [rad/s]
     clearance: radial clearance of joint C [m]
     guide_clearance: clearance of the guide on either side of the slider [m]
     joints: clearance joints, "C" (between rod and slider), "guide" or both [-]
@@ -58,6 +61,7 @@ def scene(
     thresholds: film thickness ratios dry,mixed,full of the fuzzy states; auto: 0.4,1,3 or those of the file [-]
     memberships: of fuzzy: cosine, or a CSV file of film thickness ratio, full film, mixed, dry [-]
     asperity: of load_sharing: greenwood_tripp, greenwood_williamson, none; auto: the first, none elsewhere [-]
+    drive: speed (prescribed), pi, motor, kloss or dc, or with parameters as motor(stall=5, no_load=69.1) [-]
     """
     crank = cl.Body("crank", mass=0.30, inertia=6.25e-5, points={"shaft": (-0.025, 0), "pin": (0.025, 0)})
     rod = cl.Body("rod", mass=0.21, inertia=2.5e-4, points={"pin": (-0.06, 0), "slider": (0.06, 0)})
@@ -75,6 +79,6 @@ def scene(
         cl.Revolute(crank["pin"], rod["pin"], name="B"),
         factory("C", rod["slider"], slider["pin"]),
         factory.slide("guide", cl.ground.at(0, 0), slider["pin"], clearance=guide_clearance, **BLOCK),
-        cl.Drive(crank, speed=speed, start=0.0),
+        cl.crank_drive(drive, crank, speed=speed, inertia=INERTIA),
         name="slider_crank",
     )

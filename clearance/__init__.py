@@ -8,7 +8,7 @@ from clearance.elements import *  # noqa: F403
 from clearance import elements, films, laws
 from clearance import film as film
 from clearance.body import Body, Point, ground
-from clearance.choices import joint_factory, joint_friction_law, one_of
+from clearance.choices import crank_drive, joint_factory, joint_friction_law, one_of
 from clearance.film.bearing import Bearing, FilmSolution, Groove
 from clearance.film.online import conserving_film, fast_film, fem_film
 from clearance.film.tabulated import table_film
@@ -43,6 +43,7 @@ __all__ = [
     "Scene",
     "cP",
     "conserving_film",
+    "crank_drive",
     "degree",
     "elements",
     "fast_film",

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from clearance.checks import answers, finite, non_negative, positive
+from clearance.checks import answers, finite, fraction, non_negative, positive
 
 
 @answers
@@ -47,27 +47,55 @@ steel = Material("steel", young=207e9, poisson=0.3, density=7850.0)
 class HeatBalance:
     """Balance of heat of a joint's oil and what surrounds it: one temperature, that sets the viscosity.
 
-    C T' = P - h (T - T_0) - rho c_p Q (T - T_0),   mu(T) = mu_0 exp(B / (T - theta) - B / (T_0 - theta))
+    C T' = P - h (T - T_s) - rho c_p Q (T - T_f),   mu(T) = mu_0 exp(B / (T - theta) - B / (T_0 - theta))
 
-    capacity C [J/K] of the oil and the metal that warms with it; conductance h [W/K] to the surroundings; surroundings
-    T_0 [K], where the lubricant's viscosity mu_0 is given and the run starts, also the temperature of fresh oil;
-    volumetric rho c_p of the oil [J/(m3 K)]; vogel B [K] and vogel_zero theta [K]. P is the joint's power loss, Q the
-    film's side flow (film laws that do not know theirs cool by h alone).
+    capacity C [J/K] of the oil and the metal that warms with it; conductance h [W/K] to what surrounds it, at T_s;
+    surroundings T_0 [K], where the lubricant's viscosity mu_0 is given and the run starts;
+    volumetric rho c_p of the oil [J/(m3 K)]; vogel B [K] and vogel_zero theta [K]. P is the heat that the oil takes,
+    Q the film's side flow (film laws that do not know theirs cool by h alone).
+    to: the ThermalNode that surrounds the oil, T_s is its temperature; None: T_s = T_0. With a node and neither
+    capacity nor conductance the oil has the node's temperature and no state, and the node takes
+    P - rho c_p Q (T - T_f): films of one oil bath.
+    supply T_f [K]: temperature of fresh oil (default T_0). share in [0, 1]: of the heat of contact, asperities
+    and their friction that the oil takes, all that of the film besides; the node takes the rest (surroundings at T_0
+    do so without warming).
+    Raises ValueError for numbers out of these ranges.
     Source: Vogel, Physikalische Zeitschrift 22 (1921) 645; the defaults are an ISO VG 32 mineral oil's (27.6 mPa s at
     40 C and 4.6 mPa s at 100 C, theta = -95 C).
     """
 
-    capacity: float
-    conductance: float
+    capacity: float | None = None
+    conductance: float | None = None
     surroundings: float = 313.15
     volumetric: float = 1.7e6
     vogel: float = 786.0
     vogel_zero: float = 178.15
+    to: object = None
+    supply: float | None = None
+    share: float = 1.0
 
     def __post_init__(self):
-        for name in ("capacity", "surroundings", "vogel", "vogel_zero"):
+        optional = [n for n in ("capacity", "supply") if getattr(self, n) is not None]
+        for name in (*optional, "surroundings", "vogel", "vogel_zero"):
             positive(f"heat balance: {name}", getattr(self, name))
+        fraction("heat balance: share", self.share)
         for name in ("conductance", "volumetric"):
-            non_negative(f"heat balance: {name}", getattr(self, name))
+            if getattr(self, name) is not None:
+                non_negative(f"heat balance: {name}", getattr(self, name))
         if self.surroundings <= self.vogel_zero:
             raise ValueError(f"heat balance: surroundings {self.surroundings!r} K must be above vogel_zero")
+        missing = [n for n in ("capacity", "conductance") if getattr(self, n) is None]
+        if missing and (self.to is None or len(missing) == 1):
+            reason = "only beside to=ThermalNode(...) may both be left out"
+            raise ValueError(f"heat balance: {missing[0]} is missing; {reason}")
+
+    @property
+    def stands_alone(self) -> bool:
+        """True where the oil has a temperature of its own, False where it has that of its node."""
+        return self.capacity is not None
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Numbers of the kernel by name."""
+        values = {n: v for n, v in vars(self).items() if isinstance(v, float | int)}
+        return values if self.share < 1.0 else {n: v for n, v in values.items() if n != "share"}

@@ -23,6 +23,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from clearance.extremes import ROUNDING, SLIDES, Extreme, Extremes, better
 from clearance.locks import Lock
@@ -35,7 +36,10 @@ FORMAT_VERSION = 2
 #: whose versions stand in a file beside our own
 PACKAGES = ("numpy", "numba", "h5py")
 #: groups whose channels move along time
-MOVING = ("bodies", "joints", "springs", "drives", "friction", "energy")
+MOVING = ("bodies", "joints", "springs", "drives", "nodes", "friction", "energy")
+#: groups that have a group for each part
+PARTS = ("bodies", "joints", "springs", "drives", "nodes")
+FEWEST_OF_SPLINE = 4  # samples
 #: extremes that follow from the smallest gap [m]
 OF_GAP = {
     "film_thickness_ratio_min": lambda gap, joint: gap / joint["roughness"],
@@ -272,10 +276,55 @@ class Record(ABC):
 
     @cached_property
     def turn(self) -> float | None:
-        """Time of one turn of the drive at constant speed [s]; None where there is none."""
-        loads = self.scene["loads"]
-        speeds = [d["speed"] for d in loads if d["type"] == "Drive" and d.get("speed") and _turns(d["target"])]
-        return 2.0 * np.pi / abs(speeds[0]) if speeds else None
+        """Time of one turn of the drive at its constant or nominal speed [s]; None where there is none."""
+        return None if self.turning is None else 2.0 * np.pi / abs(speed_of(self.turning))
+
+    @cached_property
+    def turning(self) -> dict | None:
+        """Description of the first drive that turns at a constant or nominal speed."""
+        drives = (d for d in self.scene["loads"] if d["type"] == "Drive")
+        return next((d for d in drives if speed_of(d) and _turns(d["target"])), None)
+
+    @cached_property
+    def _counted(self) -> np.ndarray | None:
+        """Most turns that a drive with a nominal speed has made up to each sample; None where time counts them."""
+        if self.turning is None or self.turning["speed"]:
+            return None
+        path = f"drives/{self.turning['name']}/turns"
+        return np.maximum.accumulate(self.values(path)) if path in self else None
+
+    @property
+    def uneven(self) -> bool:
+        """True where turns are counted by the angle of a finite drive, False where time counts them."""
+        return self._counted is not None
+
+    def turns_at(self, times: np.ndarray) -> np.ndarray:
+        """Turns of the drive from the start to times [s], by its angle; by the nominal speed where that was not kept.
+
+        Raises ValueError where no drive has a constant or nominal speed.
+        """
+        self._need_turns()
+        if self._counted is None:
+            return times / self.turn
+        return np.interp(times, self.time, self._counted)
+
+    def time_at(self, turns: np.ndarray) -> np.ndarray:
+        """Times [s] at which the drive has first made so many turns: inverse of `turns_at`, a cubic spline where it
+        turns one way; those of the ends beyond them. Raises ValueError as `turns_at`.
+        """
+        self._need_turns()
+        if self._counted is None:
+            return turns * self.turn
+        time, counted = self.time, self._counted
+        turns = np.clip(turns, counted[0], counted[-1])
+        if len(time) < FEWEST_OF_SPLINE or (np.diff(counted) <= 0.0).any():
+            ahead = np.concatenate([[True], np.diff(counted) > 0.0])
+            return np.interp(turns, counted[ahead], time[ahead])
+        return np.clip(make_interp_spline(counted, time)(turns), time[0], time[-1])
+
+    def _need_turns(self) -> None:
+        if self.turning is None:
+            raise ValueError("no drive turns at a constant or nominal speed; turns need one")
 
     @property
     def clearances(self) -> dict[str, float]:
@@ -363,6 +412,10 @@ class Record(ABC):
     def drive(self, name: str) -> Channels:
         """Channels of a drive: `drive("crank").torque`, `.power`. Raises KeyError for a drive there is not."""
         return self._channels("drives", name)
+
+    def node(self, name: str) -> Channels:
+        """Channels of a thermal node: `node("housing").temperature`. Raises KeyError for a node there is not."""
+        return self._channels("nodes", name)
 
     def pressure_fields(self, joint: str) -> PressureFields | None:
         """Pressure fields of a joint's film; None where the run was not asked for any."""
@@ -479,7 +532,7 @@ class Result(Record):
     def to_xarray(self):
         """All of it as an xarray DataTree in memory, with the groups, units and attributes of the file."""
         xarray = extra("xarray")
-        groups = [f"{kind}/{n}" for kind in ("bodies", "joints", "springs", "drives") for n in self.names(kind)]
+        groups = [f"{kind}/{n}" for kind in PARTS for n in self.names(kind)]
         found = {"/": xarray.Dataset(attrs=self.attributes)}
         for group in [*groups, "energy", "friction", *DIMENSIONS]:
             if not (names := self.names(group)):
@@ -540,6 +593,11 @@ def _extremes_of_format_1(reader: Reader) -> Extremes:
     values = np.array(list(columns.values()), dtype=float).T.reshape(-1, len(columns))
     length = float(reader.attribute("", "stretch_s"))
     return Extremes(length, tuple(columns), tuple(units.values()), values, np.full(values.shape, np.nan))
+
+
+def speed_of(drive: dict) -> float | None:
+    """Constant or nominal speed of a drive, from its description."""
+    return drive.get("speed") or drive.get("nominal")
 
 
 def _turns(target: str | dict) -> bool:

@@ -37,9 +37,9 @@ class Scene:
         _check_names("body", self.bodies)
         _check_names("joint", self.joints)
         _check_names("load", self.loads)
-        for load in self.loads:
-            if isinstance(getattr(load, "target", None), Joint) and load.target not in self.joints:
-                raise ValueError(f"{load.label()}: its target, {load.target.label()}, is not in the scene")
+        for part, what, other in ((p, *c) for p in parts for c in p.companions().items()):
+            if other not in parts:
+                raise ValueError(f"{part.label()}: its {what}, {other.label()}, is not in the scene")
         self._check_connected()
 
     def __setattr__(self, name: str, value: object):

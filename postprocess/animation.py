@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import numpy as np
-from clearance.postprocess.channels import drive_angle, name_of, series
+from clearance.postprocess.channels import angle_at, drive_angle, name_of, series
 from clearance.postprocess.drawing import EDGE, MM, Drawing, Motion, frame, name_joints, period
 from clearance.postprocess.figures import check_film, save_film, sheet
 from clearance.postprocess.guides import COLOURS as OF_MODES
@@ -357,6 +357,6 @@ def _clock(record: Record, times: np.ndarray) -> list[str]:
     texts = [f"t = {factor * t:.{digits}f} {unit}" for t in times]
     if record.turn is None:
         return texts
-    start, speed, target = drive_angle(record)
+    target, angles = drive_angle(record)[2], np.degrees(angle_at(record, times)) % 360.0
     name = target if isinstance(target, str) else target["name"]
-    return [f"{x}   {name} {np.degrees(start + speed * t) % 360.0:5.1f}°" for x, t in zip(texts, times, strict=True)]
+    return [f"{x}   {name} {angle:5.1f}°" for x, angle in zip(texts, angles, strict=True)]

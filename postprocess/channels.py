@@ -11,9 +11,9 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
-from clearance.results import Record
+from clearance.results import Record, speed_of
 
-KINDS = ("bodies", "joints", "springs", "drives")
+KINDS = ("bodies", "joints", "springs", "drives", "nodes")
 #: groups of channels that belong to the whole mechanism
 WHOLE = ("energy", "friction")
 WORDS = {
@@ -211,7 +211,7 @@ def name_of(record: Record) -> str:
 
 
 def turn_of(record: Record) -> float:
-    """Time of one turn of the drive [s]. Raises ValueError where no drive turns at constant speed."""
+    """Time of one turn of the drive [s]. Raises ValueError where no drive turns at constant or nominal speed."""
     if record.turn is None:
         raise ValueError(f"{name_of(record)}: no drive turns at constant speed; turns and drive angles need one")
     return record.turn
@@ -222,13 +222,20 @@ def drive_angle(record: Record) -> tuple[float, float, str]:
 
     The angle is the drive's start, else that of its body where it was kept, else 0. Raises ValueError as `turn_of`.
     """
-    turn = turn_of(record)
-    drives = [d for d in record.scene["loads"] if d["type"] == "Drive" and d.get("speed")]
-    drive = next(d for d in drives if np.isclose(2.0 * np.pi / abs(d["speed"]), turn, rtol=1e-12))
-    start, theta = drive["start"], f"bodies/{drive['target']}/theta"
+    turn_of(record)
+    drive = record.turning
+    start, speed, theta = drive["start"], speed_of(drive), f"bodies/{drive['target']}/theta"
     if start is None and theta in record and record.time.size:
-        start = record.values(theta)[0] - drive["speed"] * record.time[0]
-    return float(start or 0.0), drive["speed"], drive["target"]
+        start = record.values(theta)[0] - speed * record.time[0]
+    return float(start or 0.0), speed, drive["target"]
+
+
+def angle_at(record: Record, times: np.ndarray) -> np.ndarray:
+    """Angle of the turning drive [rad] at times [s]. Raises ValueError as `turn_of`."""
+    start, speed, _ = drive_angle(record)
+    if record.uneven:
+        return start + np.copysign(2.0 * np.pi, speed) * record.turns_at(times)
+    return start + speed * times
 
 
 def kept(record: Record, *, last: float | None = None, settle: float = 0.0) -> slice:
@@ -241,8 +248,8 @@ def kept(record: Record, *, last: float | None = None, settle: float = 0.0) -> s
     if not time.size or last is None and settle == 0.0:
         return slice(None)
     turn = turn_of(record)
-    start = time[-1] - last * turn if last is not None else time[0] + settle * turn
-    return slice(int(np.searchsorted(time, start - 1e-9 * turn)), None)
+    first = record.turns_at(time[-1]) - last if last is not None else record.turns_at(time[0]) + settle
+    return slice(int(np.searchsorted(time, record.time_at(first) - 1e-9 * turn)), None)
 
 
 def abscissa(record: Record, along: str, last: float | None = None) -> tuple[np.ndarray, slice, str]:
@@ -256,12 +263,12 @@ def abscissa(record: Record, along: str, last: float | None = None) -> tuple[np.
     if along == "time":
         return time, found, "time [s]"
     if along == "turns":
-        turns = time / turn_of(record)
+        turn_of(record)
+        turns = record.turns_at(time)
         return _from_first(turns, 1.0) if last is not None else turns, found, "drive turns [-]"
     if along != "angle":
         raise ValueError(f"along must be one of time, turns, angle; got {along!r}")
-    start, speed, target = drive_angle(record)
-    angle = np.degrees(start + speed * time)
+    angle, target = np.degrees(angle_at(record, time)), drive_angle(record)[2]
     return _from_first(angle, 360.0) if last is not None else angle, found, f"{target} angle [deg]"
 
 

@@ -155,12 +155,13 @@ def contact_table(record: Record, *, settle: float = 0.0) -> dict[str, dict[str,
 
 def _numbers(record: Record, found: Contacts) -> dict[str, float]:
     count, span, over = len(found.time), found.end - found.start, found.duration[~found.open]
+    turns = record.turns_at(found.end) - record.turns_at(found.start) if record.turn else 0.0
     mean = np.exp(1j * found.angle).mean() if count and np.isfinite(found.angle).all() else np.nan
     return {
         "contacts": count,
         "open_contacts": int(found.open.sum()),
         "contacts_per_second": count / span if span > 0.0 else np.nan,
-        "contacts_per_turn": count * record.turn / span if record.turn and span > 0.0 else np.nan,
+        "contacts_per_turn": count / turns if turns > 0.0 else np.nan,
         "share_in_contact": found.share,
         "mean_impact_speed": _of(np.mean, found.impact_speed),
         "largest_impact_speed": _of(np.max, found.impact_speed),

@@ -661,7 +661,8 @@ def _label(run: Record, name: str) -> str:
 
 def _settled(run: Record, settle: float | None) -> float:
     """Turns left out: those asked for, or the first half of the run."""
-    return float(int(0.5 * run.time[-1] / turn_of(run))) if settle is None else settle
+    turn_of(run)
+    return float(int(0.5 * run.turns_at(run.time[-1]))) if settle is None else settle
 
 
 def _how(run: Record, channels: list[str], angle: float, settle: float) -> list[str]:

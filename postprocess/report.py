@@ -136,7 +136,7 @@ def _how_long(run: Result) -> str:
     time = run.time
     if not time.size:
         return "no sample"
-    turns = f"{number(time[-1] / run.turn)} turns, " if run.turn else ""
+    turns = f"{number(float(run.turns_at(time[-1])))} turns, " if run.turn else ""
     return f"{turns}{quantity(time[-1], 's')}"
 
 
@@ -347,7 +347,7 @@ def _contacts(page: Page, run: Result, joint: str) -> list[Markup]:
 
 def _turns(run: Result) -> float:
     """Turns of the drive that a run has; 0 where nothing turns at constant speed."""
-    return float(run.time[-1] / run.turn) if run.turn and run.time.size else 0.0
+    return float(run.turns_at(run.time[-1])) if run.turn and run.time.size else 0.0
 
 
 def _settle(run: Result) -> tuple[float, str]:

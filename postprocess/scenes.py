@@ -7,7 +7,7 @@ KINDS = {"Revolute": "hinge", "Prismatic": "slide", "ClearanceRevolute": "hinge 
          "ClearancePrismatic": "slide with clearance"}  # fmt: skip
 LOADS = {
     "Drive": "drive", "SpringDamper": "spring and damper", "TorsionSpring": "torsion spring", "Force": "force",
-    "Torque": "torque",
+    "Torque": "torque", "ThermalNode": "thermal node",
 }  # fmt: skip
 #: SI units of what scenes and the package's own laws are described by
 UNITS = {
@@ -22,12 +22,18 @@ UNITS = {
     "damping": "N s/m", "dissipation": "s/m", "grazing_speed": "m/s", "modulus": "Pa", "layer_modulus": "Pa/m",
     "radius_difference": "m", "depth": "m", "transition_speed": "m/s", "dead_speed": "m/s", "full_speed": "m/s",
     "stribeck_speed": "m/s", "decay": "s/m", "viscous": "s/m", "ambient": "Pa", "liner": "m/Pa", "pressure": "Pa",
+    "stall": "N m", "no_load": "rad/s", "breakdown": "N m", "slip": "1", "synchronous": "rad/s",
+    "proportional": "N m s/rad", "integral": "N m/rad", "limit": "N m", "run_up": "s", "voltage": "V",
+    "resistance": "Ohm", "inductance": "H", "constant": "N m/A", "supply": "K", "share": "1", "duration": "s",
 }  # fmt: skip
 #: where a name means something else
 UNITS_IN = {
     "lugre": {"stiffness": "1/m", "damping": "s/m"},
     "SpringDamper": {"stiffness": "N/m"},
     "TorsionSpring": {"stiffness": "N m/rad", "damping": "N m s/rad"},
+    "ThermalNode": {"start": "K"},
+    "pi_speed": {"speed": "rad/s"},
+    "ramp": {"speed": "rad/s", "start": "rad"},
     "Groove": {"length": "1", "width": "rad"},
 }
 #: what a joint with clearance is made of, in the order of its table
@@ -201,6 +207,8 @@ def _drive(drive: dict) -> str:
         what = "torque" if drive["torque"] is not None else "force"
         said = f"by a {what}, {words(drive[what], effort)}"
     start = f", from {words(drive['start'], angle)}" if drive["start"] is not None else ""
+    if drive.get("nominal") is not None:
+        said += f", nominally at {words(drive['nominal'], rate)}"
     return said + start + (f" with {words(drive['speed_start'], rate)}" if drive["speed_start"] is not None else "")
 
 

@@ -14,7 +14,6 @@ from clearance.postprocess.channels import (
     name_of,
     principal,
     series,
-    turn_of,
 )
 from clearance.postprocess.labels import axis_label, headline, labels_of, several
 
@@ -36,14 +35,13 @@ def section_times(record: Record, angle: float = 0.0, settle: float = 2.0) -> np
         raise ValueError(f"angle {angle:g} rad is more than a turn; did you mean {angle:g}deg?")
     if not (np.isfinite(settle) and settle >= 0.0):
         raise ValueError(f"settle must be a number of turns, not negative, got {settle!r}")
-    turn, time = turn_of(record), record.time
-    start, speed, _ = drive_angle(record)
+    time, (start, speed, _) = record.time, drive_angle(record)
     if not time.size:
         return np.zeros(0)
-    first = np.mod((angle - start) / speed, turn)
-    near = 1e-9 * turn
-    low, high = (time[0] + settle * turn - first - near) / turn, (time[-1] - first + near) / turn
-    return np.clip(first + np.arange(np.ceil(low), np.floor(high) + 1.0) * turn, time[0], time[-1])
+    first, near = np.mod((angle - start) / np.copysign(2.0 * np.pi, speed), 1.0), 1e-9
+    begin, end = record.turns_at(time[[0, -1]])
+    low, high = begin + settle - first - near, end - first + near
+    return np.clip(record.time_at(first + np.arange(np.ceil(low), np.floor(high) + 1.0)), time[0], time[-1])
 
 
 def section(record: Record, channels: Iterable[str], angle: float = 0.0, settle: float = 2.0) -> np.ndarray:

@@ -8,6 +8,7 @@ from clearance.elements.pin_slot import ClearancePinSlot, PinSlot
 from clearance.elements.prismatic import Prismatic
 from clearance.elements.revolute import Revolute
 from clearance.elements.springs import SpringDamper, TorsionSpring
+from clearance.elements.thermal_node import ThermalNode
 from clearance.elements.weld import Weld
 
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     "Prismatic",
     "Revolute",
     "SpringDamper",
+    "ThermalNode",
     "Torque",
     "TorsionSpring",
     "Weld",

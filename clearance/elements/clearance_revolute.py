@@ -9,6 +9,7 @@ from clearance.body import Point
 from clearance.elements.element import BLENDED, CONTACT, FILM, Spot, State
 from clearance.elements.joint import FREE, Joint, Known
 from clearance.elements.revolute import Revolute
+from clearance.elements.thermal_node import WARMING, ThermalNode
 from clearance.laws.film import film_torques, peak_film_pressure, thinning, wet_film_torques
 from clearance.laws.law import (
     BoundLaw,
@@ -27,7 +28,6 @@ from clearance.quantities import NEVER, ZERO, Row, law, number
 
 #: smallest distance, relative to the clearance, that still has a direction of its own
 CENTRE = 1e-9
-WARMING = 10.0  # natural size of the oil's warming [K]
 
 
 @checks.answers
@@ -109,6 +109,8 @@ class ClearanceRevolute(Joint):
             raise ValueError(
                 f"{label}: heat needs a formula or a table without ambient pressure, got {self.film.law.name}"
             )
+        if self.heat is not None and self.heat.to is not None and not isinstance(self.heat.to, ThermalNode):
+            raise ValueError(f"{label}: heat balance: to must be a ThermalNode, got {self.heat.to!r}")
         if self.film is not None and self.contact is not None and self.transition is None:
             raise ValueError(f"{label}: film and contact together need a transition model, such as load_sharing()")
         if self.transition is not None:
@@ -127,7 +129,7 @@ class ClearanceRevolute(Joint):
         yield f"{self.key}/roughness", self.roughness or 0.0, ZERO
         if self.film is not None:
             yield f"{self.key}/viscosity", self.viscosity, NEVER
-        for name, value in vars(self.heat).items() if self.heat is not None else ():
+        for name, value in self.heat.numbers.items() if self.heat is not None else ():
             yield f"{self.key}/heat/{name}", value, NEVER
 
     @property
@@ -163,6 +165,9 @@ class ClearanceRevolute(Joint):
     def place_of(self, states: dict[str, float]) -> str:
         return f"eccentricity ratio {math.hypot(*states.values()) / self.clearance:.9f}"
 
+    def companions(self) -> dict:
+        return {"thermal node": self.heat.to} if self.heat is not None and self.heat.to is not None else {}
+
     # --- what the compiler asks
     def states(self) -> list[State]:
         states = [
@@ -171,14 +176,12 @@ class ClearanceRevolute(Joint):
         ]
         if self.friction is not None and self.friction.law.family is bristle:
             states.append(State("bristle_deflection", "m", self.friction.law.size(self.friction.values), 1))
-        return states + ([State("warming", "K", WARMING, 1)] if self.heat is not None else [])
+        warms = self.heat is not None and self.heat.stands_alone
+        return states + ([State("warming", "K", WARMING, 1)] if warms else [])
 
     def spots(self) -> list[Spot]:
         kind = FILM if self.contact is None else CONTACT if self.impacts else BLENDED
         return [Spot(kind, self.clearance, math.hypot(*self.eccentricity_rate))]
-
-    def outputs(self, m) -> tuple:
-        return ()  # `act` shows all
 
     def act(self, m, w) -> None:
         """Film, contact and friction, each as far as the joint has it."""
@@ -285,7 +288,7 @@ class Journal:
             self._show_data(state)
         if joint.heat is not None:
             laid = [m.number(joint, f"heat/{n}") for n in ("surroundings", "vogel", "vogel_zero")]
-            (thin,) = m.function(thinning, [m.state(joint, "warming").v, *laid])
+            (thin,) = m.function(thinning, [self._warming(), *laid])
             radial, tangential, viscosity = thin * radial, thin * tangential, thin * viscosity
         torque_a = torque_b = 0.0
         if joint.film_torques:
@@ -334,6 +337,7 @@ class Journal:
     def contact(self, share: Shares) -> None:
         """Normal force and friction at the contact point, which both bodies share: the journal's surface."""
         m, w, joint = self.m, self.w, self.joint
+        self.of_film = self.force, self.torque_a, self.torque_b
         depth = -self.gap if share.penetration is None else share.penetration
         speed = m.impact_speed(joint)
         if joint.impacts:
@@ -381,8 +385,7 @@ class Journal:
         w.at(joint, "b", fx, fy)
         w.add(joint.a.body, moment=self.torque_a)
         w.add(joint.b.body, moment=self.torque_b)
-        (u, v), (spin_a, spin_b) = self.rate, self.spins
-        power = -(fx * u + fy * v + self.torque_a * spin_a + self.torque_b * spin_b)
+        power = self._power(self.force, self.torque_a, self.torque_b)
         w.lose(joint, power)
         w.spot(joint, -self.gap, self.outward, self.contact_force)
         w.show(joint, "power_loss", "W", "power the joint takes out of the mechanism", power)
@@ -391,14 +394,52 @@ class Journal:
         if joint.heat is not None:
             self._heat(power)
 
+    def _power(self, force, torque_a, torque_b):
+        """Power that force and torques take out of the mechanism."""
+        (fx, fy), (u, v), (spin_a, spin_b) = force, self.rate, self.spins
+        return -(fx * u + fy * v + torque_a * spin_a + torque_b * spin_b)
+
+    def _warming(self):
+        """Temperature of the oil above the one at which its viscosity is given."""
+        heat = self.joint.heat
+        if heat.stands_alone:
+            return self.m.state(self.joint, "warming").v
+        return self._above(heat.to.temperature(self.m))
+
+    def _above(self, temperature):
+        return temperature - self.m.number(self.joint, "heat/surroundings")
+
     def _heat(self, power) -> None:
-        """Rate of the oil's temperature: power loss, conduction, and oil that leaves warm and comes fresh."""
-        names = ("capacity", "conductance", "surroundings", "volumetric")
-        capacity, conductance, surroundings, volumetric = (self.m.number(self.joint, f"heat/{n}") for n in names)
-        warming = self.m.state(self.joint, "warming").v
-        cooling = conductance + volumetric * self.side_flow
-        self.w.rate(self.joint, "warming", (power - cooling * warming) / capacity)
-        self.w.show(self.joint, "oil_temperature", "K", "temperature of the oil", surroundings + warming)
+        """Heat of the oil: power loss, conduction, and oil that leaves warm and comes fresh."""
+        m, w, joint, heat = self.m, self.w, self.joint, self.joint.heat
+        capacity, conductance, surroundings, volumetric = (
+            m.number(joint, f"heat/{n}") if getattr(heat, n) is not None else 0.0
+            for n in ("capacity", "conductance", "surroundings", "volumetric")
+        )
+        warming, flow = self._warming(), volumetric * self.side_flow
+        power, beside = self._shared(power)
+        gain = power - (conductance + flow) * warming
+        if heat.supply is not None:
+            gain = gain + flow * self._above(m.number(joint, "heat/supply"))
+        if heat.stands_alone and heat.to is not None:
+            around = self._above(heat.to.temperature(m))
+            gain = gain + conductance * around
+            beside = beside + conductance * (warming - around)
+        if heat.stands_alone:
+            w.rate(joint, "warming", gain / capacity)
+        else:
+            beside = beside + gain
+        if heat.to is not None:
+            heat.to.take(m, w, beside)
+        w.show(joint, "oil_temperature", "K", "temperature of the oil", surroundings + warming)
+
+    def _shared(self, power) -> tuple:
+        """Power that heats the oil, and what heats the surfaces beside it."""
+        if self.joint.heat.share == 1.0 or self.joint.contact is None:
+            return power, 0.0
+        of_film = self._power(*self.of_film)
+        taken = of_film + self.m.number(self.joint, "heat/share") * (power - of_film)
+        return taken, power - taken
 
 
 #: unit and description of outputs that films with data have of their own

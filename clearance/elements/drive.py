@@ -6,12 +6,22 @@ from dataclasses import dataclass
 
 from clearance import checks
 from clearance.body import Body, ground
+from clearance.elements.element import State
 from clearance.elements.joint import Joint
 from clearance.elements.load import Load
 from clearance.elements.prismatic import Prismatic
 from clearance.elements.revolute import Revolute
-from clearance.laws.law import BoundLaw, effort, signal
+from clearance.laws.law import BoundLaw, drive_state, effort, signal
 from clearance.quantities import NEVER, Row, law, number
+
+#: laws that a torque or force may follow
+EFFORTS = (effort, drive_state)
+#: unit and description of outputs that laws of drives have of their own
+SHOWN = {
+    "voltage": ("V", "voltage at the motor"),
+    "electric_power": ("W", "electric power that the motor takes"),
+    "efficiency": ("1", "power at the shaft over it and the winding's loss, 0 where the motor brakes"),
+}
 
 
 @checks.answers
@@ -21,19 +31,22 @@ class Drive(Load):
 
     target: a Body, a Revolute (angle of b against a) or a Prismatic (displacement of b along the axis).
     Exactly one of: speed, constant [rad/s or m/s]; motion, a `signal` law giving the coordinate over time [rad or m];
-    torque or force, a number or an `effort` law (time, position, rate) [N m or N].
+    torque or force, a number or an `effort` law (time, position, rate) [N m or N], or a `drive_state` law, whose state
+    starts at 0.
     start: the coordinate at t = 0 [rad or m] (default: that of the rough start); for a torque or force, speed_start is
-    the rate at t = 0.
+    the rate at t = 0. nominal: speed [rad/s] of a rotating drive without a constant one, for what is counted in turns:
+    the length of runs and their samples, in turns at this speed; metrics and pictures, in turns of the angle itself.
     """
 
     target: Body | Revolute | Prismatic
     speed: float | None = number("constant rate [rad/s or m/s]", default=None)
     motion: BoundLaw | None = law("coordinate over time", signal)
-    torque: float | BoundLaw | None = number("torque [N m]", default=None, families=(effort,))
-    force: float | BoundLaw | None = number("force [N]", default=None, families=(effort,))
+    torque: float | BoundLaw | None = number("torque [N m]", default=None, families=EFFORTS)
+    force: float | BoundLaw | None = number("force [N]", default=None, families=EFFORTS)
     start: float | None = number("coordinate at t = 0 [rad or m]", default=None, parameter=False)
     speed_start: float | None = number("rate at t = 0 [rad/s or m/s]", default=None, parameter=False)
     name: str | None = None
+    nominal: float | None = number("nominal speed [rad/s]", default=None, parameter=False)
 
     group = "drives"
 
@@ -53,6 +66,16 @@ class Drive(Load):
             raise ValueError(f"{self.label()}: start is given by the motion itself; leave it out")
         if self.speed_start is not None and self.prescribes:
             raise ValueError(f"{self.label()}: speed_start belongs to a torque or force drive")
+        self._check_nominal()
+
+    def _check_nominal(self) -> None:
+        if self.nominal is None:
+            return
+        if self.slides or self.speed is not None:
+            other = "that slides" if self.slides else "with a constant speed"
+            raise ValueError(f"{self.label()}: nominal={self.nominal!r}: a drive {other} takes no nominal speed")
+        if self.nominal == 0.0:
+            raise ValueError(f"{self.label()}: nominal must not be 0; leave it out where nothing turns evenly")
 
     @property
     def kind(self) -> str:
@@ -66,10 +89,11 @@ class Drive(Load):
 
     @property
     def turn(self) -> float | None:
-        """Duration of one turn [s], where the drive turns at constant speed."""
-        if not self.speed or self.slides:
+        """Duration of one turn [s] at the constant or nominal speed, where the drive has one."""
+        speed = self.speed or self.nominal
+        if not speed or self.slides:
             return None
-        return 2.0 * math.pi / abs(self.speed)
+        return 2.0 * math.pi / abs(speed)
 
     @property
     def prescribes(self) -> bool:
@@ -86,12 +110,23 @@ class Drive(Load):
         """The torque [N m] or force [N] of a drive that finds the motion; None where that is prescribed."""
         return self.torque if self.torque is not None else self.force
 
+    @property
+    def controller(self) -> BoundLaw | None:
+        """Its law with a state of its own."""
+        law = self.effort
+        return law if isinstance(law, BoundLaw) and law.law.family is drive_state else None
+
+    def companions(self) -> dict:
+        return {} if isinstance(self.target, Body) else {"target": self.target}
+
     def bodies(self) -> tuple[Body, ...]:
         return (self.target,) if isinstance(self.target, Body) else self.target.bodies()
 
     def numbers(self) -> Iterator[Row]:
-        if self.speed is not None:
+        if self.speed is not None or self.nominal is not None:
             yield f"{self.key}/start", math.nan if self.start is None else self.start, NEVER
+        if self.nominal is not None:
+            yield f"{self.key}/whole_turn", math.copysign(2.0 * math.pi, self.nominal), NEVER
         yield from super().numbers()
 
     # --- what the compiler asks
@@ -102,14 +137,32 @@ class Drive(Load):
         speed = m.number(self, "speed")
         return m.number(self, "start") + speed * m.time, speed, 0.0
 
+    def states(self) -> list[State]:
+        if (controller := self.controller) is None:
+            return []
+        law = controller.law
+        size = law.size(controller.values) if law.size else 1.0
+        return [State(*law.own_state[:2], size, order=1)]
+
     def act(self, m, w) -> None:
         if self.prescribes:
             return
         coordinate = m.coordinate(self.target)
         state = [m.time, coordinate.v, coordinate.d]
-        effort = m.amount(self, self.effort_kind, state)
+        effort = self._controlled(m, w, state) if self.controller else m.amount(self, self.effort_kind, state)
         w.on(self.target, effort)
         w.drive(self, effort, coordinate.d)
+
+    def _controlled(self, m, w, state: list):
+        """Effort of a law with a state, the rate of this, and the outputs of the law."""
+        name, unit, text = self.controller.law.own_state
+        state = [m.state(self, name).v, *state]
+        rate, effort = m.law(self, self.effort_kind, state)
+        w.rate(self, name, rate)
+        w.show(self, name, unit, text, state[0])
+        for shown, value in m.shown(self, self.effort_kind, state).items():
+            w.show(self, shown, *SHOWN[shown], value)
+        return effort
 
     def outputs(self, m) -> Iterable[tuple]:
         name, units = self.effort_kind, "N" if self.slides else "N m"
@@ -118,3 +171,7 @@ class Drive(Load):
         if (ideal := m.effort_without_friction(self)) is not None:
             yield f"{name}_ideal", units, f"driving {name} without joint friction", ideal
         yield "power", "W", "power put in by the drive", effort * rate
+        if self.nominal is not None:
+            turned = m.coordinate(self.target).v - m.number(self, "start")
+            text = "turns of the driven angle since the start, the way of the nominal speed"
+            yield "turns", "1", text, turned / m.number(self, "whole_turn")

@@ -75,6 +75,10 @@ class Element(Described):
         """The bodies it acts on."""
         raise NotImplementedError
 
+    def companions(self) -> dict[str, "Element"]:
+        """Other elements that must stand in the scene with it, by what they are to it."""
+        return {}
+
     # --- fields
     def _check_fields(self) -> None:
         """Check all points, numbers and laws, as their fields declare them."""

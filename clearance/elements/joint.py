@@ -102,7 +102,9 @@ class Joint(Element):
         return self.along is FREE and self.turns
 
     def outputs(self, m) -> Iterable[tuple]:
-        """The reaction of a joint that keeps some coordinate, in the plane and out of it."""
+        """The reaction of a joint that nothing but itself keeps together, in the plane and out of it."""
+        if self.soft:  # its forces are known before, and `act` shows them
+            return
         (fx, fy, moment), body, words = m.reaction(self), self.b.body.name, ""
         if self.slides:  # all that passes from a to b there
             effort, parts = self.efforts_along(m)

@@ -111,6 +111,3 @@ class ClearancePinSlot(Joint):
             w.show(self, f"force_{axis}", "N", f"force {axis} on {self.b.body.name}", value)
         w.show(self, "power_loss", "W", "power the joint takes out of the mechanism", power)
 
-    def outputs(self, m) -> tuple:
-        return ()  # `act` shows all
-

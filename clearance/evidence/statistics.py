@@ -46,10 +46,10 @@ def over_turns(result: Result, turn: float | None) -> dict[str, Mean]:
     time = np.asarray(result.time)
     if turn is None or not time.size:
         return {}
-    turns = int(math.floor(time[-1] / turn * (1.0 + 1e-12)))
+    turns = int(math.floor(result.turns_at(time[-1]) * (1.0 + 1e-12)))
     if turns - TRANSIENT < FEWEST:
         return {}
-    edges = turn * np.arange(TRANSIENT, turns + 1)
+    edges = result.time_at(np.arange(TRANSIENT, turns + 1))
     found = {}
     events = result.events
     for joint in dict.fromkeys(str(j) for j in events["joint"]):

@@ -31,6 +31,7 @@ from clearance.laws.contact import (
     winkler,
     zhiying_qishao,
 )
+from clearance.laws.drive import dc_motor, kloss, motor_line, pi_speed, ramp
 from clearance.laws.film import (
     film_torques,
     full_sommerfeld,
@@ -70,6 +71,7 @@ from clearance.laws.law import (
     asperity,
     bristle,
     contact,
+    drive_state,
     effort,
     film,
     friction,
@@ -82,20 +84,31 @@ from clearance.laws.law import (
 
 #: the families, to decorate laws of one's own with, and the laws by family
 FAMILIES = (
-    contact, friction, bristle, joint_friction, joint_bristle, film, pad, asperity, transition, signal, effort,
+    contact,
+    friction,
+    bristle,
+    joint_friction,
+    joint_bristle,
+    film,
+    pad,
+    asperity,
+    transition,
+    signal,
+    effort,
+    drive_state,
 )  # fmt: skip
 
 __all__ = [
     "BoundLaw", "Derived", "FAMILIES", "FilmJoint", "Law", "ambrosio", "asperity", "bengisu_akay", "breakaway_linear",
     "breakaway_smooth", "bristle", "composite_roughness", "contact", "contact_flow_factor", "contact_modulus",
-    "coulomb", "coulomb_tanh", "coulomb_viscous", "delivered_restitution", "effort", "exact_damping",
-    "exact_restitution", "film", "film_torques", "flores", "flores_hybrid", "friction", "full_pad",
-    "full_sommerfeld", "fuzzy",
-    "fuzzy_table", "gonthier", "greenwood_tripp", "greenwood_williamson", "harmonic", "herbert_mcwhannell", "hertz",
-    "hertz_stiffness", "hu_guo", "hunt_crossley", "hunt_crossley_memoryless", "impact", "johnson", "joint_bristle",
-    "joint_coulomb", "joint_friction", "joint_lugre", "joint_lugre_loaded", "joint_stribeck", "kelvin_voigt",
-    "lankarani_nikravesh", "layer_modulus", "lee_wang", "liu", "load_sharing", "long_film", "lugre", "memberships",
-    "pad", "pinkus_sternlicht", "pressure_flow_factor", "shear_flow_factor", "short_film", "signal", "stribeck",
-    "superposed",
+    "coulomb", "coulomb_tanh", "coulomb_viscous", "dc_motor", "delivered_restitution", "drive_state", "effort",
+    "exact_damping", "exact_restitution", "film", "film_torques", "flores", "flores_hybrid", "friction",
+    "full_pad", "full_sommerfeld", "fuzzy", "fuzzy_table", "gonthier", "greenwood_tripp", "greenwood_williamson",
+    "harmonic",
+    "herbert_mcwhannell", "hertz", "hertz_stiffness", "hu_guo", "hunt_crossley", "hunt_crossley_memoryless", "impact",
+    "johnson", "joint_bristle", "joint_coulomb", "joint_friction", "joint_lugre", "joint_lugre_loaded",
+    "joint_stribeck", "kelvin_voigt", "kloss", "lankarani_nikravesh", "layer_modulus", "lee_wang", "liu",
+    "load_sharing", "long_film", "lugre", "memberships", "motor_line", "pad", "pi_speed", "pinkus_sternlicht",
+    "pressure_flow_factor", "ramp", "shear_flow_factor", "short_film", "signal", "stribeck", "superposed",
     "threlfall", "transition", "winkler", "zhiying_qishao",
 ]  # fmt: skip

@@ -81,6 +81,8 @@ class Law:
         self.doubt: Callable | None = None
         self.demand: Callable | None = None
         self.size: Callable | None = None  # of laws with a state of their own: its natural size, from the parameters
+        self.own_state = "state", "rad", "state of the law"  # of drive_state: name, unit, description
+        self.shown: dict[str, Callable] = {}  # outputs of its own: functions of the same arguments
         self.first_touch = False  # of transitions: contact starts at the wall, as an event
         self.carries_roughness = False  # of transitions: rough surfaces share the load below full film
         self.linear_in_viscosity = True  # of films
@@ -156,7 +158,6 @@ class DataLaw(Law):
             raise TypeError(f"{family.name} law {self.name} must take data and start after its state")
         self.make = make
         self.looked_at = lru_cache(maxsize=8)(lambda joint, settings: make(joint, dict(settings)))
-        self.shown: dict[str, Callable] = {}  # outputs of their own: functions of the same arguments
         self.keep: Callable | None = None  # of films with a memory: called with the law's arguments at each step's end
         del self.parameters["data"]
         self.given = [n for n in self.given if n not in ("data", "start")]
@@ -275,6 +276,8 @@ pad = Family("pad", ("gap", "slope", "gap_rate", "slope_rate", "speed", "face"),
 signal = Family("signal", ("time",), 1)
 #: a torque or force that may depend on time and on the driven coordinate (angle, displacement) and its rate
 effort = Family("effort", ("time", "position", "rate"), 1)
+#: the same with a state of its own [rad or m], such as the integral of an error: returns (its rate, torque or force)
+drive_state = Family("drive_state", ("state", *effort.state), 2)
 
 
 def bound(field: str, value: object, *families: Family) -> BoundLaw | None:

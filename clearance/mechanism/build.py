@@ -73,6 +73,7 @@ class Mechanism:
     def frequency(self) -> float:
         """A typical angular frequency [rad/s]: of the drives, or of gravity."""
         start = [abs(w[2]) for w in self.start.velocity.values()]
+        start += [abs(nominal) for d in self.scene.loads if (nominal := getattr(d, "nominal", None))]
         speeds = [abs(v[0]) / self.start.size for v in self.start.velocity.values()]
         gravity = math.sqrt(math.hypot(*self.scene.gravity) / self.start.size)
         return max([*start, *speeds, gravity]) or 1.0
@@ -209,7 +210,7 @@ def _data(sources: dict, structure: Structure, values: list[float]) -> list[np.n
 def _values(scene: Scene, structure: Structure, plan: Plan, numbers: Numbers, start: Start) -> list[float]:
     """The scene's numbers, start values of drives, and the assembly modes of its dyads."""
     values = list(numbers.values)
-    for drive in (d for d in scene.loads if d.prescribes and d.motion is None):
+    for drive in (d for d in scene.loads if f"{d.key}/start" in numbers.index):
         values[numbers.index[f"{drive.key}/start"]] = start.coordinate(drive.target)
     all_numbers = {**numbers.constants, **dict(zip(numbers.index, values, strict=True))}
     state = {(j, s.name): (s.start, s.start_rate) for j in scene.joints for s in j.states() if j not in start.measured}

@@ -2,7 +2,7 @@
 
 from clearance.body import Body
 from clearance.elements.joint import ALONG, RELATIVE, Joint
-from clearance.laws.law import BoundLaw, DataLaw
+from clearance.laws.law import BoundLaw
 from clearance.mechanism.interpreter import traced
 from clearance.mechanism.kinematics import Kinematics, Pose
 from clearance.mechanism.rates import Jet, Rates
@@ -87,10 +87,9 @@ class Motion:
         """Outputs of a plain function."""
         return self.calls.function(function, args)
 
-    def shown(self, element, slot: str, state: list, facts: tuple) -> dict[str, Value]:
-        """Outputs that a law with data has of its own."""
-        law = getattr(element, slot).law
-        functions = law.shown if isinstance(law, DataLaw) else {}
+    def shown(self, element, slot: str, state: list, facts: tuple = ()) -> dict[str, Value]:
+        """Outputs that a law has of its own."""
+        functions = getattr(element, slot).law.shown
         return {n: self.calls.of(element, slot, f, state, facts)[0] for n, f in functions.items()}
 
     def keep(self, element, slot: str, state: list, facts: tuple) -> Value:

@@ -5,7 +5,7 @@ slide's direction also +-1): those are folded into the code, because most mechan
 """
 
 from collections.abc import Iterator
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 
 from clearance.body import Body, Point
 from clearance.elements.element import Element
@@ -55,4 +55,6 @@ def _of_structure(value: object) -> object:
         return value.body.name
     if isinstance(value, Body | Element):
         return value.key
+    if is_dataclass(value):
+        return tuple(_of_structure(getattr(value, f.name)) for f in fields(value))
     return value if isinstance(value, bool | str) else value is not None

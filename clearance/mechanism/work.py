@@ -23,7 +23,7 @@ class Work:
     input_power: Value = 0.0
     losses: dict = field(default_factory=dict)
     efforts: dict = field(default_factory=dict)  # of drives that push
-    rates: dict = field(default_factory=dict)  # (element, state) -> rate of a state of first order
+    rates: dict = field(default_factory=dict)  # (element, state) -> rate of a state of first order, a sum
     commits: dict = field(default_factory=dict)  # element -> asks it to remember this state
     spots: dict = field(default_factory=dict)  # element -> [(penetration, its rate, contact force)]
     shown: dict = field(default_factory=dict)  # element -> [(name, unit, description, value)]
@@ -90,8 +90,8 @@ class Work:
 
     # --- states, contacts, outputs
     def rate(self, element, state: str, value) -> None:
-        """Rate of a state of first order."""
-        self.rates[element, state] = value
+        """Rate of a state of first order: the sum of what elements give to it."""
+        self.rates[element, state] = self.rates.get((element, state), 0.0) + value
 
     def keep(self, element, value) -> None:
         """Asks a law with a memory to remember the state of an accepted step."""

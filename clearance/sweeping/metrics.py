@@ -1,10 +1,10 @@
 """Summary metrics of a run: what a map over speed and clearance shows.
 
-Each is computed over the window of a run: whole turns after the first `settle` ones; what there is, where that is less
-than a turn or no drive turns (`settle` is in seconds then). Extremes are located to the tolerance of the run, in its
-turns (hundredths of a run without, or several turns in runs of more than a hundred) that lie whole in the window;
-beside them samples count. Means are over time of samples, impacts count where they begin; names are made of body, drive
-and joint names:
+Each is computed over the window of a run: whole turns after the first `settle` ones, counted by the angle of
+a finite drive; what there is, where that is less than a turn or no drive turns (`settle` is in seconds then).
+Extremes are located to the tolerance of the run, in its turns (hundredths of a run without, or several turns in
+runs of more than a hundred) that lie whole in the window; beside them samples count. Means are over time of
+samples, impacts count where they begin; names are made of body, drive and joint names:
 
   <body>_acceleration_min, _max   of bodies that slide on the ground, along their guide [m/s2]
   drive_<drive>_torque_min, _max, _rms (or force)                                       [N m] ([N])
@@ -87,15 +87,15 @@ class Window:
             settle = checks.non_negative("settle", settle)
         if time.size < 2:
             return None
-        length, unit = float(time[-1]), turn or 1.0
-        done = length / unit * (1.0 + ROUNDING)
+        length = float(time[-1])
+        done = (float(record.turns_at(length)) if turn else length) * (1.0 + ROUNDING)
         if settle is None:
             settle = 1.0 if turn and (done >= 2.0 or not record.complete) else 0.0
-        begin, whole = settle * unit, math.floor(done - settle)
+        begin, whole = float(record.time_at(settle)) if turn else settle, math.floor(done - settle)
         if begin >= length or (turn and whole < 1 and not record.complete):
             return None
-        end = min(begin + whole * unit, length) if turn and whole >= 1 else length
-        turns = (float(whole) if whole >= 1 else (end - begin) / turn) if turn else None
+        end = min(float(record.time_at(settle + whole)), length) if turn and whole >= 1 else length
+        turns = (float(whole) if whole >= 1 else float(record.turns_at(end)) - settle) if turn else None
         return cls.between(record, begin, end, turns)
 
     @classmethod
@@ -155,7 +155,7 @@ def startup(record: Record, settle: float | None = None) -> dict[str, Metric]:
     window = Window.of(record, settle)
     if window is None or window.begin == 0.0:
         return {}
-    before = Window.between(record, 0.0, window.begin, window.turns and window.begin / record.turn)
+    before = Window.between(record, 0.0, window.begin, window.turns and float(record.turns_at(window.begin)))
     if before is None:
         return {}
     parts = (sliders(record, before, {}), drives(record, before), joints(record, before))
@@ -345,7 +345,7 @@ def periodicity(record: Record, window: Window) -> Found:
     if per_turn < COARSE and abs(per_turn - round(per_turn)) > ON_SAMPLE:
         return
     x, y = (
-        np.stack([record.values(path)[window.samples] / size for path, size in part])
+        np.stack([_evenly(record, path, window) / size for path, size in part])
         for part in (offsets[0::2], offsets[1::2])
     )
     period, least = math.inf, math.inf
@@ -369,8 +369,21 @@ def _offsets(joint: dict) -> Iterator[tuple[str, float]]:
         yield f"joints/{name}/offset", clearance
         yield f"joints/{name}/tilt", 2.0 * clearance / joint["overlap"]
         return
-    yield f"joints/{name}/eccentricity_x", clearance
-    yield f"joints/{name}/eccentricity_y", clearance
+    if joint["type"] == "ClearanceRevolute":
+        yield f"joints/{name}/eccentricity_x", clearance
+        yield f"joints/{name}/eccentricity_y", clearance
+
+
+def _evenly(record: Record, path: str, window: Window) -> np.ndarray:
+    """Samples of a channel in a window, evenly over the turns of the drive, which may not turn evenly itself."""
+    values, time = record.values(path), record.time
+    if not record.uneven:
+        return values[window.samples]
+    from scipy.interpolate import make_interp_spline
+
+    every = record.turn * (time.size - 1) / float(time[-1])
+    turns = record.turns_at(window.begin) + np.arange(math.floor(window.turns * every * (1.0 + ROUNDING)) + 1) / every
+    return make_interp_spline(time, values)(record.time_at(turns))
 
 
 def _change(states: np.ndarray, shift: float) -> np.ndarray:

@@ -9,12 +9,13 @@ from hypothesis import strategies as st
 
 import clearance as cl
 from clearance import laws
+from clearance.elements.thermal_node import WARMING
 from clearance.film.online import conserving_film, fem_film
 from clearance.film.tabulated import table_film
 from clearance.laws.film import thinning
 from clearance.laws.law import FilmJoint
 from clearance.materials import HeatBalance
-from clearance.mechanism.build import WARMING, build
+from clearance.mechanism.build import build
 
 C, MU, SPEED, MASS = 1e-4, 0.05, 100.0, 3.0
 COLD = 313.15
