@@ -82,7 +82,7 @@ BOXES = {
         1,
         0.0,
         "#1565c0",
-        "body elements* scene regimes",
+        "quantities body elements* scene regimes",
         step=1,
     ),
     "compiler": Box(
@@ -106,7 +106,7 @@ BOXES = {
         4,
         0.0,
         "#c62828",
-        "simulation run run.* diagnosis observers starting fields inverse*",
+        "simulation run run.* options watched diagnosis observers starting fields inverse*",
         step=3,
     ),
     "files": Box(
