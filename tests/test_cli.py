@@ -255,7 +255,7 @@ def test_explain(capsys):
     )
     assert status == 0
     found = json.loads(text)
-    assert found["states"][:2] == ["B eccentricity x", "B eccentricity y"]
+    assert found["states"][:2] == ["joints/B/eccentricity_x", "joints/B/eccentricity_y"]
     assert {"film", "lubricant", "friction", "Newton loops"} <= set(found["left_out"])
     assert "jacobian" not in found["kernels"]
     assert not any("film" in c for k in found["kernels"].values() for c in k["calls"])

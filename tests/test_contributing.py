@@ -119,7 +119,7 @@ def test_printed_run(walked):
     [
         ("clearance/laws/contact.py", "(11.0 - restitution)", "(10.0 - restitution)", LAW),
         ("cases/quick_return.py", "cl.ground.at(0.12, 0)", "cl.ground.at(0.12001, 0)", CASE),
-        ("clearance/elements/oldham.py", "FREE, FREE, Known", "FREE, Known(), Known", JOINT),
+        ("clearance/elements/oldham.py", 'FREE, FREE, Known("angle")', "FREE, FREE, Known()", JOINT),
     ],
 )
 def test_printed_tests_can_fail(walked, file, right, wrong, test):
@@ -150,7 +150,7 @@ def test_the_law_is_new():
 
 
 def test_the_page_stays_short():
-    assert len(TEXT.splitlines()) <= 150
+    assert len(TEXT.splitlines()) <= 225
     assert max(map(len, TEXT.splitlines())) <= 140
     assert len(FENCED.findall(TEXT)) == 4
     assert len(LINE.findall(TEXT)) == 5

@@ -97,7 +97,7 @@ def test_mixed_force_is_its_parts(name, ratio):
     """Shares, film, asperities and contact put together by hand give the compiled joint's force; 1e-12."""
     scene = mixed(name, ratio, friction=None)
     joint, row = scene.joints[0], observed(build(scene))
-    facts = regimes.facts(joint)
+    facts = joint.film_joint
     film, gap, slope, share, depth, *states = joint.transition((1.0 - ratio) * C, facts)
     w = 20.0 - 70.0 - 2.0 * 0.03 / (C - gap)  # the film turns as its own eccentricity does
     radial, tangential = joint.film(1.0 - gap / C, slope * 0.01 / C, w, facts)

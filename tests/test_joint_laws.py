@@ -686,7 +686,7 @@ class TestTransitions:
         """F = ((c + e0 - e) F_film + (e - c) F_dry) / e0 between c and c + e0."""
         joint = mixed_joint(transition=laws.flores_hybrid(tolerance=0.05), asperity=None)
         e0, depth = 0.05 * joint.clearance, 0.02 * joint.clearance
-        frozen = -joint.film(0.999, 0.0, 30.0, regimes.facts(joint))[0]
+        frozen = -joint.film(0.999, 0.0, 30.0, joint.film_joint)[0]
         blend = ((e0 - depth) * frozen + depth * joint.contact(depth, 0.0, 0.0)) / e0
         assert regimes.radial_load(joint, -depth, 0.0, 30.0) == pytest.approx(blend, rel=1e-12)
 

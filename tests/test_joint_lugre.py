@@ -101,6 +101,6 @@ def test_inverse_dynamics_has_no_time_to_bend_bristles():
 
 def test_bristles_that_may_push_are_said():
     run = cl.simulate(arm(cl.joint_lugre(**NUMBERS | {"viscous": 0.1, "damping": 2.0})), until=0.01)
-    assert any("joint J: joint_lugre is passive at all rates only with viscous" in w for w in run.warnings)
+    assert any("joint J: joint_lugre: is passive at all rates only with viscous" in w for w in run.warnings)
     with pytest.raises(ValueError, match="joint J: friction joint_lugre needs static >= kinetic"):
         arm(cl.joint_lugre(**NUMBERS | {"static": 1.0}))

@@ -78,9 +78,9 @@ class ClearanceRevolute(Joint):
             raise ValueError(f"{label}: radius {self.radius!r} m must be larger than clearance {self.clearance!r} m")
         if not isinstance(self.material, Material):
             raise TypeError(f"{label}: material must be a Material, got {self.material!r}")
+        self._check_slots(label)
         for slot in SLOTS:
             self._set(slot, self._of_joint(f"{label}: {slot}", getattr(self, slot)))
-        self._check_slots(label)
         if self.contact is None and math.hypot(*self.eccentricity) >= self.clearance:
             raise ValueError(f"{label}: start eccentricity {self.eccentricity} lies outside the clearance circle")
         self._check_laws()

@@ -69,6 +69,8 @@ def _trace(scene: Scene, numbers: Numbers) -> tuple[Callable, np.ndarray, np.nda
         for body, x, y, angle in zip(scene.bodies, q[0::3], q[1::3], q[2::3], strict=True)
     }
     values = [v for joint in scene.joints for v in _relative(k, joint)]
+    if not values:
+        return lambda par, *numbers: (), *np.zeros((2, 0), dtype=int)
     slopes = trace.tangent(values, {leaf: {i: 1.0} for i, leaf in enumerate(q)})
     places = [(i, j) for i, slope in enumerate(slopes) for j in slope]
     function.outputs = [*values, *(slopes[i][j] for i, j in places)]

@@ -405,7 +405,8 @@ class Trace:
         """Number of derivatives that `tangent` would form along as many columns as there are seeds."""
         columns = {seed: {i} for i, seed in enumerate(seeds)}
         for node in live(outputs, columns.__contains__, self._needed):
-            columns.setdefault(node, set().union(*(columns[a] for a in self._needed(node))))
+            if node not in columns:
+                columns[node] = set().union(*(columns[a] for a in self._needed(node)))
         return sum(map(len, columns.values()))
 
     def _through(self, function, args, tangents) -> list[Tangents]:
