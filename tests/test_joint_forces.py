@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import laws, regimes
+from clearance import laws
 from clearance.laws import pinkus_sternlicht
 from clearance.mechanism.build import build
 from tests import mechanisms as m

@@ -357,10 +357,12 @@ class Trace:
     def follow(self, values: list, inputs: list, tangents: Callable) -> None:
         """Differentiate values by a rule, in place of the operations that made them; see Rule."""
         rule = Rule(inputs, tangents)
+        last = max((a.index for a in inputs if isinstance(a, Scalar)), default=-1)
         for i, value in enumerate(values):
             negative = isinstance(value, Scalar) and value.op == "neg"
             node = value.args[0] if negative else value
-            if isinstance(node, Scalar) and node.op != "load":
+            # an older node is an expression that was there before its inputs: it keeps its chain
+            if isinstance(node, Scalar) and node.op != "load" and node.index > last:
                 self.rules.setdefault(node, (rule, i, -1.0 if negative else 1.0))
 
     def _needed(self, node: Scalar) -> list[Scalar]:
