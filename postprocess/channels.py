@@ -239,7 +239,10 @@ def angle_at(record: Record, times: np.ndarray) -> np.ndarray:
 
 
 def kept(record: Record, *, last: float | None = None, settle: float = 0.0) -> slice:
-    """Samples of the last turns, or of those after `settle` turns. Raises ValueError for what is not positive."""
+    """Samples of the last turns, or of those after `settle` turns; the last whole ones of a finite drive.
+
+    Raises ValueError for what is not positive.
+    """
     time = record.time
     if last is not None and not last > 0.0:
         raise ValueError(f"last must be a positive number of turns, got {last!r}")
@@ -247,9 +250,13 @@ def kept(record: Record, *, last: float | None = None, settle: float = 0.0) -> s
         raise ValueError(f"settle must be a number of turns, not negative, got {settle!r}")
     if not time.size or last is None and settle == 0.0:
         return slice(None)
-    turn = turn_of(record)
-    first = record.turns_at(time[-1]) - last if last is not None else record.turns_at(time[0]) + settle
-    return slice(int(np.searchsorted(time, record.time_at(first) - 1e-9 * turn)), None)
+    near, (begin, end) = 1e-9 * turn_of(record), record.turns_at(time[[0, -1]])
+    if last is None:
+        return slice(int(np.searchsorted(time, record.time_at(begin + settle) - near)), None)
+    if record.uneven and end - begin >= last + 1.0:
+        end = np.floor(end)
+    ends = record.time_at(np.array([end - last, end])) + [-near, near]
+    return slice(*np.searchsorted(time, ends).tolist())
 
 
 def abscissa(record: Record, along: str, last: float | None = None) -> tuple[np.ndarray, slice, str]:

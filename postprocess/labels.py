@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from clearance.postprocess import figures
 from clearance.postprocess.channels import name_of
 
-from clearance.results import Record
+from clearance.results import Record, speed_of
 
 NO_BREAK = "\u00a0"
 #: characters of a title per inch of its figure
@@ -124,6 +124,14 @@ def labels_of(records: list[Record], given: Iterable[str] | None = None) -> list
     return names if len(set(names)) == len(names) else [f"{i + 1}: {n}" for i, n in enumerate(names)]
 
 
+def _moved(drive: dict) -> str:
+    """How a drive moves its target: the law of its effort, or prescribed."""
+    law = drive.get("torque") or drive.get("force")
+    if law is None:
+        return "prescribed"
+    return law["law"].rpartition(":")[2] if isinstance(law, dict) else "constant"
+
+
 def _method(record: Record) -> str:
     return f"{record.solver['method']}, rtol {record.solver['rtol']:.3g}" if "rtol" in record.solver else ""
 
@@ -133,11 +141,13 @@ def _facts(record: Record) -> dict[str, str]:
     scene = record.scene
     joints = [j for j in scene["joints"] if j.get("clearance") is not None]
     rubbing = rubbing_joints(scene)
-    speeds = [d["speed"] for d in scene["loads"] if d.get("speed")]
+    drives = [d for d in scene["loads"] if d["type"] == "Drive"]
+    speeds = [speed for d in drives if (speed := speed_of(d))]
     return {
         "case": record.attributes["case"],
         "model": _each(_model(j) for j in joints) or "ideal",
         "joints": " ".join(j["name"] for j in joints),
+        "drive": " ".join(map(_moved, drives)),
         "speed": _each((30.0 / math.pi * s for s in speeds), "rpm"),
         "clearance": _each((1e3 * j["clearance"] for j in joints), "mm"),
         "length": _each((1e3 * j["length"] for j in joints if j.get("length")), "mm"),

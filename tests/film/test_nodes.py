@@ -6,7 +6,9 @@ a housing of 200 J/K and that 0.5 W/K from the surroundings.
 """
 
 import csv
+import dataclasses
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +28,7 @@ STILL = {"vogel": 1e-6}  # viscosity does not follow the temperature
 
 
 def centred(heat, *nodes, viscosity=0.05):
-    """A journal that turns at the centre of its bearing; a spring beside it (1e-5 of the clearance) keeps it there."""
+    """A journal that turns in the middle of its bearing, within 1e-5 of the clearance: free it would whirl."""
     body = cl.Body("journal", 1.0, 1e-3)
     joint = cl.ClearanceRevolute(
         cl.ground, body, name="J", radius=0.01, clearance=1e-4, length=0.02, film=cl.harmonic(),
@@ -140,8 +142,9 @@ class TestBalance:
         for share in (1.0, 0.5):
             housing = cl.ThermalNode("housing", 2.0, 0.0)
             heat = HeatBalance(0.5, 0.8, volumetric=0.0, to=housing, share=share)
-            warm = scene(heat, cl.harmonic(), **MIXED)
-            result = cl.simulate(cl.Scene(*warm.joints, *warm.loads, housing), until=0.05, samples=26, rtol=1e-8)
+            mixed = scene(film=cl.harmonic(), **MIXED)
+            joint = dataclasses.replace(mixed.joints[0], heat=heat)
+            result = cl.simulate(cl.Scene(joint, *mixed.loads, housing), until=0.05, samples=26, rtol=1e-8)
             stored = 0.5 * (result.joint("J").oil_temperature - COLD)
             held = stored + 2.0 * (result.node("housing").temperature - COLD)
             lost = result.energy.dissipated
@@ -188,6 +191,17 @@ class TestStructure:
         node = cl.ThermalNode("bath", 5.0, 1.0, start=350.0)
         result = cl.simulate(centred(HeatBalance(to=node), node), until=1e-3, samples=2)
         assert result.joint("J").oil_temperature[0] == 350.0
+
+
+def test_guide():
+    """The guide's example, shorter: heat goes from both oils to the housing."""
+    text = (Path(cl.__file__).parent / "GUIDE.md").read_text()
+    block = next(b for b in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "cl.ThermalNode(" in b)
+    scope: dict = {}
+    exec(block.replace("turns=2", "turns=0.1"), scope)
+    run = scope["run"]
+    warming = [run.joint(n).oil_temperature[-1] - COLD for n in "AD"]
+    assert 0.0 < run.node("housing").temperature[-1] - COLD < min(warming)
 
 
 class TestErrors:

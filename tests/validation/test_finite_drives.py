@@ -8,6 +8,7 @@
 import csv
 import dataclasses
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -309,6 +310,16 @@ def test_cases(case, drive):
 
 
 class TestWords:
+    def test_guide(self):
+        """The guide's drive: its natural current is that at rest."""
+        text = (Path(cl.__file__).parent / "GUIDE.md").read_text()
+        block = next(b for b in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "cl.dc_motor(" in b)
+        scope = {"cl": cl, "crank": cl.Body("crank", 1.0, INERTIA)}
+        exec(block, scope)
+        (current,) = scope["drive"].states()
+        assert (current.name, current.unit, current.size) == ("current", "A", 24.0 / 0.5)
+        assert scope["drive"].turn == pytest.approx(0.1)
+
     def test_parameters(self):
         """Numbers in the text are those of the law; a run-up starts at rest."""
         scene = cl.load_case("slider_crank", model="ideal", drive="motor(stall=5, no_load=69)")
