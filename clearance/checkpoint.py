@@ -1,7 +1,7 @@
 """Checkpoints of a long run: a killed run goes on from its last one and gives the file it would have given.
 
 Beside `run.h5` stands a folder `run.h5.parts`: finished stretches of the run (0000.h5, ...), each a whole result file,
-and `state.npz`, the arrays the integration goes on with, written under a temporary name and renamed. At the end the
+and `state.npz`, the state that the integration goes on with, written under a temporary name and renamed. At the end the
 stretches are joined in `run.h5` and the folder is removed.
 """
 
@@ -15,16 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from clearance.locks import Lock
-from clearance.recording import FileSink, Recorder, Unwritable, lock_of
+from clearance.recording import FileSink, Unwritable, lock_of
 from clearance.results import Result, check_replaceable, replacing
 
-VERSION = 4
-#: what of a run changes as it goes, beside its arrays
-NAMES = ("method", "reason", "spoilt", "dead_centre")
-ARRAYS = (
-    "y", "f", "work", "scale", "band", "control", "counts", "clock", "place", "contacts", "impacts", "log", "times",
-    "rows", "dense", "vector", "matrix", "complexes", "scratch", "peaks", "best", "when", "turned",
-)  # fmt: skip
+VERSION = 5
 GOES_ON = ("partial: interrupted", "partial: terminated")  # how runs end that shall be able to go on
 RECORD = ("zero", "low", "high", "totals", "rows", "turned_over")
 LEDGER = ("worst", "largest", "low", "high")
@@ -174,37 +168,41 @@ def load(path: Path) -> dict | None:
         raise ValueError(f"checkpoint {path} cannot be read ({error}); remove {path.parent} to start anew") from None
 
 
-def state_of(run, recorder: Recorder) -> dict:
-    """All that the run goes on with."""
-    found = {f"run.{n}": getattr(run, n) for n in ARRAYS} | {f"run.{n}": getattr(run, n) for n in NAMES}
-    found |= {f"record.{n}": getattr(recorder, n) for n in RECORD}
+def state_of(run, recording) -> dict:
+    """All that the run goes on with: its state, its stepper, its changes; the record so far."""
+    recorder = recording.recorder
+    state = {"floats": run.state.floats, "integers": run.state.integers, "method": run.method, "reason": run.reason}
+    state |= {"changes": json.dumps(run.changes), "dead_centre": recording.diagnosis.dead_centre}
+    state |= {f"record.{n}": getattr(recorder, n) for n in RECORD}
     if recorder.last is not None:
-        found["record.last"] = np.concatenate([[recorder.last[0]], recorder.last[1]])
+        state["record.last"] = np.concatenate([[recorder.last[0]], recorder.last[1]])
     if recorder.ledger is not None:
-        found |= {f"ledger.{n}": getattr(recorder.ledger, n) for n in LEDGER}
-        if recorder.ledger.since is not None:
-            found["ledger.since"] = recorder.ledger.since
-        if recorder.ledger.rows is not None:
-            found["ledger.rows"] = recorder.ledger.rows
-    return found
+        ledger = {f"ledger.{n}": getattr(recorder.ledger, n) for n in (*LEDGER, "since", "rows")}
+        state |= {n: value for n, value in ledger.items() if value is not None}
+    return state
 
 
-def restore(run, recorder: Recorder, state: dict) -> None:
+def restore(run, recording, state: dict) -> None:
     """Put a run and its record where they were."""
-    if (method := str(state["run.method"]).rpartition(", ")[2]) != run.method:
+    recorder = recording.recorder
+    if (method := str(state["method"]).rpartition(", ")[2]) != run.method:
         run.take(method)
-    for name in ARRAYS:
-        setattr(run, name, state[f"run.{name}"])
-    for name in NAMES:
-        setattr(run, name, str(state[f"run.{name}"]))
+    run.method, run.reason = str(state["method"]), str(state["reason"])
+    for time, changes in json.loads(str(state["changes"])):
+        run.rebuild(time, changes)
+    run.state.floats[:], run.state.integers[:] = state["floats"], state["integers"]
+    recording.diagnosis.dead_centre = str(state["dead_centre"])
     for name in RECORD:
-        value = state[f"record.{name}"]
-        setattr(recorder, name, value if value.ndim else value.item())
+        setattr(recorder, name, _plain(state[f"record.{name}"]))
     if "record.last" in state:
         recorder.last = state["record.last"][0], state["record.last"][1:]
     if recorder.ledger is not None:
         for name in LEDGER:
-            value = state[f"ledger.{name}"]
-            setattr(recorder.ledger, name, value if value.ndim else value.item())
+            setattr(recorder.ledger, name, _plain(state[f"ledger.{name}"]))
         recorder.ledger.since = state["ledger.since"].item() if "ledger.since" in state else None
         recorder.ledger.rows = state.get("ledger.rows")
+
+
+def _plain(value: np.ndarray):
+    """An array, or the number that it holds."""
+    return value if value.ndim else value.item()

@@ -75,7 +75,7 @@ def test_a_change_of_nothing_changes_nothing():
     plain = cl.simulate(scene, turns=0.5, samples_per_turn=100, rtol=1e-8)
     run = prepare(scene, turns=0.5, samples_per_turn=100, rtol=1e-8)
     times = []
-    run.every(0.1 * scene.turn, lambda r: times.append(r.clock[r.state.TIME]))
+    run.every(0.1 * scene.turn, lambda r: times.append(r.state.time))
     gap = recorded(run).joint("C").gap
     np.testing.assert_allclose(times, 0.1 * scene.turn * np.arange(1, 6), rtol=1e-12)
     np.testing.assert_allclose(gap, plain.joint("C").gap, atol=1e-6 * 1e-4)

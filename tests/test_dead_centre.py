@@ -79,7 +79,7 @@ def test_M5_a_crank_that_turns_all_the_way_has_no_dead_centre(drive):
     run = prepare(slider_crank(0.072, **drive), until=2.0, samples=200)
     sink = MemorySink(run.mechanism.layout.channels, {})
     assert run.record(sink) is None
-    assert not run._look_for_dead_centre()
+    assert not run.observers[0].diagnosis.look_for_dead_centre()
 
 
 def test_M5_the_determinant_of_a_dyad_is_the_sine_between_its_links():

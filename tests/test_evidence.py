@@ -16,7 +16,7 @@ from clearance.evidence import ablation, physics, pictures, statistics, work_pre
 from clearance.evidence.peers import PEERS
 from clearance.evidence.problem import NotSolved, Problem, horizon
 from clearance.evidence.variants import reduced
-from clearance.simulation import METHODS
+from clearance.options import METHODS
 from tests.test_stepping import ball
 
 pytestmark = pytest.mark.slow

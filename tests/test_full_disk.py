@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import checkpoint, simulation
+from clearance import checkpoint
+from clearance import run as running
 from clearance.recording import FileSink, Unwritable
 from tests.test_checkpoint import same
 
@@ -161,8 +162,8 @@ def test_no_piece_takes_more_than_was_claimed(tmp_path, monkeypatch, compression
 
     monkeypatch.setattr(FileSink, "flush", measured)
     monkeypatch.setattr(FileSink, "_place", closed)
-    monkeypatch.setattr(simulation, "ROWS", rows)
-    monkeypatch.setattr(simulation, "BUDGET", 20 * rows)
+    monkeypatch.setattr(running, "ROWS", rows)
+    monkeypatch.setattr(running, "BUDGET", 20 * rows)
     path, scene = tmp_path / "run.h5", cl.load_case("six_bar_feeder", model="dry")
     cl.simulate(scene, turns=10 if rows > 100 else 0.2, samples_per_turn=2000, compression=compression, path=path)
     assert len(grown) > 3

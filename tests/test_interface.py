@@ -17,7 +17,7 @@ from clearance.catalogue import find_case
 from clearance.choices import CONTACTS
 from clearance.commands import common
 from clearance.laws.law import Family, FilmJoint, Law
-from clearance.simulation import span_of
+from clearance.options import span_of
 from clearance.sweeping.points import from_words
 
 GUIDE = (Path(__file__).parent.parent / "clearance" / "GUIDE.md").read_text()

@@ -13,6 +13,7 @@ import clearance as cl
 from clearance import laws, regimes
 from clearance.choices import ASPERITIES, CONTACTS, FRICTIONS, TRANSITIONS, Pair
 from clearance.choices import FILMS as ALL_FILMS
+from clearance.diagnosis import Diagnosis
 from clearance.laws import FilmJoint
 from clearance.laws.asperity import gaussian_moment, second_moment, third_moment
 from clearance.laws.contact import johnson_force, lambert_w
@@ -22,6 +23,7 @@ from clearance.materials import Material, steel
 from clearance.recording import MemorySink, Recorder
 from clearance.simulation import prepare
 from clearance.stepping import status as codes
+from clearance.stepping.state import VALUE
 from tests.plain import differentiated
 from tests.test_laws import delivered_restitution
 
@@ -859,9 +861,9 @@ class TestMixedJoints:
             writer = Recorder(channels, MemorySink(channels, {}))
             writer.samples(np.zeros(1), np.array([[gap if c.path == "joints/C/gap" else 0.0 for c in channels]]))
             writer.ledger.since = 0.1
-            quantity = next(i for i, q in enumerate(run.followed) if q.name == "joints/C/gap_min")
-            run.place[run.state.STARTED], run.peaks[quantity, run.state.VALUE] = 1, -gap
-            failure = run._failure(codes.LEDGER_BROKEN, writer)
+            quantity = next(i for i, q in enumerate(run.watched.quantities) if q.name == "joints/C/gap_min")
+            run.state.started, run.state.peaks[quantity, VALUE] = 1, -gap
+            failure = Diagnosis(run, writer).failure(codes.LEDGER_BROKEN)
             assert failure.startswith(f"from t = 0.1 s on: {codes.MESSAGES[codes.LEDGER_BROKEN]}: {said}")
 
     def test_hole_check_needs_a_transition(self):

@@ -154,14 +154,14 @@ def test_what_is_not_a_result(tmp_path):
 
 def test_streaming_gives_the_same_as_one_buffer(tmp_path, monkeypatch):
     """Buffers of a few rows, steps and contacts: the file does not depend on them."""
-    import clearance.simulation as simulation
+    from clearance import run as running
 
     scene = cl.load_case("slider_crank")
     whole = cl.simulate(scene, until=2e-3, samples=301)
-    monkeypatch.setattr(simulation, "ROWS", 7)
-    monkeypatch.setattr(simulation, "LOG_ROWS", 5)
-    monkeypatch.setattr(simulation, "IMPACT_ROWS", 2)
-    monkeypatch.setattr(simulation, "BUDGET", 11)
+    monkeypatch.setattr(running, "ROWS", 7)
+    monkeypatch.setattr(running, "LOG_ROWS", 5)
+    monkeypatch.setattr(running, "IMPACT_ROWS", 2)
+    monkeypatch.setattr(running, "BUDGET", 11)
     pieces = cl.simulate(scene, until=2e-3, samples=301)
     assert len(whole.events["time"]) > 3
     for path in ("time", "bodies/rod/theta", "joints/C/force_x", "events/time", "events/peak_force", "solver/time"):

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 import clearance as cl
-from clearance.simulation import METHODS, SimulationError
+from clearance.options import METHODS
+from clearance.simulation import SimulationError
 from tests import mechanisms as m
 
 
@@ -25,13 +26,14 @@ def state(result, k=-1):
 def fixed_step_error(method, steps, reference):
     """Error at the end with (nearly) equal steps: no tolerance on the error, a tight one in Newton, a largest step."""
     from clearance.mechanism.build import build
-    from clearance.simulation import Run, Span
+    from clearance.options import Output, Solver, Span
+    from clearance.run import Run
+    from clearance.simulation import write
 
-    run = Run(build(pendulum()), Span(1.0, 2), 0.05, (method, "test"))
-    run.clock[run.state.LARGEST] = 1.0 / steps
-    run.clock[run.state.STEP_SIZE] = 1.0 / steps
-    run.control[run.types.RTOL], run.control[run.types.NEWTON_TOLERANCE] = 1e3, 1e-18
-    result = run.to_file(None, None)
+    run = Run(build(pendulum()), Span(1.0, 2), Solver(0.05, method))
+    run.state.longest_step = run.state.step_size = 1.0 / steps
+    run.state.rtol, run.state.newton_tolerance = 1e3, 1e-18
+    result = write(run, Output())
     run_steps = result.solver["steps"]
     return np.abs(state(result) - reference).max(), run_steps
 
@@ -163,33 +165,34 @@ def test_first_touch_is_where_it_must_be(speed, angle, tolerance, gravity):
 def advanced(scene, until, rtol, step):
     """All states in which a contact has just begun or ended, one trial step at a time."""
     from clearance.mechanism.build import build
-    from clearance.simulation import Run, Span
+    from clearance.options import Solver, Span
+    from clearance.run import Run
+    from clearance.stepping.state import TOUCHING
 
-    run = Run(build(scene), Span(until, 2), rtol, ("dop853", "test"))
-    places, found, touching = run.state, [], np.zeros(len(run.contacts))
+    run = Run(build(scene), Span(until, 2), Solver(rtol, "dop853"))
+    state, found, touching = run.state, [], np.zeros(len(run.state.contacts))
     monitor = run.mechanism.kernel("events")
-    values = np.zeros(3 * len(run.contacts))
+    values = np.zeros(3 * len(state.contacts))
     while step(run) == 0:
-        now = run.contacts[:, places.TOUCHING].copy()
+        now = state.contacts[:, TOUCHING].copy()
         if (now != touching).any():
-            monitor(run.clock[places.TIME], run.y, run.mechanism.par, run.work, values)
-            found.append((run.clock[places.TIME], np.flatnonzero(now != touching), now, values.copy()))
+            monitor(state.time, state.y, run.mechanism.par, state.work, values)
+            found.append((state.time, np.flatnonzero(now != touching), now, values.copy()))
         touching = now
-        run.place[places.ROWS] = run.place[places.EVENTS] = run.place[places.LOGGED] = 0
     return found, run
 
 
 def test_contacts_begin_and_end_within_the_dead_band(monkeypatch):
     """Every change of phase lies on the wall to the dead band; while a joint is free its law sees no penetration."""
-    from clearance import simulation
+    from clearance import run as running
 
-    monkeypatch.setattr(simulation, "BUDGET", 1)
+    monkeypatch.setattr(running, "BUDGET", 1)
     scene = cl.load_case("six_bar_feeder", model="dry", joints="B,C,E")
     found, run = advanced(scene, 0.25 * scene.turn, 1e-5, lambda run: run.advance())
     assert len(found) > 50
     for _, joints, _, values in found:
         for j in joints:
-            assert abs(values[3 * j]) <= run.band[j]
+            assert abs(values[3 * j]) <= run.state.band[j]
 
 
 def test_restarts_keep_the_order():
@@ -216,10 +219,10 @@ def replayed(run, before, time, memory):
         rhs(t, np.ascontiguousarray(y), run.mechanism.par, memory, out)
         return out
 
-    now, size = run.clock[run.state.TIME], run.mechanism.size
+    now, size = run.state.time, run.mechanism.size
     fine = solve_ivp(slopes, (time, now), before, method="DOP853", rtol=1e-13, atol=1e-22, max_step=(now - time) / 4)
-    tolerance = run.rtol * (run.scale + np.abs(run.y))
-    return (np.abs(fine.y[:, -1] - run.y) / tolerance)[:size].max()
+    tolerance = run.solver.rtol * (run.state.scale + np.abs(run.state.y))
+    return (np.abs(fine.y[:, -1] - run.state.y) / tolerance)[:size].max()
 
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6])
@@ -229,21 +232,22 @@ def test_R4_clock_and_state_stay_together_where_contacts_graze(rtol, monkeypatch
     Every step that begins or ends a contact agrees with an independent integration to the tolerance; a clock that
     parts from its state is off by 1e4 of it.
     """
-    from clearance import simulation
+    from clearance import run as running
     from clearance.mechanism.build import build
+    from clearance.options import Solver, Span
+    from clearance.stepping.state import TOUCHING
 
-    monkeypatch.setattr(simulation, "BUDGET", 1)
+    monkeypatch.setattr(running, "BUDGET", 1)
     changes = 0
     for depth in np.logspace(-16, -9, 29):
         scene = ball(eccentricity=(0.0, -(1e-3 + depth)))
-        run = simulation.Run(build(scene), simulation.Span(0.02, 2), rtol, ("dop853", "test"))
-        places, code = run.state, 0
+        run = running.Run(build(scene), Span(0.02, 2), Solver(rtol, "dop853"))
+        state, code = run.state, 0
         while code == 0:
-            before, time, memory = run.y.copy(), run.clock[places.TIME], run.work.copy()
-            touching = run.contacts[0, places.TOUCHING]
+            before, time, memory = state.y.copy(), state.time, state.work.copy()
+            touching = state.contacts[0, TOUCHING]
             code = run.advance()
-            run.place[places.ROWS] = run.place[places.EVENTS] = run.place[places.LOGGED] = 0
-            if run.contacts[0, places.TOUCHING] != touching and run.clock[places.TIME] > time:
+            if state.contacts[0, TOUCHING] != touching and state.time > time:
                 assert replayed(run, before, time, memory) < 1.0, (depth, time)
                 changes += 1
     assert changes > 20

@@ -72,7 +72,8 @@ def _compare(options, case, values: dict, scene, length: dict) -> int:
     import numpy as np
 
     from clearance.evidence import routes
-    from clearance.simulation import SimulationError, span_of
+    from clearance.options import span_of
+    from clearance.simulation import SimulationError
 
     make_folder(options)
     span, title = span_of(scene, **length), " ".join([case.name, *options.parameters])

@@ -104,7 +104,7 @@ def _check_settle(options, case, scene) -> None:
     """Raises ValueError for a --settle that is negative or leaves nothing of the run."""
     if options.settle is None:
         return
-    from clearance.simulation import span_of
+    from clearance.options import span_of
 
     unit = scene.turn or 1.0
     span = span_of(scene, **length_of(options, case, scene), samples=2).until / unit

@@ -4,10 +4,12 @@ import statistics
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 
+from clearance.diagnosis import Diagnosis
 from clearance.evidence.variants import reduced
 from clearance.mechanism.build import build
+from clearance.options import Solver, Span, choose_method
+from clearance.run import Run
 from clearance.scene import Scene
-from clearance.simulation import Run, Span, choose_method
 from clearance.stepping import status
 
 RTOL = 1e-6
@@ -100,11 +102,11 @@ def _loop(scene: Scene, ledger: bool, outputs: bool) -> Callable[[], tuple[float
     span = Span(scene.turn or 1.0, SAMPLES_PER_TURN + 1 if outputs else 2)
 
     def measured() -> tuple[float, int]:
-        run = Run(mechanism, span, RTOL, choose_method(mechanism, rtol=RTOL), outputs=outputs)
+        run = Run(mechanism, span, Solver(RTOL), outputs)
         code = run.trajectory()[2]
         if code != status.DONE:
-            raise ValueError(f"cannot measure the cost: {run._failure(code, None)}")
-        return run.cpu, int(run.counts[run.types.STEPS])
+            raise ValueError(f"cannot measure the cost: {Diagnosis(run).failure(code)}")
+        return run.cpu, int(run.state.steps)
 
     return measured
 

@@ -10,8 +10,9 @@ from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.function import Opaque
 from clearance.mechanism.store import folder
 from clearance.mechanism.structure import Structure
+from clearance.options import choose_method, kernel_roles
 from clearance.scene import Scene
-from clearance.simulation import choose_method, foreseen, kernel_roles
+from clearance.simulation import foreseen
 
 PARTS = (*SLOTS, "lubricant", "roughness", "heat")
 #: heavy packages a reader may want to see absent

@@ -19,8 +19,9 @@ from clearance.mechanism.build import build
 from clearance.mechanism.interpreter import traced
 from clearance.mechanism.kernels import compiled
 from clearance.mechanism.store import njit
+from clearance.options import Solver, Span
 from clearance.results import save_tables
-from clearance.simulation import Run, Span, choose_method
+from clearance.run import Run
 
 JOINT = FilmJoint(radius=0.01, clearance=1e-4, length=0.02, viscosity=0.05)  # of the feeder
 STATES = 120
@@ -193,12 +194,10 @@ def journal(scene, turns: float, rtol: float) -> tuple[np.ndarray, float, int]:
     joint = next(iter(mechanism.places))
     at, seconds = mechanism.places[joint], []
     while len(seconds) < REPEATS + 1 and sum(seconds) < 2.0:
-        run = Run(
-            mechanism, Span(turns * scene.turn, SAMPLES), rtol, choose_method(mechanism, rtol=rtol), outputs=False
-        )
+        run = Run(mechanism, Span(turns * scene.turn, SAMPLES), Solver(rtol), outputs=False)
         _, rows, _ = run.trajectory()
         seconds.append(run.wall)
-    steps = int(run.counts[run.types.STEPS])
+    steps = int(run.state.steps)
     return rows[:, at : at + 2] / joint.clearance, statistics.median(seconds[1:] or seconds), steps
 
 

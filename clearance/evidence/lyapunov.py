@@ -20,10 +20,12 @@ from clearance.demand import Demand, affordable
 from clearance.evidence.problem import NotSolved
 from clearance.evidence.statistics import FEWEST, mean
 from clearance.mechanism.build import Mechanism, build
+from clearance.options import Solver, Span
 from clearance.results import save_tables
+from clearance.run import Run
 from clearance.scene import Scene
-from clearance.simulation import Run, Span, choose_method
 from clearance.stepping import status
+from clearance.stepping.state import CONTACT, KIND, SINCE, TOUCHING
 
 STOPS = 24  # times a turn at which the companions are put back
 WIDER = 10.0  # distance of the second companion over that of the first
@@ -181,24 +183,22 @@ class _Motion:
     """A trajectory that stops where it is told to."""
 
     def __init__(self, mechanism: Mechanism, until: float, rtol: float):
-        self.run = Run(mechanism, Span(until, 2), rtol, choose_method(mechanism, "auto", rtol), outputs=False)
+        self.run = Run(mechanism, Span(until, 2), Solver(rtol), outputs=False)
 
     def advance(self, time: float) -> None:
-        run, state, code = self.run, self.run.state, status.RUNNING
-        run.clock[state.END] = time
+        state, code = self.run.state, status.RUNNING
         while code == status.RUNNING:
-            code = run.advance()
-            run.place[state.ROWS] = run.place[state.EVENTS] = run.place[state.LOGGED] = 0
+            code = self.run.advance(time)
         if code != status.DONE:
-            raise NotSolved(f"at t = {run.clock[state.TIME]:.6g} s: {status.MESSAGES[code]}")
+            raise NotSolved(f"at t = {state.time:.6g} s: {status.MESSAGES[code]}")
         # the last step may have been a sliver; the next ones shall not begin from its size
-        run.clock[state.STEP_SIZE] = max(run.clock[state.STEP_SIZE], SLIVER * run.clock[state.LARGEST])
+        state.step_size = max(state.step_size, SLIVER * state.longest_step)
 
     @property
     def touching(self) -> np.ndarray:
         """Which joints are in a contact that began with an impact (shape joints)."""
-        contacts, state = self.run.contacts, self.run.state
-        return (contacts[:, state.KIND] == state.CONTACT) & (contacts[:, state.TOUCHING] > 0.0)
+        contacts = self.run.state.contacts
+        return (contacts[:, KIND] == CONTACT) & (contacts[:, TOUCHING] > 0.0)
 
 
 class _Companion(_Motion):
@@ -211,21 +211,21 @@ class _Companion(_Motion):
         self.scale = mechanism.scale
         self.speeds = mechanism.frequency * np.array([spot.reach for _, spot in mechanism.spots])
         direction = np.random.default_rng(1980).standard_normal(self.scale.size)  # any direction will do
-        self.run.y += distance * self.scale * direction / np.linalg.norm(direction)
+        self.run.state.y += distance * self.scale * direction / np.linalg.norm(direction)
 
     def put_back(self, motion: _Motion) -> float:
         """Logarithm of the growth of the separation since the last call; the companion is put back along it.
 
         Not while only one of the two is in a contact that both are about to have or have had.
         """
-        own, other, joints = self.run, motion.run, self.touching.size
+        own, other, joints = self.run.state, motion.run.state, self.touching.size
         apart = own.y - other.y
-        lasted = other.clock[other.state.TIME] - other.contacts[:, other.state.SINCE]
+        lasted = other.time - other.contacts[:, SINCE]
         both = self.touching & motion.touching & (lasted < self.lasting)
         memory = np.where(both, own.work[:joints] - other.work[:joints], 0.0)
         d = math.sqrt(np.sum((apart / self.scale) ** 2) + np.sum((memory / self.speeds) ** 2))
         if not 0.0 < d < math.inf:
-            raise NotSolved(f"at t = {own.clock[own.state.TIME]:.6g} s: the companion is {d:g} away from the motion")
+            raise NotSolved(f"at t = {own.time:.6g} s: the companion is {d:g} away from the motion")
         grown, self.last = math.log(d / self.last), d
         if np.array_equal(self.touching, motion.touching) or d > FAR:
             factor = self.distance / d
@@ -237,11 +237,10 @@ class _Companion(_Motion):
 
     def _restart(self, y: np.ndarray) -> None:
         """Go on from another state: what the stepper kept of its last steps is forgotten."""
-        run, state, t = self.run, self.run.state, self.run.types
-        run.y[:] = y
-        run.mechanism.kernel("rhs")(run.clock[state.TIME], run.y, run.mechanism.par, run.work, run.f)
-        run.counts[[t.JACOBIAN_STATE, t.LU_STATE, t.HAS_PREDICTOR]] = 0
-        run.control[t.LAST_H] = run.clock[state.LAST_STEP] = 0.0
+        state, mechanism = self.run.state, self.run.mechanism
+        state.y[:] = y
+        mechanism.kernel("rhs")(state.time, state.y, mechanism.par, state.work, state.f)
+        self.run.interrupt_steps()
 
 
 # --- showing

@@ -12,9 +12,11 @@ from clearance import checks
 from clearance.catalogue import Case
 from clearance.choices import CONTACTS, FILMS, TRANSITIONS
 from clearance.mechanism.build import build
+from clearance.options import Span
 from clearance.results import save_tables
+from clearance.run import Run
 from clearance.scene import Scene
-from clearance.simulation import Run, SimulationError, Span, choose_method, simulate
+from clearance.simulation import SimulationError, simulate
 
 RTOL = 1e-8
 REPEATS = 5
@@ -128,7 +130,7 @@ def _seconds(scene: Scene, span: dict) -> float:
     samples = round(SAMPLES * until / scene.turn) + 1 if scene.turn else 401
     seconds = []
     for _ in range(REPEATS + 1):
-        run = Run(mechanism, Span(until, samples), 1e-6, choose_method(mechanism, rtol=1e-6))
+        run = Run(mechanism, Span(until, samples))
         run.trajectory()
         seconds.append(run.wall)
     return statistics.median(seconds[1:])

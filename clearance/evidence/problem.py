@@ -8,8 +8,9 @@ from functools import cached_property
 import numpy as np
 
 from clearance.mechanism.build import Mechanism, build
+from clearance.options import Solver, Span
+from clearance.run import Run
 from clearance.scene import Scene
-from clearance.simulation import Run, Span
 from clearance.stepping import status
 
 REFERENCE_RTOL = 1e-13
@@ -77,14 +78,12 @@ class Problem:
     def own(self, method: str, rtol: float, displacement: float = 0.0, max_steps: int | None = None) -> Solution:
         """Solved by a stepper of this package, warm; seconds are those of the compiled loop."""
         span = Span(self.until, self.times.size)
-        run = Run(self.mechanism, span, rtol, (method, "compared"), max_steps=max_steps, outputs=False)
-        run.y[:] = self.start(displacement)
+        run = Run(self.mechanism, span, Solver(rtol, method, max_steps=max_steps), outputs=False)
+        run.state.y[:] = self.start(displacement)
         _, rows, code = run.trajectory()
         if code != status.DONE:
-            raise NotSolved(f"at t = {run.clock[run.state.TIME]:.6g} s: {status.MESSAGES[code]}")
-        counts = run.counts
-        t = run.types
-        return Solution(rows, run.wall, int(counts[t.STEPS]), int(counts[t.EVALUATIONS]), int(run.contact_count))
+            raise NotSolved(f"at t = {run.state.time:.6g} s: {status.MESSAGES[code]}")
+        return Solution(rows, run.wall, int(run.state.steps), int(run.state.evaluations), run.contact_count)
 
     def distance(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """Largest deviation of the compared states at each time."""

@@ -21,9 +21,10 @@ from clearance.evidence.exudyn import EXUDYN_STEPS, Exudyn
 from clearance.evidence.peers import PEERS
 from clearance.evidence.problem import DISPLACEMENT, NotSolved, Problem, parting
 from clearance.evidence.statistics import Mean, over_turns
+from clearance.options import LARGEST_SHARE, METHODS, choose_method
 from clearance.results import save_tables
 from clearance.scene import Scene
-from clearance.simulation import LARGEST_SHARE, METHODS, SimulationError, choose_method, simulate
+from clearance.simulation import SimulationError, simulate
 
 RTOLS = tuple(10.0**-k for k in range(3, 13))
 LEVELS = tuple(10.0**-k for k in range(2, 9))

@@ -10,10 +10,11 @@ from clearance.demand import Demand, affordable
 from clearance.elements import TorsionSpring
 from clearance.inverse import multipliers
 from clearance.inverse.explicit import Explicit
+from clearance.options import span_of
 from clearance.recording import FileSink, MemorySink, Recorder, Unwritable
 from clearance.results import Record, Result
 from clearance.scene import Scene
-from clearance.simulation import SimulationError, span_of
+from clearance.simulation import SimulationError
 
 ROUTES = ("explicit", "multipliers")
 

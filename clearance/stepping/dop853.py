@@ -4,7 +4,7 @@ import math
 
 from clearance.stepping import tableaus
 from clearance.stepping.state import state_at
-from clearance.stepping.types import ERROR, EVALUATIONS, RTOL, STATES, STEP_SIGNATURE, STIFFNESS, compiled, pasted
+from clearance.stepping.types import STEP_SIGNATURE, compiled, pasted
 
 A, B, C, D, E3, E5 = tableaus.A, tableaus.B, tableaus.C, tableaus.D, tableaus.E3, tableaus.E5
 ORDER = 8
@@ -32,19 +32,18 @@ def stages(rhs, t, h, y, par, work, k, first, last, states):
 
 @compiled(STEP_SIGNATURE)
 def step(address, t, h):
-    """One step from y with f = y' to y_new with f_new; the error over tolerance goes to control[ERROR]. 0 if finite.
+    """One step from y with f = y' to y_new with f_new; the error over tolerance goes to `s.error`. 0 if finite.
 
     The estimate is the product of those of orders 5 and 3 that Hairer, Norsett and Wanner (1993, II.10) take. Where a
     step hides a steep change between its stages it can be small by chance: that of order 5 is bounded by itself.
 
-    control[STIFFNESS]: step times the largest eigenvalue felt, from the last two slopes (Hairer and Wanner, Solving
+    `s.stiffness`: step times the largest eigenvalue felt, from the last two slopes (Hairer and Wanner, Solving
     Ordinary Differential Equations II (1996), IV.2); the method is unstable above about 6.1.
     """
     s = state_at(address)
     rhs = s.rhs
     y, f, par, work, y_new, f_new, k = s.y, s.f, s.par, s.work, s.y_new, s.f_new, s.matrix
-    scale, control, counts = s.scale, s.control, s.counts
-    size, states = y.size, counts[STATES]
+    scale, size, states = s.scale, y.size, s.states
     for i in range(size):
         k[0, i] = f[i]
     stages(rhs, t, h, y, par, work, k, 1, STAGES, states)
@@ -54,28 +53,28 @@ def step(address, t, h):
             total += B[j] * k[j, i]
         y_new[i] = y[i] + h * total
     rhs(t + h, y_new, par, work, f_new)
-    counts[EVALUATIONS] += STAGES
+    s.evaluations += STAGES
     high, low = 0.0, 0.0
     for i in range(states):
         five, three = E5[STAGES] * f_new[i], E3[STAGES] * f_new[i]
         for j in range(STAGES):
             five += E5[j] * k[j, i]
             three += E3[j] * k[j, i]
-        weight = control[RTOL] * (scale[i] + max(abs(y[i]), abs(y_new[i])))
+        weight = s.rtol * (scale[i] + max(abs(y[i]), abs(y_new[i])))
         high += (five / weight) ** 2
         low += (three / weight) ** 2
-    control[ERROR] = 0.0
+    s.error = 0.0
     if high > 0.0 or low > 0.0:
-        control[ERROR] = h * high / math.sqrt((high + 0.01 * low) * states)
-        fifth = h * math.sqrt(high / states) * control[RTOL] ** (1.0 - 5.0 / 8.0)
-        control[ERROR] = max(control[ERROR], fifth / FIFTH)
+        s.error = h * high / math.sqrt((high + 0.01 * low) * states)
+        fifth = h * math.sqrt(high / states) * s.rtol ** (1.0 - 5.0 / 8.0)
+        s.error = max(s.error, fifth / FIFTH)
     apart, slopes = 0.0, 0.0
     for i in range(states):
         unit = 1.0 / (scale[i] + abs(y_new[i]))
         apart += ((y_new[i] - k[16, i]) * unit) ** 2
         slopes += ((f_new[i] - k[STAGES - 1, i]) * unit) ** 2
-    control[STIFFNESS] = h * math.sqrt(slopes / apart) if apart > 0.0 else 0.0
-    finite = math.isfinite(control[ERROR]) and math.isfinite(high)
+    s.stiffness = h * math.sqrt(slopes / apart) if apart > 0.0 else 0.0
+    finite = math.isfinite(s.error) and math.isfinite(high)
     for i in range(size):
         finite = finite and math.isfinite(y_new[i]) and math.isfinite(f_new[i])
     return 0 if finite else 1
@@ -86,11 +85,11 @@ def interpolant(address, t, h):
     """Dense output of the step just made: three more evaluations."""
     s = state_at(address)
     y, f, y_new, f_new, dense, k = s.y, s.f, s.y_new, s.f_new, s.dense, s.matrix
-    size, counts = y.size, s.counts
+    size = y.size
     for i in range(size):
         k[STAGES, i] = f_new[i]
-    stages(s.rhs, t, h, y, s.par, s.work, k, STAGES + 1, 16, counts[STATES])
-    counts[EVALUATIONS] += 3
+    stages(s.rhs, t, h, y, s.par, s.work, k, STAGES + 1, 16, s.states)
+    s.evaluations += 3
     for i in range(size):
         change = y_new[i] - y[i]
         dense[0, i] = y[i]

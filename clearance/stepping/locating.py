@@ -12,7 +12,6 @@ import math
 from clearance.stepping.state import (
     CHANNEL,
     EARLIER,
-    INTERVAL,
     JOINT,
     LAST,
     MIDDLE,
@@ -21,8 +20,6 @@ from clearance.stepping.state import (
     PEAKS,
     SEARCHED,
     SIGN,
-    STRETCH,
-    STRETCHES,
     TOUCHING,
     VALUE,
     WHEN,
@@ -146,7 +143,7 @@ def refine(s, t, h, k, low, high):
 @shared
 def look_into(s, t, h, low, high, row):
     """Extremes between low and high of the last step; row: outputs at high."""
-    width, back, searched = (high - low) * h, s.clock[INTERVAL], False
+    width, back, searched = (high - low) * h, s.interval, False
     per_width, per_back = 1.0 / width, 1.0 / back if back > 0.0 else 0.0
     curving = 4.0 * width / (width + back)
     for k in range(s.peaks.shape[0]):
@@ -166,7 +163,7 @@ def look_into(s, t, h, low, high, row):
                 refine(s, t, h, k, low, high)
     for k in range(s.peaks.shape[0]):
         s.peaks[k, EARLIER], s.peaks[k, LAST] = s.peaks[k, LAST], s.peaks[k, NEXT]
-    s.clock[INTERVAL] = width
+    s.interval = width
 
 
 @shared
@@ -174,9 +171,9 @@ def end_stretch(s, time):
     """Keep the extremes of a stretch; the next begins with the values at its end."""
     for k in range(s.peaks.shape[0]):
         if s.peaks[k, JOINT] < 0.0:
-            s.best[s.place[STRETCHES], k], s.when[s.place[STRETCHES], k] = s.peaks[k, VALUE], s.peaks[k, WHEN]
+            s.best[s.stretches, k], s.when[s.stretches, k] = s.peaks[k, VALUE], s.peaks[k, WHEN]
             s.peaks[k, VALUE], s.peaks[k, WHEN] = s.peaks[k, LAST], time
-    s.place[STRETCHES] += 1
+    s.stretches += 1
 
 
 @shared
@@ -186,8 +183,8 @@ def look(s, t, h):
     unwind(s, s.row, h)
     follow(s)
     low = 0.0
-    while s.place[STRETCHES] < s.best.shape[0] - 1:
-        boundary = (s.place[STRETCHES] + 1) * s.clock[STRETCH]
+    while s.stretches < s.best.shape[0] - 1:
+        boundary = (s.stretches + 1) * s.stretch
         if boundary > t + h:
             break
         theta = (boundary - t) / h
@@ -210,7 +207,7 @@ def look_again(s, t):
         s.peaks[k, LAST] = quantity(s, s.row, k)
         if not asleep(s, k):
             offer(s, k, s.peaks[k, LAST], t)
-    s.clock[INTERVAL] = 0.0
+    s.interval = 0.0
 
 
 @shared

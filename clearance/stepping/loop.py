@@ -10,46 +10,18 @@ import math
 from clearance.stepping import status
 from clearance.stepping.locating import begin_looking, contact_peak, look, look_again, unwind
 from clearance.stepping.state import (
-    BEGIN,
     CLEARANCE,
-    COMMITS,
     CONTACT,
-    CONTACT_STEP,
     COORDINATE,
     DAMPING,
-    END,
-    EVENTS,
-    FAILED_JOINT,
     FILM,
-    FINISH,
-    FLIPS,
-    FREE_STEP,
     IMPACT_SPEED,
     KIND,
-    LARGEST,
-    LAST_ERROR,
-    LAST_REFUSAL,
-    LAST_STEP,
     LOG_COLUMNS,
-    LOGGED,
-    MAY_SWITCH,
-    MILD_STEPS,
     PULL,
     RATE_X,
-    REFUSALS,
-    REMEMBERING,
-    ROWS,
-    SAMPLE,
-    SAMPLE_EVERY,
-    SAMPLES,
     SINCE,
-    STARTED,
-    STEP_LIMIT,
-    STEP_SIZE,
-    STIFF_STEPS,
-    TIME,
     TOUCHING,
-    WATCHED,
     attempt,
     copy,
     evaluate,
@@ -57,25 +29,7 @@ from clearance.stepping.state import (
     invalidate,
     state_at,
 )
-from clearance.stepping.types import (
-    COORDINATES,
-    EFFORT,
-    ERROR,
-    EVALUATIONS,
-    KERNEL,
-    ORDER,
-    RATE,
-    REJECTED,
-    RTOL,
-    STATES,
-    STEPS,
-    STIFFNESS,
-    compiled,
-    inline,
-    int64,
-    pasted,
-    shared,
-)  # fmt: skip
+from clearance.stepping.types import KERNEL, compiled, inline, int64, pasted, shared
 
 PROBES = 8  # interior places where a step is searched for contact
 FLIP_LIMIT = 100  # contact changes without advance in time before the run counts as stuck
@@ -96,9 +50,9 @@ GOOD_RATE = 0.2  # a rate of convergence that Newton's method should not exceed 
 
 @shared
 def probe(s, t, h, theta):
-    """Penetration, its rate and the contact force of every joint at theta of the last step, into s.found."""
+    """Penetration, its rate and the contact force of every joint at theta of the last step, into s.inside."""
     evaluate(s, theta)
-    s.events(t + theta * h, s.trial, s.par, s.work, s.found)
+    s.events(t + theta * h, s.trial, s.par, s.work, s.inside)
 
 
 # --- contact events
@@ -108,7 +62,7 @@ def summit(s, t, h, joint, low, high, wanted):
     for _ in range(50):
         middle = 0.5 * (low + high)
         probe(s, t, h, middle)
-        if s.found[3 * joint + 1] * wanted > 0.0:
+        if s.inside[3 * joint + 1] * wanted > 0.0:
             low = middle
         else:
             high = middle
@@ -123,7 +77,7 @@ def crossing(s, t, h, joint, low, high, wanted):
             break
         middle = 0.5 * (low + high)
         probe(s, t, h, middle)
-        if s.found[3 * joint] * wanted > 0.0:
+        if s.inside[3 * joint] * wanted > 0.0:
             high = middle
         else:
             low = middle
@@ -154,11 +108,11 @@ def event_of(s, t, h, joint, low, high):
     """
     wanted = -1.0 if s.contacts[joint, TOUCHING] > 0.0 else 1.0
     probe(s, t, h, high)
-    value, end = s.found[3 * joint] * wanted, high
-    if value <= s.band[joint] and s.probed[3 * joint + 1] * wanted > 0.0 and s.found[3 * joint + 1] * wanted < 0.0:
+    value, end = s.inside[3 * joint] * wanted, high
+    if value <= s.band[joint] and s.probed[3 * joint + 1] * wanted > 0.0 and s.inside[3 * joint + 1] * wanted < 0.0:
         end = summit(s, t, h, joint, low, high, wanted)
         probe(s, t, h, end)
-        value = s.found[3 * joint] * wanted
+        value = s.inside[3 * joint] * wanted
     if value <= s.band[joint]:
         return 2.0
     return crossing(s, t, h, joint, low, end, wanted)
@@ -169,7 +123,7 @@ def first_event(s, t, h):
     """(joint, theta) of the first contact start or end inside the last step; joint -1 if there is none."""
     joints = s.contacts.shape[0]
     probe(s, t, h, 0.0)
-    copy(s.found, s.probed)
+    copy(s.inside, s.probed)
     for p in range(PROBES):
         best_joint, best = -1, 2.0
         for j in range(joints):
@@ -180,7 +134,7 @@ def first_event(s, t, h):
         if best_joint >= 0:
             return best_joint, best
         probe(s, t, h, (p + 1) / PROBES)
-        copy(s.found, s.probed)
+        copy(s.inside, s.probed)
     return -1, 2.0
 
 
@@ -190,7 +144,7 @@ def nudge(s, t, shift):
     for i in range(s.y.size):
         s.y_new[i] += shift * s.f_new[i]
     s.rhs(t, s.y_new, s.par, s.work, s.f_new)
-    s.counts[EVALUATIONS] += 1
+    s.evaluations += 1
     s.events(t, s.y_new, s.par, s.work, s.after)
 
 
@@ -209,7 +163,7 @@ def aligned(s, t, h, event, theta):
         invalidate(s)
         if size <= RESOLVED * max(abs(t), h):
             return 0.0, True
-        if attempt(s, t, size) != 0 or s.control[ERROR] > 1.0:
+        if attempt(s, t, size) != 0 or s.error > 1.0:
             return -size, False
         made = size
         s.events(t + size, s.y_new, s.par, s.work, s.after)
@@ -221,7 +175,7 @@ def aligned(s, t, h, event, theta):
         else:
             low = size
         shift = -value / rate if rate > 0.0 else math.inf
-        if abs(shift) < min(1e-6, 1e-3 * s.control[RTOL]) * size:
+        if abs(shift) < min(1e-6, 1e-3 * s.rtol) * size:
             nudge(s, t + size, shift)
             return size + shift, True
         if not low < size + shift < high:
@@ -237,11 +191,11 @@ def switch(s, joint, t, values):
     """Start or end the contact of a joint; `values` are the contact quantities at this moment."""
     contact = s.contacts[joint]
     if contact[TOUCHING] > 0.0:
-        row = s.impacts[s.place[EVENTS]]
+        row = s.impacts[s.impacts_filled]
         row[0], row[1], row[2] = joint, contact[SINCE], contact[IMPACT_SPEED]
         row[3], row[4] = contact_peak(s, joint, 0), contact_peak(s, joint, 1)
         row[5], row[6] = t - contact[SINCE], -values[3 * joint + 1]
-        s.place[EVENTS] += 1
+        s.impacts_filled += 1
         contact[TOUCHING], s.work[joint] = 0.0, FREE
     else:
         contact[TOUCHING], contact[SINCE] = 1.0, t
@@ -262,19 +216,19 @@ def crosses(s, joint, values):
 @inline
 def next_sample(s):
     """Time of the next output row."""
-    if s.place[SAMPLE] == s.place[SAMPLES] - 1:
-        return s.clock[FINISH]
-    return s.clock[BEGIN] + s.place[SAMPLE] * s.clock[SAMPLE_EVERY]
+    if s.sample == s.samples - 1:
+        return s.finish
+    return s.begin + s.sample * s.sample_every
 
 
 @shared
 def sample(s, t, h):
     """Observe at every grid time up to the end of the last step (h = 0: at the start); False if the buffer is full."""
-    while s.place[SAMPLE] < s.place[SAMPLES]:
+    while s.sample < s.samples:
         at = next_sample(s)
         if at > t + h:
             return True
-        if s.place[ROWS] == s.times.size:
+        if s.rows_filled == s.times.size:
             return False
         if h == 0.0:
             copy(s.y, s.trial)
@@ -282,18 +236,18 @@ def sample(s, t, h):
             copy(s.y_new, s.trial)
         else:
             evaluate(s, (at - t) / h)
-        row = s.rows[s.place[ROWS]]
+        row = s.rows[s.rows_filled]
         s.observe(at, s.trial, s.par, s.work, row)
         unwind(s, row, at - t)
-        s.times[s.place[ROWS]] = at
-        s.place[ROWS] += 1
-        s.place[SAMPLE] += 1
+        s.times[s.rows_filled] = at
+        s.rows_filled += 1
+        s.sample += 1
     return True
 
 
 # --- step sizes
 @shared
-def weigh_films(s, found):
+def weigh_films(s, values):
     """Natural sizes of the eccentricity of pure film joints and of its rate: less than usual where the film is thin.
 
     rtol (size + |y|) is at most a share of the film left: a larger error could take the journal through the wall, or
@@ -301,17 +255,17 @@ def weigh_films(s, found):
     mechanism's own acceleration, for a larger error would turn approach into recession. Damping: the Jacobian's,
     remembered for a few steps, because a receding film has hardly any.
     """
-    p, n, rtol = s.counts[COORDINATES], s.counts[STATES], s.control[RTOL]
+    p, n, rtol = s.coordinates, s.states, s.rtol
     for j in range(s.contacts.shape[0]):
         contact = s.contacts[j]
         if contact[KIND] != FILM or contact[COORDINATE] < 0.0:
             continue
-        first, left = int(contact[COORDINATE]), max(-found[3 * j], 1e-15 * contact[CLEARANCE])
+        first, left = int(contact[COORDINATE]), max(-values[3 * j], 1e-15 * contact[CLEARANCE])
         contact[DAMPING] *= FORGET
         for k in range(2):
             i = first + k
             s.scale[i] = min(contact[CLEARANCE] + abs(s.y[i]), FILM_ERROR * left / rtol) - abs(s.y[i])
-            contact[DAMPING] = max(contact[DAMPING], abs(s.vector[(p + i) * n + p + i]))
+            contact[DAMPING] = max(contact[DAMPING], abs(s.jacobian_rows[(p + i) * n + p + i]))
         for k in range(2):
             usual, damping = contact[RATE_X + k], max(contact[DAMPING], 1e-300)
             s.scale[p + first + k] = min(usual, FILM_ERROR * contact[PULL] / (damping * rtol))
@@ -320,13 +274,13 @@ def weigh_films(s, found):
 @shared
 def first_step(s, t):
     """A first step from the size of y, y' and y'' (Hairer, Norsett, Wanner 1993, section II.4)."""
-    states, rtol = s.counts[STATES], s.control[RTOL]
+    states, rtol = s.states, s.rtol
     size, rate, bend = 0.0, 0.0, 0.0
     for i in range(states):
         weight = rtol * (s.scale[i] + abs(s.y[i]))
         size += (s.scale[i] / weight) ** 2
         rate += (s.f[i] / weight) ** 2
-    h = s.clock[LARGEST]
+    h = s.longest_step
     if rate > 0.0:
         h = min(h, 0.01 * math.sqrt(size / rate))
     for i in range(s.y.size):
@@ -336,14 +290,14 @@ def first_step(s, t):
         bend += ((s.f_new[i] - s.f[i]) / (rtol * (s.scale[i] + abs(s.y[i])))) ** 2
     largest = max(math.sqrt(rate / max(states, 1)), math.sqrt(bend / max(states, 1)) / h)
     if largest > 0.0 and math.isfinite(largest):
-        return min(100.0 * h, (0.01 / largest) ** (1.0 / (s.control[ORDER] + 1.0)), s.clock[LARGEST])
+        return min(100.0 * h, (0.01 / largest) ** (1.0 / (s.order + 1.0)), s.longest_step)
     return 1e-3 * h
 
 
 @inline
 def proposed(s, t):
     """The next step, stretched or halved so that the run does not end in a sliver."""
-    h, left = min(s.clock[STEP_SIZE], s.clock[LARGEST]), s.clock[END] - t
+    h, left = min(s.step_size, s.longest_step), s.end - t
     if 1.0001 * h >= left:
         return left
     return 0.5 * left if 1.9 * h >= left else h
@@ -352,10 +306,10 @@ def proposed(s, t):
 @shared
 def shrink(s, h, factor, code):
     """Reject a step; the reason is kept for the message, should steps become too small."""
-    s.counts[REJECTED] += 1
-    s.place[LAST_REFUSAL] = code
-    s.place[REFUSALS] += 1
-    s.clock[STEP_SIZE] = h * factor
+    s.rejected += 1
+    s.last_refusal = code
+    s.refusals += 1
+    s.step_size = h * factor
 
 
 @shared
@@ -364,8 +318,8 @@ def refuse(s, t, h):
 
     Where a contact ends inside the step, the next one ends about there.
     """
-    power = 1.0 / s.control[ORDER] if s.place[REFUSALS] == 0 else DOUBTED
-    factor = max(SHRINK, SAFETY * s.control[ERROR] ** -power)
+    power = 1.0 / s.order if s.refusals == 0 else DOUBTED
+    factor = max(SHRINK, SAFETY * s.error ** -power)
     if in_contact(s):
         s.events(t, s.y, s.par, s.work, s.before)
         s.events(t + h, s.y_new, s.par, s.work, s.after)
@@ -383,32 +337,32 @@ def grow(s, h):
     The second is Gustafsson's predictive control (ACM Trans. Math. Softw. 20, 1994): it sees a stiffer stretch coming.
     Small changes are not worth a new factorisation.
     """
-    error, power, factor = max(s.control[ERROR], 1e-10), 1.0 / s.control[ORDER], s.control[EFFORT]
+    error, power, factor = max(s.error, 1e-10), 1.0 / s.order, s.effort
     wanted = factor * error**-power
-    if s.clock[LAST_STEP] > 0.0:
-        predicted = factor * h / s.clock[LAST_STEP] * (s.clock[LAST_ERROR] / (error * error)) ** power
+    if s.last_step > 0.0:
+        predicted = factor * h / s.last_step * (s.last_error / (error * error)) ** power
         wanted = min(wanted, predicted)
     wanted = min(GROW, max(SHRINK, wanted))
-    if s.control[RATE] > 0.0:
-        wanted = min(wanted, max(0.5, GOOD_RATE / s.control[RATE]))
-    if s.place[LAST_REFUSAL] > 0:
+    if s.newton_rate > 0.0:
+        wanted = min(wanted, max(0.5, GOOD_RATE / s.newton_rate))
+    if s.last_refusal > 0:
         wanted = min(wanted, 1.0)
-    s.place[LAST_REFUSAL] = s.place[REFUSALS] = 0
-    s.clock[LAST_STEP], s.clock[LAST_ERROR] = h, max(error, 1e-2)
-    s.clock[STEP_SIZE] = h if 1.0 <= wanted <= 1.2 else h * wanted
+    s.last_refusal = s.refusals = 0
+    s.last_step, s.last_error = h, max(error, 1e-2)
+    s.step_size = h if 1.0 <= wanted <= 1.2 else h * wanted
 
 
 @inline
 def stiff(s):
     """Whether the method has been held up by stability for many steps; six milder ones in a row clear it."""
-    if s.control[STIFFNESS] > UNSTABLE:
-        s.place[STIFF_STEPS] += 1
-        s.place[MILD_STEPS] = 0
+    if s.stiffness > UNSTABLE:
+        s.stiff_steps += 1
+        s.mild_steps = 0
     else:
-        s.place[MILD_STEPS] += 1
-        if s.place[MILD_STEPS] >= 6:
-            s.place[STIFF_STEPS] = 0
-    return s.place[STIFF_STEPS] >= STIFF_ENOUGH
+        s.mild_steps += 1
+        if s.mild_steps >= 6:
+            s.stiff_steps = 0
+    return s.stiff_steps >= STIFF_ENOUGH
 
 
 @shared
@@ -422,11 +376,11 @@ def change_phase(s, event, t):
         if j != event and crosses(s, j, s.after):
             switch(s, j, t, s.after)
     s.rhs(t, s.y, s.par, s.work, s.f)
-    kept = s.clock[CONTACT_STEP if in_contact(s) else FREE_STEP]
-    s.clock[STEP_SIZE] = kept if kept > 0.0 else first_step(s, t)
-    s.clock[LAST_STEP] = 0.0
+    kept = s.contact_step if in_contact(s) else s.free_step
+    s.step_size = kept if kept > 0.0 else first_step(s, t)
+    s.last_step = 0.0
     invalidate(s)
-    if s.place[WATCHED] == 1:
+    if s.watched == 1:
         look_again(s, t)
 
 
@@ -434,7 +388,7 @@ def change_phase(s, event, t):
 @shared
 def begin(s):
     """First evaluation, contacts that exist at the start, first output row, first step."""
-    t = s.clock[TIME]
+    t = s.time
     if s.contacts.shape[0] > 0:
         s.events(t, s.y, s.par, s.work, s.before)
         for j in range(s.contacts.shape[0]):
@@ -447,11 +401,11 @@ def begin(s):
     for i in range(s.f.size):
         if not math.isfinite(s.f[i]):
             return status.NOT_FINITE
-    if s.place[WATCHED] == 1:
+    if s.watched == 1:
         begin_looking(s, t)
     sample(s, t, 0.0)
-    s.clock[STEP_SIZE] = first_step(s, t)
-    s.place[STARTED] = 1
+    s.step_size = first_step(s, t)
+    s.started = 1
     return status.RUNNING
 
 
@@ -465,9 +419,9 @@ def in_contact(s):
 
 @inline
 def buffers_full(s):
-    if s.place[LOGGED] == s.log.shape[0] or s.place[ROWS] == s.times.size:
+    if s.log_filled == s.log.shape[0] or s.rows_filled == s.times.size:
         return True
-    return s.place[EVENTS] + s.contacts.shape[0] > s.impacts.shape[0]
+    return s.impacts_filled + s.contacts.shape[0] > s.impacts.shape[0]
 
 
 @shared
@@ -476,29 +430,32 @@ def accept(s, t, h, cut):
 
     False if the output buffer is full (the step is made again).
     """
-    if s.place[SAMPLE] < s.place[SAMPLES] and next_sample(s) <= t + h:
+    if s.sample < s.samples and next_sample(s) <= t + h:
         interpolate(s, t, h)
     if not sample(s, t, h):
         return False
-    s.clock[TIME] = s.clock[END] if t + h >= s.clock[END] else t + h
-    if s.place[WATCHED] == 1:
+    s.time = s.end if t + h >= s.end else t + h
+    if s.watched == 1:
         look(s, t, h)
-    if s.clock[LAST_STEP] == 0.0 and not cut:  # the first step of a phase: where the next such phase starts
-        s.clock[CONTACT_STEP if in_contact(s) else FREE_STEP] = h
+    if s.last_step == 0.0 and not cut:  # the first step of a phase: where the next such phase starts
+        if in_contact(s):
+            s.contact_step = h
+        else:
+            s.free_step = h
     copy(s.y_new, s.y)
     copy(s.f_new, s.f)
     weigh_films(s, s.after)
-    s.counts[STEPS] += 1
-    s.place[FLIPS] = 0
-    row = s.log[s.place[LOGGED]]
-    row[0], row[1], row[2] = s.clock[TIME], h, s.control[ERROR]
+    s.steps += 1
+    s.flips = 0
+    row = s.log[s.log_filled]
+    row[0], row[1], row[2] = s.time, h, s.error
     for i in range(s.ledger.size):
         row[LOG_COLUMNS + i] = s.row[s.ledger[i]]
-    s.place[LOGGED] += 1
-    if s.place[COMMITS] > 0:
-        s.commit(s.clock[TIME], s.y, s.par, s.work, s.work)
-        if s.place[REMEMBERING] > 0:  # what was remembered changed the film
-            s.rhs(s.clock[TIME], s.y, s.par, s.work, s.f)
+    s.log_filled += 1
+    if s.commits > 0:
+        s.commit(s.time, s.y, s.par, s.work, s.work)
+        if s.remembering > 0:  # what was remembered changed the film
+            s.rhs(s.time, s.y, s.par, s.work, s.f)
     return True
 
 
@@ -517,10 +474,10 @@ def outside(s):
 @pasted
 def advance(s):
     """One trial step: rejected, or accepted up to its first contact event. Returns a status code."""
-    t = s.clock[TIME]
+    t = s.time
     h = proposed(s, t)
-    if h <= SMALLEST * max(abs(t), 1e-6 * s.clock[END]) and s.clock[END] - t > h:
-        refusal = s.place[LAST_REFUSAL]
+    if h <= SMALLEST * max(abs(t), 1e-6 * s.end) and s.end - t > h:
+        refusal = s.last_refusal
         if refusal == DOMAIN_LEFT:
             return status.FILM_LEFT
         return status.NOT_FINITE if refusal == 2 else status.STEP_TOO_SMALL
@@ -528,15 +485,15 @@ def advance(s):
     if code != 0:
         shrink(s, h, NEWTON_FAILED, code)
         return status.RUNNING
-    if s.control[ERROR] > 1.0:
+    if s.error > 1.0:
         refuse(s, t, h)
         return status.RUNNING
     event, theta = -1, 2.0
     if s.contacts.shape[0] > 0:
         s.events(t, s.y, s.par, s.work, s.before)
         s.events(t + h, s.y_new, s.par, s.work, s.after)
-        s.place[FAILED_JOINT] = outside(s)
-        if s.place[FAILED_JOINT] >= 0:
+        s.failed_joint = outside(s)
+        if s.failed_joint >= 0:
             invalidate(s)
             shrink(s, h, SHRINK, DOMAIN_LEFT)
             return status.RUNNING
@@ -552,8 +509,8 @@ def advance(s):
         if h == 0.0:
             s.events(t, s.y, s.par, s.work, s.after)
             change_phase(s, event, t)
-            s.place[FLIPS] += 1
-            return status.STEP_TOO_SMALL if s.place[FLIPS] > FLIP_LIMIT else status.RUNNING
+            s.flips += 1
+            return status.STEP_TOO_SMALL if s.flips > FLIP_LIMIT else status.RUNNING
         if not reached:
             event = -1
     if not accept(s, t, h, cut):
@@ -561,10 +518,10 @@ def advance(s):
         return status.RUNNING
     grow(s, h)
     if event >= 0:
-        change_phase(s, event, s.clock[TIME])
+        change_phase(s, event, s.time)
     elif cut:
-        s.clock[STEP_SIZE] = proposal
-    if stiff(s) and s.place[MAY_SWITCH] == 1:
+        s.step_size = proposal
+    if stiff(s) and s.may_switch == 1:
         return status.STIFF
     return status.RUNNING
 
@@ -583,14 +540,14 @@ def run(address, budget):
     """
     s = state_at(address)
     answer = status.RUNNING
-    if s.place[STARTED] == 0:
+    if s.started == 0:
         answer = begin(s)
     for _ in range(budget):
         if answer != status.RUNNING or buffers_full(s):
             return answer
-        if s.clock[TIME] >= s.clock[END]:
+        if s.time >= s.end:
             return status.DONE
-        if s.counts[STEPS] + s.counts[REJECTED] >= s.place[STEP_LIMIT]:
+        if s.steps + s.rejected >= s.step_limit:
             return status.TOO_MANY_STEPS
         answer = advance(s)
     return answer

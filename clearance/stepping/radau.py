@@ -15,26 +15,7 @@ import math
 from clearance.stepping.linear import factor, rate_matrix, solve
 from clearance.stepping.record import constant
 from clearance.stepping.tableaus import Collocation
-from clearance.stepping.types import (
-    CONVERGENCE,
-    COORDINATES,
-    EFFORT,
-    ERROR,
-    EVALUATE_LEDGER,
-    EVALUATIONS,
-    FACTORISATIONS,
-    HAS_PREDICTOR,
-    JACOBIAN_STATE,
-    JACOBIANS,
-    LAST_H,
-    LU_STATE,
-    NEWTON_TOLERANCE,
-    RATE,
-    RTOL,
-    STATES,
-    inline,
-    pasted,
-)  # fmt: skip
+from clearance.stepping.types import inline, pasted
 
 constant(Collocation)  # a scheme's tables are known where its stepper is compiled
 ITERATIONS = 10
@@ -45,11 +26,11 @@ TRIAL, CORRECTION, WEIGHT, PIVOTS, LU = range(5)
 
 
 @inline
-def predict(k, m, h, control, counts, y, n):
+def predict(k, run, m, h, y, n):
     """Stages of the rates from the last collocation polynomial, or zero; those of the coordinates follow."""
-    stages, p = k.c.size, counts[COORDINATES]
+    stages, p = k.c.size, run.coordinates
     polynomial = 3 * stages
-    ratio = h / control[LAST_H] if counts[HAS_PREDICTOR] == 1 else 0.0
+    ratio = h / run.last_h if run.has_predictor == 1 else 0.0
     for s in range(stages):
         x = 1.0 + ratio * k.c[s]
         for i in range(p, n):
@@ -81,12 +62,12 @@ def follow(k, m, h, y, p):
 
 
 @inline
-def factorise(k, vector, m, complexes, counts, h, n):
+def factorise(k, run, vector, m, complexes, h, n):
     """LU of the Newton matrices of the rates, one real and one complex for each pair of eigenvalues.
 
     With q' = u and J the Jacobian, (g - J) (dq, du) = (0, r) is (g - J_u - J_q / g) du = r, dq = du / g.
     """
-    p, real = counts[COORDINATES], 4 * k.c.size + LU
+    p, real = run.coordinates, 4 * k.c.size + LU
     size = n - p
     rate_matrix(m[real : real + size], vector, k.real / h, p, n)
     factor(m[real : real + size], m[real - 1], size)
@@ -94,8 +75,8 @@ def factorise(k, vector, m, complexes, counts, h, n):
         first = pair * (size + 2)
         rate_matrix(complexes[first : first + size], vector, k.pairs[pair] / h, p, n)
         factor(complexes[first : first + size], complexes[first + size], size)
-    counts[FACTORISATIONS] += 1
-    counts[LU_STATE] = 1
+    run.factorisations += 1
+    run.lu_state = 1
 
 
 @inline
@@ -138,20 +119,20 @@ def correct(k, m, complexes, h, p, n):
 
 
 @inline
-def newton(k, rhs, t, h, y, par, work, control, counts, m, complexes, n):
+def newton(k, run, rhs, t, h, y, par, work, m, complexes, n):
     """Simplified Newton on the transformed stages. 0 converged, 1 not, 2 not finite; and the rate of convergence."""
-    stages, p = k.c.size, counts[COORDINATES]
+    stages, p = k.c.size, run.coordinates
     trial = m[4 * stages + TRIAL]
-    tolerance = max(2e-15 / control[RTOL], control[NEWTON_TOLERANCE])
+    tolerance = max(2e-15 / run.rtol, run.newton_tolerance)
     for i in range(n, y.size):
         trial[i] = y[i]
-    old, rate, factor_of_rate = 0.0, 0.0, max(control[CONVERGENCE], 1e-16) ** 0.8
+    old, rate, factor_of_rate = 0.0, 0.0, max(run.convergence, 1e-16) ** 0.8
     for iteration in range(ITERATIONS):
         for s in range(stages):
             for i in range(n):
                 trial[i] = y[i] + m[s, i]
             rhs(t + k.c[s] * h, trial, par, work, m[stages + s])
-        counts[EVALUATIONS] += stages
+        run.evaluations += stages
         norm = math.sqrt(correct(k, m, complexes, h, p, n) / (stages * n))
         if not math.isfinite(norm):
             return 2, 1.0
@@ -168,18 +149,18 @@ def newton(k, rhs, t, h, y, par, work, control, counts, m, complexes, n):
                 m[s, i] = total
         follow(k, m, h, y, p)
         if norm == 0.0 or factor_of_rate * norm < tolerance:
-            control[CONVERGENCE] = factor_of_rate
-            control[RATE] = rate
-            control[EFFORT] = SAFETY * (2 * ITERATIONS + 1) / (2 * ITERATIONS + 1 + iteration)
+            run.convergence = factor_of_rate
+            run.newton_rate = rate
+            run.effort = SAFETY * (2 * ITERATIONS + 1) / (2 * ITERATIONS + 1 + iteration)
             return 0, rate
         old = norm
     return 1, rate
 
 
 @inline
-def error_norm(k, rhs, t, h, y, f, par, work, counts, vector, m, n):
+def error_norm(k, run, rhs, t, h, y, f, par, work, vector, m, n):
     """Error over tolerance; filtered a second time where the first answer would reject the step."""
-    stages, p, real = k.c.size, counts[COORDINATES], 4 * k.c.size + LU
+    stages, p, real = k.c.size, run.coordinates, 4 * k.c.size + LU
     size = n - p
     correction, trial, weight = m[real - 3], m[real - 4], m[real - 2]
     g, norm = k.real / h, 0.0
@@ -207,12 +188,12 @@ def error_norm(k, rhs, t, h, y, f, par, work, counts, vector, m, n):
         for i in range(n, y.size):
             trial[i] = y[i]
         rhs(t, trial, par, work, m[stages])
-        counts[EVALUATIONS] += 1
+        run.evaluations += 1
     return norm
 
 
 @inline
-def ledger(k, rhs, t, h, y, par, work, counts, m, n):
+def ledger(k, run, rhs, t, h, y, par, work, m, n):
     """Stages of the energy integrals from the powers at the converged stages."""
     stages = k.c.size
     trial = m[4 * stages + TRIAL]
@@ -222,7 +203,7 @@ def ledger(k, rhs, t, h, y, par, work, counts, m, n):
         for i in range(n, y.size):
             trial[i] = y[i]
         rhs(t + k.c[s] * h, trial, par, work, m[stages + s])
-    counts[EVALUATIONS] += stages
+    run.evaluations += stages
     for i in range(n, y.size):
         for s in range(stages):
             total = 0.0
@@ -256,46 +237,47 @@ def slopes(k, h, f_new, m, size):
 
 @pasted
 def advance(k, run, t, h):
-    """One step from y with f = y' to y_new with f_new; error over tolerance in control[ERROR]. 0 if it worked."""
+    """One step from y with f = y' to y_new with f_new; error over tolerance in `run.error`. 0 if it worked."""
     rhs = run.rhs
-    y, f, par, work, control, counts = run.y, run.f, run.par, run.work, run.control, run.counts
-    y_new, f_new, scale, vector, m, complexes = run.y_new, run.f_new, run.scale, run.vector, run.matrix, run.complexes
-    size, n, stages = y.size, counts[STATES], k.c.size
+    y, f, par, work = run.y, run.f, run.par, run.work
+    y_new, f_new, scale, vector = run.y_new, run.f_new, run.scale, run.jacobian_rows
+    m, complexes = run.matrix, run.complexes
+    size, n, stages = y.size, run.states, k.c.size
     weight = m[4 * stages + WEIGHT]
     for i in range(n):
-        weight[i] = 1.0 / (control[RTOL] * (scale[i] + abs(y[i])))
+        weight[i] = 1.0 / (run.rtol * (scale[i] + abs(y[i])))
     answer, rate = 1, 1.0
     for _attempt in range(2):
-        fresh = counts[JACOBIAN_STATE] != 1
+        fresh = run.jacobian_state != 1
         if fresh:
             run.jacobian(t, y, par, work, vector)
-            counts[JACOBIANS] += 1
-            counts[JACOBIAN_STATE], counts[LU_STATE] = 1, 0
-        if counts[LU_STATE] != 1 or control[LAST_H] != h:
-            factorise(k, vector, m, complexes, counts, h, n)
-        predict(k, m, h, control, counts, y, n)
-        answer, rate = newton(k, rhs, t, h, y, par, work, control, counts, m, complexes, n)
+            run.jacobians += 1
+            run.jacobian_state, run.lu_state = 1, 0
+        if run.lu_state != 1 or run.last_h != h:
+            factorise(k, run, vector, m, complexes, h, n)
+        predict(k, run, m, h, y, n)
+        answer, rate = newton(k, run, rhs, t, h, y, par, work, m, complexes, n)
         if answer == 0 or fresh:
             break
-        counts[JACOBIAN_STATE] = 0
+        run.jacobian_state = 0
     if answer != 0:
-        counts[HAS_PREDICTOR], counts[LU_STATE], control[CONVERGENCE] = 0, 0, 1.0
+        run.has_predictor, run.lu_state, run.convergence = 0, 0, 1.0
         return answer
-    error = error_norm(k, rhs, t, h, y, f, par, work, counts, vector, m, n)
-    control[ERROR] = error
+    error = error_norm(k, run, rhs, t, h, y, f, par, work, vector, m, n)
+    run.error = error
     if error > 1.0 or not math.isfinite(error):
-        counts[LU_STATE] = 0
+        run.lu_state = 0
         return 0 if math.isfinite(error) else 2
-    if size > n and control[EVALUATE_LEDGER] > 0.0:
-        ledger(k, rhs, t, h, y, par, work, counts, m, n)
+    if size > n and run.evaluate_ledger > 0:
+        ledger(k, run, rhs, t, h, y, par, work, m, n)
     for i in range(size):
         y_new[i] = y[i] + m[stages - 1, i]
     collocate(k, m, size)
     slopes(k, h, f_new, m, size)
-    counts[HAS_PREDICTOR] = 1
-    control[LAST_H] = h
+    run.has_predictor = 1
+    run.last_h = h
     if rate > 1e-3:
-        counts[JACOBIAN_STATE] = 0
+        run.jacobian_state = 0
     for i in range(size):
         if not math.isfinite(y_new[i]) or not math.isfinite(f_new[i]):
             return 2

@@ -10,7 +10,7 @@ from importlib import import_module
 import numpy as np
 from numba import types
 from numba.core.cgutils import create_struct_proxy
-from numba.core.imputils import lower_constant
+from numba.core.imputils import lower_constant, lower_setattr_generic
 from numba.core.typing.templates import AttributeTemplate
 from numba.core.typing.typeof import Purpose, typeof
 from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model, typeof_impl
@@ -37,10 +37,14 @@ if "scipy.linalg" not in sys.modules:
 
 
 class Record(types.Type):
-    """The type of a record. fields: name -> an array in C order, or a function."""
+    """The type of a record.
 
-    def __init__(self, name: str, fields: dict):
-        self.fields, self.places, words = fields, {}, 0
+    fields: name -> an array in C order, or a function. numbers: name -> the field whose element it is, and its place
+    there; compiled code may set them.
+    """
+
+    def __init__(self, name: str, fields: dict, numbers: dict[str, tuple[str, int]]):
+        self.fields, self.numbers, self.places, words = fields, numbers, {}, 0
         for field, kind in fields.items():
             self.places[field] = words
             words += 1 + getattr(kind, "ndim", 0)
@@ -57,24 +61,51 @@ class Fields(AttributeTemplate):
     key = Record
 
     def generic_resolve(self, record, name):
+        if name in record.numbers:
+            return record.fields[record.numbers[name][0]].dtype
         return types.int64 if name == "address" else record.fields.get(name)
+
+
+def reading(context, builder, value):
+    """The function that reads a word of a record.
+
+    Nothing changes a record while compiled code runs, so one reading does for a whole function.
+    """
+    word = context.get_value_type(types.intp)
+    words = builder.bitcast(value, word.as_pointer())
+
+    def read(place):
+        content = builder.load(builder.gep(words, [word(place)]))
+        content.set_metadata("invariant.load", builder.module.add_metadata([]))
+        return content
+
+    return read
+
+
+def pointer(context, builder, record, value, name):
+    """Address of a number."""
+    buffer, place = record.numbers[name]
+    kind = context.get_data_type(record.fields[buffer].dtype).as_pointer()
+    first = builder.inttoptr(reading(context, builder, value)(record.places[buffer]), kind)
+    return builder.gep(first, [context.get_constant(types.intp, place)])
+
+
+@lower_setattr_generic(Record)
+def store(context, builder, signature, arguments, name):
+    """Set a number."""
+    value, number = arguments
+    builder.store(number, pointer(context, builder, signature.args[0], value, name))
 
 
 @lower_getattr_generic(Record)
 def field(context, builder, record, value, name):
-    """Read one field. Nothing changes a record while compiled code runs, so one reading does for a whole function."""
+    """Read one field or number."""
     word = context.get_value_type(types.intp)
     if name == "address":
         return builder.ptrtoint(value, word)
-    kind = record.fields[name]
-    words = builder.bitcast(value, word.as_pointer())
-
-    def read(place):
-        found = builder.load(builder.gep(words, [word(place)]))
-        found.set_metadata("invariant.load", builder.module.add_metadata([]))
-        return found
-
-    first = record.places[name]
+    if name in record.numbers:
+        return builder.load(pointer(context, builder, record, value, name))
+    kind, first, read = record.fields[name], record.places[name], reading(context, builder, value)
     if isinstance(kind, types.FunctionType):
         function = create_struct_proxy(kind)(context, builder)
         function.jit_addr = builder.inttoptr(read(first), function.jit_addr.type)
@@ -91,12 +122,13 @@ def field(context, builder, record, value, name):
 
 
 def packed(record: Record, values) -> np.ndarray:
-    """The words of a record of these values: arrays and addresses of functions, in the order of its fields.
+    """The words of a record, from an object with its fields as attributes: arrays and addresses of functions.
 
     They hold no array alive. Raises ValueError for an array that is not in C order.
     """
     words = []
-    for name, value in zip(record.fields, values, strict=True):
+    for name in record.fields:
+        value = getattr(values, name)
         if isinstance(value, np.ndarray):
             if not value.flags.c_contiguous:
                 raise ValueError(f"{name} must be in C order")

@@ -11,20 +11,7 @@ import math
 from clearance.stepping import tableaus
 from clearance.stepping.linear import factor, rate_matrix, solve
 from clearance.stepping.state import state_at
-from clearance.stepping.types import (
-    COORDINATES,
-    ERROR,
-    EVALUATE_LEDGER,
-    EVALUATIONS,
-    FACTORISATIONS,
-    JACOBIAN_STATE,
-    JACOBIANS,
-    RTOL,
-    STATES,
-    STEP_SIGNATURE,
-    compiled,
-    pasted,
-)  # fmt: skip
+from clearance.stepping.types import STEP_SIGNATURE, compiled, pasted
 
 A, C, NODES = tableaus.RODAS_A, tableaus.RODAS_C, tableaus.RODAS_NODES
 D, H, GAMMA = tableaus.RODAS_D, tableaus.RODAS_H, tableaus.RODAS_GAMMA
@@ -126,40 +113,40 @@ def ledger(rhs, t, h, y, y_new, par, work, dense, m, n):
 
 @compiled(STEP_SIGNATURE)
 def step(address, t, h):
-    """One step from y with f = y' to y_new with f_new; error over tolerance in control[ERROR]. 0 if finite."""
+    """One step from y with f = y' to y_new with f_new; error over tolerance in `s.error`. 0 if finite."""
     s = state_at(address)
     rhs = s.rhs
     y, f, par, work, y_new, f_new = s.y, s.f, s.par, s.work, s.y_new, s.f_new
-    dense, scale, control, counts, vector, m = s.dense, s.scale, s.control, s.counts, s.vector, s.matrix
-    size, n, p = y.size, counts[STATES], counts[COORDINATES]
-    if counts[JACOBIAN_STATE] != 1:
+    dense, scale, vector, m = s.dense, s.scale, s.jacobian_rows, s.matrix
+    size, n, p = y.size, s.states, s.coordinates
+    if s.jacobian_state != 1:
         s.jacobian(t, y, par, work, vector)
-        counts[JACOBIANS] += 1
+        s.jacobians += 1
         later = DIFFERENCE * h
         rhs(t + later, y, par, work, m[RATE_OF_TIME])
         for i in range(n):
             m[RATE_OF_TIME, i] = (m[RATE_OF_TIME, i] - f[i]) / later
-        counts[JACOBIAN_STATE] = 1
+        s.jacobian_state = 1
     factorise(vector, m, 1.0 / (GAMMA * h), p, n)
     stages(rhs, t, h, y, f, par, work, vector, m, p, n)
-    counts[FACTORISATIONS] += 1
-    counts[EVALUATIONS] += STAGES + 1
+    s.factorisations += 1
+    s.evaluations += STAGES + 1
     total = 0.0
     for i in range(n):
         y_new[i] = m[TRIAL, i] + m[STAGES - 1, i]
-        total += (m[STAGES - 1, i] / (control[RTOL] * (scale[i] + max(abs(y[i]), abs(y_new[i]))))) ** 2
-    control[ERROR] = math.sqrt(total / n)
-    if not math.isfinite(control[ERROR]):
+        total += (m[STAGES - 1, i] / (s.rtol * (scale[i] + max(abs(y[i]), abs(y_new[i]))))) ** 2
+    s.error = math.sqrt(total / n)
+    if not math.isfinite(s.error):
         return 2
-    if control[ERROR] > 1.0:
+    if s.error > 1.0:
         return 0
-    counts[JACOBIAN_STATE] = 0
+    s.jacobian_state = 0
     for i in range(n, size):
         y_new[i] = y[i]
     dense_output(y, y_new, dense, m, n)
-    if size > n and control[EVALUATE_LEDGER] > 0.0:
+    if size > n and s.evaluate_ledger > 0:
         ledger(rhs, t, h, y, y_new, par, work, dense, m, n)
-        counts[EVALUATIONS] += 3
+        s.evaluations += 3
     rhs(t + h, y_new, par, work, f_new)
     for i in range(size):
         if not math.isfinite(y_new[i]) or not math.isfinite(f_new[i]):

@@ -1,35 +1,17 @@
-"""The state of a compiled run: its arrays and what stands where in them, one step and its dense output."""
+"""The state of a run, declared once: numbers and arrays by name over one buffer of floats and one of integers.
 
-from collections import namedtuple
+Compiled code and Python read and set them alike: `s.time`, `s.contacts[j, KIND]`. One step and its dense output.
+"""
 
-from clearance.mechanism.store import COMPILED
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from clearance.mechanism.store import COMPILED, types
 from clearance.stepping.record import Record, packed, reader
-from clearance.stepping.types import (
-    HAS_PREDICTOR,
-    INTEGERS,
-    JACOBIAN_STATE,
-    KERNEL,
-    LAST_H,
-    LU_STATE,
-    MATRIX,
-    STEP,
-    VECTOR,
-    complex128,
-    inline,
-    int64,
-    shared,
-)
+from clearance.stepping.types import DENSE_ROWS, KERNEL, STEP, VECTOR, complex128, float64, inline, int64, shared
 
-# entries of `clock`
-TIME, STEP_SIZE, END, LARGEST, SAMPLE_EVERY, BEGIN, CONTACT_STEP, FREE_STEP, LAST_STEP, LAST_ERROR = range(10)
-STRETCH = 10  # length of the stretches of a run that have extremes of their own
-INTERVAL = 11  # from the last look but one at the outputs to the last; 0: their slopes have jumped since
-FINISH = 12  # end of the whole run; END may stand before it, where something is to happen on the way
-CLOCK_SIZE = 13
-# entries of `place`
-SAMPLE, SAMPLES, ROWS, LOGGED, EVENTS, STEP_LIMIT, STARTED, COMMITS, LAST_REFUSAL, FAILED_JOINT, FLIPS = range(11)
-REFUSALS, INTERPOLATED, STIFF_STEPS, MILD_STEPS, MAY_SWITCH, REMEMBERING, WATCHED, STRETCHES = range(11, 19)
-PLACE_SIZE = 19
 # columns of `contacts`, the running record of each joint, and of `impacts`, the finished ones
 TOUCHING, SINCE, IMPACT_SPEED, KIND, COORDINATE, CLEARANCE = range(6)
 RATE_X, RATE_Y, PULL, DAMPING = range(6, 10)  # natural rates, natural acceleration, largest damping of late [1/s]
@@ -42,32 +24,187 @@ LOG_COLUMNS = 3  # time at the end, step, error over tolerance; energies follow,
 CHANNEL, PAIRED, SIGN, JOINT, VALUE, WHEN, EARLIER, LAST, NEXT, MIDDLE, SEARCHED = range(11)
 PEAK_COLUMNS = 11
 
-# what a run is made of: the compiled functions it calls, and its arrays
-_FIELDS = {
-    STEP: "step interpolant",
-    KERNEL: "rhs jacobian events commit observe",
-    VECTOR: "par work y f scale band control clock times vector row look y_new f_new trial before after probed found",
-    MATRIX: "contacts impacts log rows dense matrix peaks best when turned",
-    INTEGERS: "counts place ledger",
-    int64[:, ::1]: "angles",
-    complex128[:, ::1]: "complexes",
+#: numbers of a run that are floats
+FLOATS = (
+    "rtol",
+    "newton_tolerance",  # error left by Newton's method, of the error tolerance
+    "order",  # of the stepper's error estimate
+    "longest_step",  # [s]
+    "sample_every",  # [s]
+    "stretch",  # length of the stretches of a run that have extremes of their own [s]
+    "begin",  # of the run [s]
+    "end",  # of this call of the loop, which may stand before that of the run [s]
+    "finish",  # of the run [s]
+    "time",  # reached [s]
+    "step_size",  # to be tried next [s]
+    "last_step",  # the step accepted last [s]; 0: a phase begins
+    "last_error",  # its error over tolerance
+    "contact_step",  # first step of the last phase with a contact [s]
+    "free_step",  # first step of the last phase without one [s]
+    "interval",  # from the last look but one at the outputs to the last [s]; 0: their slopes have jumped since
+    "error",  # of the last trial step, over tolerance
+    "last_h",  # step that the stepper's factors and predictor belong to [s]
+    "convergence",  # of Newton's method: rate / (1 - rate) of its last step
+    "newton_rate",  # of convergence
+    "effort",  # safety factor of the next step, from the iterations of the last
+    "stiffness",  # step times the largest eigenvalue felt
+)
+#: numbers of a run that are integers
+INTEGERS = (
+    "states",  # that the error estimate counts: all but the energy integrals
+    "coordinates",  # of the states
+    "samples",  # of the whole run
+    "step_limit",
+    "commits",  # numbers in `work` that steps set at their ends
+    "remembering",  # films with a memory
+    "evaluate_ledger",  # 1: with energy integrals
+    "may_switch",  # 1: the loop returns where the method is held up by stability
+    "watched",  # 1: outputs are looked at where steps end
+    "started",
+    "steps",
+    "rejected",
+    "evaluations",
+    "jacobians",
+    "factorisations",
+    "sample",  # the next
+    "rows_filled",  # rows of `times` and `rows` in use
+    "log_filled",
+    "impacts_filled",
+    "stretches",  # finished
+    "flips",  # changes of contacts without advance in time
+    "failed_joint",  # spot whose journal left its film, -1: none
+    "last_refusal",  # why a step was rejected last
+    "refusals",  # one after another
+    "stiff_steps",
+    "mild_steps",  # one after another
+    "interpolated",  # 1: the dense output of the last step stands ready
+    "jacobian_state",  # 1: the Jacobian is that of this place
+    "lu_state",  # 1: factors belong to this Jacobian
+    "has_predictor",  # 1: the last step's polynomial can be gone on with
+)
+
+
+class Sizes(NamedTuple):
+    """Lengths of a run's arrays."""
+
+    size: int  # states and energy integrals
+    states: int
+    work: int
+    spots: int
+    outputs: int
+    ledger: int  # energies that are logged at the end of each step
+    angles: int
+    peaks: int
+    stretches: int
+    scratch: int  # rows of the stepper's scratch
+    rows: int  # samples, steps and contacts held between two pieces of output
+    log: int
+    impacts: int
+
+
+def shapes(n: Sizes) -> dict:
+    """Shapes of a run's arrays: kind of number -> name -> shape."""
+    events = (3 * n.spots,)
+    floats = {
+        "y": (n.size,),
+        "f": (n.size,),  # its rate
+        "work": (n.work,),
+        "scale": (n.size,),  # natural sizes of the states
+        "band": (n.spots,),  # dead band of a touch [m]
+        "contacts": (n.spots, CONTACT_COLUMNS),
+        "peaks": (n.peaks, PEAK_COLUMNS),
+        "best": (n.stretches, n.peaks),  # extremes of finished stretches
+        "when": (n.stretches, n.peaks),
+        "turned": (n.angles, 2),  # angles and rates at the end of the last step
+        "row": (n.outputs,),  # outputs at the end of the last step
+        "look": (n.outputs,),  # outputs inside it
+        "y_new": (n.size,),
+        "f_new": (n.size,),
+        "trial": (n.size,),
+        "before": events,  # penetration, its rate and force of all spots where a step begins
+        "after": events,
+        "probed": events,
+        "inside": events,
+        "dense": (DENSE_ROWS, n.size),
+        "jacobian_rows": (max(n.states**2, 1),),
+        "matrix": (n.scratch + n.states, max(n.size, 1)),
+        "times": (n.rows,),
+        "rows": (n.rows, n.outputs),
+        "log": (n.log, LOG_COLUMNS + n.ledger),
+        "impacts": (n.impacts, IMPACT_COLUMNS),
+    }
+    complexes = {"complexes": (2 * (n.states + 2), max(n.states, 1))}
+    integers = {"ledger": (n.ledger,), "angles": (n.angles, 2)}
+    return {float64: floats, complex128: complexes, int64: integers}
+
+
+NUMBERS = {"floats": FLOATS, "integers": INTEGERS}
+FUNCTIONS = {"step": STEP, "interpolant": STEP}
+FUNCTIONS |= dict.fromkeys(("rhs", "jacobian", "events", "commit", "observe"), KERNEL)
+ARRAYS = {
+    name: types.Array(kind, len(shape), "C")
+    for kind, of_kind in shapes(Sizes(*[1] * len(Sizes._fields))).items()
+    for name, shape in of_kind.items()
 }
-STATE = Record("of a run", {name: kind for kind, names in _FIELDS.items() for name in names.split()})
+STATE = Record(
+    "of a run",
+    {**FUNCTIONS, "par": VECTOR, "floats": VECTOR, "integers": int64[::1], **ARRAYS},
+    {name: (buffer, i) for buffer, names in NUMBERS.items() for i, name in enumerate(names)},
+)
 state_at = reader(STATE)
 
 
-class State(namedtuple("State", STATE.fields)):
-    """A run's functions and arrays."""
+class State:
+    """The state of a run, all zero at first; beside its buffers the functions it calls and the mechanism's numbers."""
+
+    def __init__(self, sizes: Sizes):
+        self.sizes, arrays = sizes, shapes(sizes)
+        lengths = {kind: sum(map(math.prod, a.values())) for kind, a in arrays.items()}
+        self.floats = np.zeros(len(FLOATS) + lengths[float64] + 2 * lengths[complex128])
+        self.integers = np.zeros(len(INTEGERS) + lengths[int64], np.int64)
+        complexes = self.floats[-2 * lengths[complex128] :].view(np.complex128)
+        self._cut(self.floats[len(FLOATS) :], arrays[float64])
+        self._cut(complexes, arrays[complex128])
+        self._cut(self.integers[len(INTEGERS) :], arrays[int64])
+
+    def _cut(self, buffer: np.ndarray, arrays: dict[str, tuple]) -> None:
+        """Name the arrays that stand in a buffer one after another."""
+        begin = 0
+        for name, shape in arrays.items():
+            end = begin + math.prod(shape)
+            setattr(self, name, buffer[begin:end].reshape(shape))
+            begin = end
+
+    def resized(self, **sizes: int) -> "State":
+        """The same numbers and arrays, those that change their size all zero."""
+        other = State(self.sizes._replace(**sizes))
+        for name in (*FLOATS, *INTEGERS):
+            setattr(other, name, getattr(self, name))
+        for name in ARRAYS:
+            if getattr(other, name).shape == getattr(self, name).shape:
+                getattr(other, name)[...] = getattr(self, name)
+        return other
+
+    def connect(self, par: np.ndarray, **functions) -> None:
+        """Take the functions that the loop calls and the mechanism's numbers."""
+        vars(self).update(functions, par=par)
+        self.words = packed(STATE, self) if COMPILED else None
 
     @property
-    def address(self) -> "State":
-        """What plain Python takes for its address."""
-        return self
+    def address(self):
+        """What the compiled loop takes: see record.py; in plain Python the state itself."""
+        return self.words.ctypes.data if COMPILED else self
 
 
-def words(state: State):
-    """A run's state as the compiled loop takes it: see record.py; the arrays must live as long as they are used."""
-    return packed(STATE, state) if COMPILED else state
+def _number(buffer: str, place: int) -> property:
+    def set_number(state, value):
+        getattr(state, buffer)[place] = value
+
+    return property(lambda state: getattr(state, buffer)[place], set_number)
+
+
+for _name, (_buffer, _place) in STATE.numbers.items():
+    setattr(State, _name, _number(_buffer, _place))
 
 
 @inline
@@ -80,16 +217,16 @@ def copy(source, target):
 @inline
 def attempt(s, t, h):
     """One step of the method from the present state; 0 if it worked (its error may still be too large)."""
-    s.place[INTERPOLATED] = 0
+    s.interpolated = 0
     return s.step(s.address, t, h)
 
 
 @shared
 def interpolate(s, t, h):
     """Prepare the dense output of the step just made, unless it stands ready."""
-    if s.place[INTERPOLATED] == 1:
+    if s.interpolated == 1:
         return
-    s.place[INTERPOLATED] = 1
+    s.interpolated = 1
     s.interpolant(s.address, t, h)
 
 
@@ -107,5 +244,5 @@ def evaluate(s, theta):
 @inline
 def invalidate(s):
     """Forget what the method kept from earlier steps."""
-    s.counts[JACOBIAN_STATE] = s.counts[LU_STATE] = s.counts[HAS_PREDICTOR] = 0
-    s.control[LAST_H] = 0.0
+    s.jacobian_state = s.lu_state = s.has_predictor = 0
+    s.last_h = 0.0

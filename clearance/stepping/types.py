@@ -19,15 +19,6 @@ kernel_at = caller(KERNEL)
 #: rows of the dense output: y(theta) = d0 + theta (d1 + (1 - theta) (d2 + theta (d3 + ...)))
 DENSE_ROWS = 8
 
-# entries of `control`
-RTOL, ERROR, ORDER, EVALUATE_LEDGER, LAST_H, CONVERGENCE, EFFORT, RATE, NEWTON_TOLERANCE, STIFFNESS = range(10)
-CONTROL_SIZE = 10
-# entries of `counts`
-STEPS, REJECTED, EVALUATIONS, JACOBIANS, FACTORISATIONS, STATES, COORDINATES = range(7)
-JACOBIAN_STATE, LU_STATE, HAS_PREDICTOR = range(7, 10)
-COUNTS_SIZE = 10
-
-
 #: of all sources that steppers are compiled from: numba's cache looks at a function's own file only
 DIGEST = hashlib.sha256(b"".join(p.read_bytes() for p in sorted(Path(__file__).parent.glob("*.py")))).hexdigest()[:12]
 

@@ -8,8 +8,9 @@ from clearance.elements import Drive
 from clearance.evidence.variants import idealised
 from clearance.extremes import guides
 from clearance.mechanism.build import build
+from clearance.options import Span
+from clearance.run import Run
 from clearance.scene import Scene
-from clearance.simulation import Run, Span, choose_method
 from clearance.stepping import status as codes
 
 MOST_KEPT = 64  # ideal motions kept in memory
@@ -71,7 +72,7 @@ def _motion(scene: Scene, span: Span, slides: dict) -> dict | None:
         return None
     if mechanism.size:
         return None
-    run = Run(mechanism, span, 1e-6, choose_method(mechanism))
+    run = Run(mechanism, span)
     _, rows, code = run.trajectory()
     if code != codes.DONE or not np.isfinite(rows).all():  # ideal joints cannot go all the way
         return None

@@ -11,8 +11,9 @@ from pathlib import Path
 from clearance.catalogue import Case, find_case
 from clearance.loading import module_of
 from clearance.recording import FULL, FileSink, ImageSink, MemorySink
+from clearance.run import Run
 from clearance.scene import Scene
-from clearance.simulation import Run, prepare
+from clearance.simulation import prepare
 from clearance.sweeping import definition as definitions
 from clearance.sweeping.definition import Definition
 from clearance.sweeping.ideal import ideal_motion

@@ -34,7 +34,8 @@ from clearance.film.table import build as build_table  # noqa: E402
 from clearance.mechanism.build import build  # noqa: E402
 from clearance.mechanism.interpreter import traced  # noqa: E402
 from clearance.mechanism.kernels import compiled  # noqa: E402
-from clearance.simulation import Run, Span, choose_method  # noqa: E402
+from clearance.options import Solver, Span  # noqa: E402
+from clearance.run import Run  # noqa: E402
 from clearance.stepping import status  # noqa: E402
 from tests.augmented import Augmented, augmented  # noqa: E402
 
@@ -281,18 +282,17 @@ def long_runs():
     for name, (case, options) in cases.items():
         scene = cl.load_case(case, **options)
         mechanism = build(scene, ledger=False)
-        run = Run(mechanism, Span(1000 * scene.turn, 1001), 1e-5, choose_method(mechanism, rtol=1e-5), outputs=False)
+        run = Run(mechanism, Span(1000 * scene.turn, 1001), Solver(1e-5), outputs=False)
         marks, clock = [(0.0, 0.0)], 0.0
         code = status.RUNNING
         while code == status.RUNNING:
             began = time.perf_counter()
             code = run.advance()
             clock += time.perf_counter() - began
-            marks.append((run.clock[run.state.TIME] / scene.turn, clock))
-            run.place[run.state.ROWS] = run.place[run.state.EVENTS] = run.place[run.state.LOGGED] = 0
+            marks.append((run.state.time / scene.turn, clock))
         at = np.interp([0.0, 100.0, 900.0, 1000.0], *np.array(marks).T)
         first, last = at[1] / 100, (at[3] - at[2]) / 100
-        steps = int(run.counts[run.types.STEPS])
+        steps = int(run.state.steps)
         yield f"| {name} | {steps} | {first * 1e3:.3f} ms | {last * 1e3:.3f} ms | {last / first:.2f} |"
         require(code == status.DONE, f"{name}: 1000 turns ended with {code}")
         require(last < 1.2 * first, f"{name}: a turn costs {last / first:.2f} times more at the end")

@@ -13,8 +13,10 @@ from publishing import publish, require
 
 import clearance as cl
 from clearance.recording import MemorySink
-from clearance.simulation import Run, prepare
+from clearance.run import Run
+from clearance.simulation import prepare
 from clearance.stepping import status
+from clearance.stepping.state import PEAKS
 
 BEGIN = "<!-- peaks -->"
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-8)
@@ -64,21 +66,16 @@ def loop_time(scene: cl.Scene, turns: int, looks: str) -> tuple[float, int]:
     """Seconds in the compiled loop and steps; looks: "located", "step ends" or "none"."""
     run = prepare(scene, turns=turns)
     if looks != "located":
-        run.peaks = run.peaks[:0]
-        run.contacts[:, run.state.PEAKS] = -1
-        run.best, run.when = run.best[:, :0], run.when[:, :0]
-    if looks == "none":
-        run.place[run.state.WATCHED] = 0
-        run.ledger = run.ledger[:0]
+        run.state.contacts[:, PEAKS] = -1
+        run.resize(peaks=0, ledger=run.state.sizes.ledger if looks == "step ends" else 0)
+        run.state.watched = looks == "step ends"
     advance(run)
-    return run.wall, int(run.counts[run.types.STEPS])
+    return run.wall, int(run.state.steps)
 
 
 def advance(run: Run) -> None:
-    code, state = status.RUNNING, run.state
-    while code == status.RUNNING:
-        code = run.advance()
-        run.place[state.ROWS] = run.place[state.EVENTS] = run.place[state.LOGGED] = 0
+    while run.advance() == status.RUNNING:
+        pass
 
 
 def cost(name: str) -> str:
@@ -99,7 +96,7 @@ def long_run() -> list[str]:
     run = prepare(scene, turns=LONG, samples_per_turn=4)
     sink = MemorySink(run.mechanism.layout.channels, {})
     failure = run.record(sink)
-    record, steps = sink.record, int(run.counts[run.types.STEPS])
+    record, steps = sink.record, int(run.state.steps)
     share, energy = record.solver["energy_residual_share"], record.facts("energy")
     require(failure is None and share < LOST, f"{LONG} dry turns lose {share:.1e} of a stretch")
     return [

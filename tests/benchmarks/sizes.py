@@ -17,7 +17,8 @@ from publishing import publish
 
 import clearance as cl
 from clearance.mechanism.build import build
-from clearance.simulation import choose_method, kernel_roles, prepare
+from clearance.options import choose_method, kernel_roles
+from clearance.simulation import prepare
 
 BEGIN = "<!-- sizes -->"
 ROWS = {"chain": (10, 20, 40), "ladder": (10, 20, 40), "lubricated": (1, 2, 3, 5, 8, 10)}
@@ -103,7 +104,7 @@ def measured(kind: str, count: int) -> dict:
         "first": first,
         "later": min(later),
         "memory": memory,
-        "step": run.wall / max(int(run.counts[run.types.STEPS]), 1),
+        "step": run.wall / max(int(run.state.steps), 1),
     }
 
 

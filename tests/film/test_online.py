@@ -21,7 +21,9 @@ from clearance.laws.law import FilmJoint
 from clearance.mechanism import asking
 from clearance.mechanism.asking import KEEP, SLOPES, VALUE, Answerer, answered
 from clearance.mechanism.build import build
-from clearance.simulation import Run, Span, choose_method, dear
+from clearance.options import Span
+from clearance.run import Run
+from clearance.simulation import dear
 
 C = 1e-4
 JOINT = FilmJoint(radius=0.01, clearance=C, length=0.02, viscosity=0.05)
@@ -415,7 +417,7 @@ class TestMemory:
         """One mechanism, and so one film, run twice: the second does not know of the first."""
         mechanism = build(loaded(conserving_film()))
         rows = [
-            Run(mechanism, Span(0.002, 11), 1e-6, choose_method(mechanism), outputs=False).trajectory()[1]
+            Run(mechanism, Span(0.002, 11), outputs=False).trajectory()[1]
             for _ in range(2)
         ]
         assert (rows[0] == rows[1]).all()

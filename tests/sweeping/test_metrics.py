@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 
 import clearance as cl
 from clearance.extremes import Extremes, guides
+from clearance.options import Span
 from clearance.recording import MemorySink
-from clearance.simulation import Span, prepare
+from clearance.simulation import prepare
 from clearance.sweeping import ideal as ideals
 from clearance.sweeping import metrics as defined
 from clearance.sweeping.ideal import ideal_motion

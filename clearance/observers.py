@@ -1,0 +1,131 @@
+"""Observers of a run: they see its output as it comes, and may stop on the way to change the run.
+
+Records, diagnosis, progress, checkpoints and wear are observers.
+"""
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from clearance import checks
+from clearance.checkpoint import PartsSink, state_of
+from clearance.diagnosis import Diagnosis
+from clearance.mechanism.asking import Answerer
+from clearance.recording import Recorder
+from clearance.stepping import status
+
+
+class Observer:
+    """Sees a run as it goes; a kind of observer has the methods that it needs.
+
+    A piece of output is what one call of the compiled loop makes: samples, contacts that are over, steps.
+    """
+
+    period: float | None = None  # [s]; a step ends at each of its multiples, such as the turns of a drive
+
+    def samples(self, times: np.ndarray, rows: np.ndarray) -> None:
+        """Outputs at sample times, (n, channels); the arrays are used again after the call."""
+
+    def contacts(self, labels: list[str], rows: np.ndarray) -> None:
+        """Finished contacts; labels: of all spots; rows: see `stepping.state.IMPACT_COLUMNS`."""
+
+    def steps(self, log: np.ndarray) -> None:
+        """Steps: time at the end, step, error over tolerance, and the energies where there is a ledger."""
+
+    def reach(self, run) -> None:
+        """The run stands at a multiple of the period; it may be changed."""
+
+    def piece(self, run, code: int) -> int:
+        """All observers have seen a piece; code: status of the run, or that of an observer before. Returns it, or
+        another.
+        """
+        return code
+
+
+class Every(Observer):
+    """Calls a function of the run at each multiple of a period [s]."""
+
+    def __init__(self, period: float, function: Callable):
+        self.period, self.reach = checks.positive("period", period), function
+
+
+class Trajectory(Observer):
+    """Samples in memory."""
+
+    def __init__(self):
+        self.times, self.rows = [], []
+
+    def samples(self, times, rows):
+        """Copy them."""
+        self.times.append(times.copy())
+        self.rows.append(rows.copy())
+
+
+class Recording(Observer):
+    """Hands the output to a recorder as long as it is finite; the diagnosis judges it."""
+
+    def __init__(self, run, recorder: Recorder):
+        self.recorder, self.diagnosis = recorder, Diagnosis(run, recorder)
+        self.contacts, self.steps = recorder.impacts, recorder.steps
+
+    def samples(self, times, rows):
+        """Record those before the first that is not finite."""
+        finite, last = np.isfinite(rows).all(axis=1), self.recorder.last
+        good = len(rows) if finite.all() else int(finite.argmin())
+        if good < len(rows):
+            self.diagnosis.spoil(times[: good + 1], rows[good])
+        self.recorder.samples(times[:good], rows[:good])
+        before = [(np.atleast_1d(last[0]), last[1][None])] if last else []
+        self.diagnosis.latest = [*before, (times[:good].copy(), rows[:good].copy())]
+
+    def piece(self, run, code):
+        """Write, then judge."""
+        self.recorder.flush()
+        return self.diagnosis.judge(code)
+
+
+class Interrupts(Observer):
+    """Raises interrupts between two pieces of output.
+
+    check: raises those that came. One that came while a film was solved cannot pass through compiled code by itself.
+    """
+
+    def __init__(self, check: Callable[[], None]):
+        self.check = check
+
+    def piece(self, run, code):
+        """Raise KeyboardInterrupt where the run shall end."""
+        for source in run.mechanism.sources.values():
+            if isinstance(source, Answerer) and isinstance(source.failure, KeyboardInterrupt):
+                raise source.failure
+        if code == status.RUNNING:
+            self.check()
+        return code
+
+
+class Progress(Observer):
+    """Calls a function with the share of the run that is done."""
+
+    def __init__(self, report: Callable[[float], None]):
+        self.report = report
+
+    def piece(self, run, code):
+        """Report."""
+        self.report(run.state.time / run.span.until)
+        return code
+
+
+class Checkpoints(Observer):
+    """Cuts a checkpoint when so many seconds of wall time have passed since the last."""
+
+    def __init__(self, sink: PartsSink, recording: Recording, every: float):
+        self.sink, self.recording, self.every = sink, recording, every
+        self.last = time.perf_counter()
+
+    def piece(self, run, code):
+        """Cut one when it is time."""
+        if code == status.RUNNING and time.perf_counter() - self.last > self.every:
+            self.sink.cut(state_of(run, self.recording))
+            self.last = time.perf_counter()
+        return code

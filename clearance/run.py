@@ -1,0 +1,403 @@
+"""A run: its state and the calls that advance it."""
+
+import logging
+import math
+import time as clock_of_the_wall
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+
+from clearance import observers
+from clearance.checkpoint import restore
+from clearance.compiling import announced
+from clearance.interrupts import Held, ended
+from clearance.mechanism import store
+from clearance.mechanism.asking import Answerer
+from clearance.mechanism.build import Mechanism, changed
+from clearance.mechanism.dead_centre import DeadCentre
+from clearance.options import Solver, Span, choose_method, implicit, kernel_roles, longest_step
+from clearance.recording import Recorder, Unwritable
+from clearance.results import Record
+from clearance.starting import end_state, state_from
+from clearance.stepping import status
+from clearance.stepping.state import (
+    CLEARANCE,
+    COORDINATE,
+    IMPACT_SPEED,
+    KIND,
+    PEAKS,
+    PULL,
+    RATE_X,
+    RATE_Y,
+    SINCE,
+    TOUCHING,
+    VALUE,
+    Sizes,
+    State,
+)
+from clearance.stepping.types import KERNEL, STEP
+from clearance.watched import Watched
+
+LOG = logging.getLogger("clearance")
+NEWTON_TOLERANCE = 0.05  # error left by Newton's method, of the error tolerance
+ROWS = 2048  # samples held in memory between two pieces of output
+LOG_ROWS = 4096
+IMPACT_ROWS = 512
+BUDGET, SLOW_BUDGET = 2000, 20  # steps between two looks at the progress, of usual films and of those solved online
+STEP_LIMIT = 2**62
+SAME = 1e-12  # share of the time within which two moments are one
+
+
+class Run:
+    """One integration.
+
+    state: its numbers and arrays, see stepping/state.py. observers: see `observers.Observer`. wall, cpu: time spent in
+    the compiled loop [s]. outputs: rows hold the mechanism's outputs, else its state. code: last status.
+    """
+
+    def __init__(self, mechanism: Mechanism, span: Span, solver: Solver | None = None, outputs: bool = True):
+        self.mechanism, self.span, self.solver, self.outputs = mechanism, span, solver or Solver(), outputs
+        self.method, self.reason = choose_method(mechanism, self.solver.method, self.solver.rtol)
+        self.loop = import_module("clearance.stepping.loop")
+        self.watched = Watched(mechanism, span.until, outputs)
+        self.state = self._new_state()
+        self.watched.install(self.state)
+        self.take(self.method)
+        self._take_numbers()
+        self.observers: list[observers.Observer] = []
+        self.changes: list[tuple[float, dict[str, float]]] = []  # times and changes so far
+        self.wall, self.cpu, self.contact_count, self.code = 0.0, 0.0, 0, status.RUNNING
+        self.started = "as the scene says"
+        self.opened: tuple[str, ...] = ()  # joints with clearance whose loops are opened, see `build`
+        self.dead_centre: DeadCentre | None = None  # of a loop, once the run has failed there
+        online = [s for s in mechanism.sources.values() if isinstance(s, Answerer)]
+        for source in online:
+            source.reset()
+        self.budget = SLOW_BUDGET if online else BUDGET
+
+    def _new_state(self) -> State:
+        """The state at the start, without a stepper."""
+        mechanism, size, span, solver = self.mechanism, self.mechanism.y0.size, self.span, self.solver
+        states, layout = mechanism.size or size, mechanism.layout
+        sizes = Sizes(
+            size=size, states=states, work=mechanism.work0.size + 1, spots=len(mechanism.spots), scratch=0,
+            outputs=len(layout.channels) if self.outputs else size, rows=ROWS, log=LOG_ROWS, impacts=IMPACT_ROWS,
+            **self.watched.sizes,
+        )  # fmt: skip
+        state = State(sizes)
+        state.y[...], state.work[:-1] = mechanism.y0, mechanism.work0
+        state.states, state.coordinates = states, mechanism.coordinates
+        state.rtol, state.newton_tolerance = solver.rtol, NEWTON_TOLERANCE
+        state.convergence, state.effort = 1.0, 0.9
+        state.evaluate_ledger = size > mechanism.size
+        state.finish, state.samples = span.until, span.samples
+        state.sample_every = span.until / (span.samples - 1)
+        state.longest_step = solver.max_step or longest_step(mechanism, span)
+        state.step_limit = solver.max_steps or STEP_LIMIT
+        state.commits, state.remembering = layout.commits, len(layout.remembering)
+        state.may_switch = solver.method == "auto" and self.method == "dop853" and mechanism.size > 0
+        state.contacts[:, KIND] = [spot.kind for _, spot in mechanism.spots]
+        state.contacts[:, COORDINATE] = [mechanism.places.get(e, -1) for e, _ in mechanism.spots]
+        return state
+
+    def start_from(self, start: Record | str | Path) -> None:
+        """Begin in another state than the scene's. Raises ValueError as `state_from` does."""
+        values, carried, self.started = state_from(self.mechanism, start)
+        self.state.y[: values.size] = values
+        self.state.work[self.mechanism.layout.carried_places] = carried
+
+    def take(self, method: str) -> None:
+        """Use a stepper: its functions, the kernels it needs, its scratch."""
+        mechanism = self.mechanism
+        stepper = import_module(f"clearance.stepping.{method}")
+        self.roles = kernel_roles(mechanism, method)
+        if not self.outputs:
+            self.roles.remove("observe")
+        # the loop takes a kernel for every role; one that is not needed is never called, so any will do
+        order = ("rhs", "jacobian", "events", "commit", "observe")
+        kernels = {role: mechanism.kernel(role if role in self.roles else "rhs") for role in order}
+        if not self.outputs:
+            kernels["observe"] = self.loop.copy_state
+        self.functions = {n: store.address(getattr(stepper, n), STEP) for n in ("step", "interpolant")}
+        self.functions |= {n: store.address(k, KERNEL) for n, k in kernels.items()}
+        self.resize(scratch=stepper.ROWS)
+        self.state.order = stepper.ORDER
+
+    def resize(self, **sizes: int) -> None:
+        """Give arrays other lengths, see `stepping.state.Sizes`."""
+        self.state = self.state.resized(**sizes)
+        self.state.connect(self.mechanism.par, **self.functions)
+
+    def _become_implicit(self) -> None:
+        """The explicit method of an automatic choice is held up by stability: go on with an implicit one."""
+        method, state = implicit(self.solver.rtol, stages_only=True), self.state
+        LOG.info("stiff: going on with %s", method)
+        self.reason = f"explicit at first; stiff, so implicit from t = {state.time:.6g} s on"
+        self.method = f"{self.method}, {method}"
+        state.may_switch = state.stiff_steps = 0
+        state.stiffness = 0.0
+        with announced():
+            self.take(method)
+
+    # --- natural sizes
+    def _take_numbers(self) -> None:
+        """Natural sizes of states and free ways of spots, from the numbers of the mechanism."""
+        state, size = self.state, self.mechanism.size
+        reach = [spot.reach for _, spot in self.mechanism.spots]
+        state.scale[:size], state.scale[size:] = self.mechanism.scale, self._energy_scale()
+        state.contacts[:, CLEARANCE] = reach
+        state.band[:] = self.loop.BAND * np.array(reach)
+        self._scale_film_rates()
+
+    def _energy_scale(self) -> float:
+        mass = sum(b.mass for b in self.mechanism.scene.bodies)
+        return mass * (self.mechanism.start.size * self.mechanism.frequency) ** 2
+
+    def _scale_film_rates(self) -> None:
+        """A thick film gives way slowly: its natural rate is acceleration over damping, not clearance times speed.
+
+        Otherwise a rate that is right to rtol of its natural size would leave the film's force, damping times rate,
+        wrong by much more.
+        """
+        mechanism, state = self.mechanism, self.state
+        films = {j: at for j, at in mechanism.places.items() if j.film is not None}
+        if not films:
+            return
+        state.contacts[:, PULL] = pull = mechanism.acceleration
+        rhs, p, scale = mechanism.kernel("rhs"), mechanism.coordinates, state.scale
+        rest = mechanism.y0.copy()
+        for at in mechanism.places.values():
+            rest[at : at + 2] = rest[p + at : p + at + 2] = 0.0
+        before, after = np.zeros_like(rest), np.zeros_like(rest)
+        rhs(0.0, rest, mechanism.par, state.work, before)
+        for joint, at in films.items():
+            for k in (p + at, p + at + 1):
+                moved, share = rest.copy(), mechanism.scale[k] / mechanism.scale[p + at]  # tilts have other units
+                moved[k] = scale[k]
+                rhs(0.0, moved, mechanism.par, state.work, after)
+                damping = abs(after[k] - before[k]) / scale[k]
+                if damping * scale[k] > pull * share:
+                    scale[k] = pull * share / damping
+            row = state.contacts[[e for e, _ in mechanism.spots].index(joint)]
+            row[RATE_X], row[RATE_Y] = scale[p + at], scale[p + at + 1]
+
+    # --- where the run stands
+    @property
+    def extremes(self):
+        """Located extremes so far."""
+        return self.watched.extremes(self.state)
+
+    def extreme(self, name: str) -> float:
+        """Largest or smallest value of a watched quantity so far."""
+        return self.extremes.of(name).value
+
+    def outputs_here(self) -> np.ndarray:
+        """Outputs where the run stands."""
+        row, s = np.empty(len(self.mechanism.layout.channels)), self.state
+        self.mechanism.kernel("observe")(s.time, s.y, self.mechanism.par, s.work.copy(), row)
+        return row
+
+    def film_left(self, joint) -> float:
+        """Film left over the clearance of a joint."""
+        return 1.0 - math.hypot(*self.offsets(joint).values()) / joint.clearance
+
+    def offsets(self, joint) -> dict[str, float]:
+        """Coordinates in a joint's clearance, by name."""
+        place = self.mechanism.layout.state
+        return {name: self.state.y[place[f"{joint.key}/{name}"]] for _, name in joint.soft_coordinates}
+
+    # --- changes on the way
+    def every(self, period: float, function: Callable[["Run"], None]) -> None:
+        """Call function(run) at each multiple of a period [s]; a step ends there, and it may `change` the run."""
+        self.observers.append(observers.Every(period, function))
+
+    def change(self, changes: dict[str, float]) -> None:
+        """Change numbers of the scene where the run stands: {"joints/B/clearance": 1.1e-4}; see Scene.replaced.
+
+        What depends on them follows: contact stiffness, film tables, natural sizes. The ledger counts as put in
+        what the change does to the energy. Raises ValueError where a journal with nothing but a film would lie
+        outside its clearance, and for changes that need another kernel.
+        """
+        before, state = self._energy(), self.state
+        self.rebuild(state.time, changes)
+        self._take_numbers()
+        if outside := [j.label() for j in self.mechanism.places if j.contact is None and self.film_left(j) <= 0.0]:
+            raise ValueError(f"{outside[0]}: its journal lies outside the changed clearance")
+        self.mechanism.kernel("rhs")(state.time, state.y, self.mechanism.par, state.work, state.f)
+        if before is not None:
+            state.y[self.mechanism.size] += self._energy() - before
+        self.interrupt_steps()
+
+    def rebuild(self, time: float, changes: dict[str, float]) -> None:
+        """Take the mechanism with numbers that change at a time [s]; the state stays as it is."""
+        self.mechanism = changed(self.mechanism, changes, time)
+        self.changes.append((float(time), changes))
+        self.state.connect(self.mechanism.par, **self.functions)
+
+    def interrupt_steps(self) -> None:
+        """Let the next step use nothing of those before: the state or its rates have been changed."""
+        state = self.state
+        state.jacobian_state = state.lu_state = state.has_predictor = 0
+        state.last_h = state.last_step = state.interval = 0.0
+
+    def _energy(self) -> float | None:
+        """Kinetic and potential energy where the run stands; None without a ledger or outputs."""
+        layout = self.mechanism.layout
+        if not (self.outputs and layout.ledger):
+            return None
+        row = self.outputs_here()
+        return float(row[layout.output["energy/kinetic"]] + row[layout.output["energy/potential"]])
+
+    # --- advancing
+    def advance(self, until: float = math.inf) -> int:
+        """One call of the compiled loop, not beyond a time [s]; its output goes to the observers. A status code."""
+        began, cpu, state = clock_of_the_wall.perf_counter(), clock_of_the_wall.thread_time(), self.state
+        until = min(until, self.span.until)
+        state.end = min(until, self._next_stop())
+        code = self.loop.run(state.address, self.budget)
+        self.cpu += clock_of_the_wall.thread_time() - cpu
+        self.wall += clock_of_the_wall.perf_counter() - began
+        self._hand_over()
+        if code == status.STIFF:
+            self._become_implicit()
+            return status.RUNNING
+        if code == status.DONE:
+            self._reach()
+        return status.RUNNING if code == status.DONE and self.state.time < until else code
+
+    def _hand_over(self) -> None:
+        """Give a piece of output to the observers, and its room back to the loop."""
+        state = self.state
+        samples = state.times[: state.rows_filled], state.rows[: state.rows_filled]
+        contacts, log = state.impacts[: state.impacts_filled], state.log[: state.log_filled]
+        self.contact_count += len(contacts)
+        state.rows_filled = state.impacts_filled = state.log_filled = 0
+        for observer in self.observers:
+            observer.samples(*samples)
+            observer.contacts(self._labels(), contacts)
+            observer.steps(log)
+
+    def _labels(self) -> list[str]:
+        return [spot.label(element) for element, spot in self.mechanism.spots]
+
+    def _next_stop(self) -> float:
+        """The first multiple of an observer's period from here on."""
+        now = self.state.time * (1.0 + SAME)
+        periods = (o.period for o in self.observers if o.period)
+        return min(((math.floor(now / period) + 1) * period for period in periods), default=math.inf)
+
+    def _reach(self) -> None:
+        """Call the observers of whose period the present time is a multiple."""
+        for observer in self.observers:
+            if observer.period:
+                count = self.state.time / observer.period
+                if abs(count - round(count)) <= SAME * max(count, 1.0):
+                    observer.reach(self)
+
+    def go(self) -> int:
+        """Advance until the end, an error, or an observer that ends it. The last status code."""
+        self.code = status.RUNNING
+        while self.code == status.RUNNING:
+            self.code = self.advance()
+            for observer in self.observers:
+                self.code = observer.piece(self, self.code)
+        return self.code
+
+    def trajectory(self) -> tuple[np.ndarray, np.ndarray, int]:
+        """Run to the end in memory: times, rows (states, where the run has no outputs) and the last status code."""
+        self.wall = self.cpu = 0.0
+        trajectory = observers.Trajectory()
+        with Held() as held:
+            self.observers += [trajectory, observers.Interrupts(held.check)]
+            code = self.go()
+        return np.concatenate(trajectory.times), np.concatenate(trajectory.rows), code
+
+    # --- recording
+    def record(
+        self,
+        sink,
+        progress: Callable[[float], None] | None = None,
+        checkpoint: float | None = None,
+        check: Callable[[], None] = lambda: None,
+    ) -> str | None:
+        """Run to the end, handing the output to a sink; why it ended early, if it did.
+
+        checkpoint: seconds of wall time between two checkpoints, for a sink that keeps them. check: called after each
+        piece of output, raises KeyboardInterrupt where the run shall end. Raises Unwritable where a file takes no more;
+        like an interrupt it comes when what was computed before is kept, if it can be.
+        """
+        scale = self.solver.rtol * self._energy_scale()
+        recording = observers.Recording(self, Recorder(self.mechanism.layout.channels, sink, True, scale))
+        watching = [recording, observers.Interrupts(check)]
+        for joint in self.mechanism.scene.joints:
+            recording.recorder.know(f"joints/{joint.name}", **joint.facts)
+        if progress is not None:
+            watching.append(observers.Progress(progress))
+        if checkpoint is not None:
+            if (before := sink.begin()) is not None:
+                restore(self, recording, before)
+                LOG.info("going on from t = %.6g s", self.state.time)
+            watching.append(observers.Checkpoints(sink, recording, checkpoint))
+        self.observers[:0] = watching
+        began, failure = clock_of_the_wall.perf_counter(), None
+        try:
+            if (code := self.go()) != status.DONE:
+                failure = recording.diagnosis.failure(code)
+        except KeyboardInterrupt as request:
+            failure = f"{ended(request)} at t = {self.state.time:.9g} s"
+            raise
+        except Unwritable as error:
+            failure = f"at t = {self.state.time:.9g} s: {error}"
+            raise
+        finally:
+            done = self.code == status.DONE
+            finished = "complete" if done else f"partial: {failure or 'stopped by an error'}"
+            self._close(recording, finished, clock_of_the_wall.perf_counter() - began)
+        return failure
+
+    def _close(self, recording, finished: str, wall: float) -> None:
+        """End the record; finished: its status."""
+        recorder, state = recording.recorder, self.state
+        recorder.impacts(self._labels(), self._open_contacts(), "open_contact")
+        summary = self._summary(wall) | {"energy_residual_share": recorder.residual_share()}
+        for joint, source in self.mechanism.sources.items():
+            recorder.know(f"joints/{joint.name}", **source.facts())
+        recorder.know("state", **end_state(self.mechanism, state.y, state.work, state.time))
+        recorder.close(finished, summary, recording.diagnosis.warnings(), self.extremes)
+
+    def _open_contacts(self) -> np.ndarray:
+        """Contacts that the end of the run cuts off."""
+        rows, state = [], self.state
+        for j, c in enumerate(state.contacts):
+            if c[TOUCHING] > 0.0:
+                force, depth = state.peaks[int(c[PEAKS]) :][:2, VALUE]
+                rows.append((j, c[SINCE], c[IMPACT_SPEED], force, depth, state.time - c[SINCE], 0.0))
+        return np.array(rows)
+
+    def attributes(self) -> dict:
+        """Attributes of the result file: scene, kernel, start."""
+        texts = self.mechanism.structure.texts
+        about = {"kernel": "\n\n".join(texts[r] for r in self.roles), "start": self.started}
+        return self.mechanism.scene.provenance | about
+
+    def identity(self) -> dict:
+        """Facts that two runs must share for one to continue the other."""
+        for key in self.mechanism.layout.remembering:
+            raise ValueError(f"{key}: its film has a memory that no checkpoint keeps; leave out checkpoint")
+        facts = vars(self.span) | {"rtol": self.solver.rtol, "method": self.method}
+        facts["start"] = self.state.y[: self.mechanism.size].tolist()
+        return facts | {"max_step": self.state.longest_step, "max_steps": int(self.state.step_limit)}
+
+    def _summary(self, wall: float) -> dict:
+        counters = ("steps", "rejected", "evaluations", "jacobians", "factorisations")
+        return {
+            "method": self.method,
+            "method_reason": self.reason,
+            "rtol": self.solver.rtol,
+            "atol": self.solver.rtol * self.state.scale[: self.mechanism.size],
+            "wall_s": wall,
+            "loop_s": self.wall,
+            **{name: getattr(self.state, name) for name in counters},
+        }
