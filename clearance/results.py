@@ -23,7 +23,6 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from clearance.extremes import ROUNDING, SLIDES, Extreme, Extremes, better
 from clearance.locks import Lock
@@ -320,6 +319,8 @@ class Record(ABC):
         if len(time) < FEWEST_OF_SPLINE or (np.diff(counted) <= 0.0).any():
             ahead = np.concatenate([[True], np.diff(counted) > 0.0])
             return np.interp(turns, counted[ahead], time[ahead])
+        from scipy.interpolate import make_interp_spline
+
         return np.clip(make_interp_spline(counted, time)(turns), time[0], time[-1])
 
     def _need_turns(self) -> None:
