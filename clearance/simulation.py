@@ -265,6 +265,11 @@ def kernel_roles(mechanism: Mechanism, method: str) -> list[str]:
     return [role for role, used in needed.items() if used]
 
 
+def _named(values: dict[str, float], group: str) -> dict[str, float]:
+    """Values of a group, by the rest of their paths."""
+    return {path.removeprefix(group): v for path, v in values.items() if path.startswith(group)}
+
+
 def _beyond(joint, depth: float) -> str | None:
     """A contact taken deeper than its law is meant for."""
     if joint.contact is None or joint.contact.law.limit is None:
@@ -752,6 +757,9 @@ class Run:
             if joint.transition is not None and gap < FULL_FILM * (joint.roughness or 0.0):
                 force, reached = self._extreme(f"{group}/force_max"), gap / joint.roughness
                 found += filter(None, [hole_warning(joint, self.mechanism.frequency, force, reached)])
+        if writer.last is not None:
+            ends = {c.path: float(v) for c, v in zip(writer.channels, writer.last[1], strict=True)}
+            found += filter(None, (j.at_end(_named(ends, f"{j.key}/")) for j in joints))
         for joint, depth in self._depths().items():
             found += filter(None, [depth_warning(joint, depth) or _beyond(joint, depth)])
         return found

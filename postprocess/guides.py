@@ -42,12 +42,13 @@ def guides(record: Record, path: str | Path, *, joints: str | Iterable[str] | No
     if not names:
         raise ValueError("this run has kept the motion of no slide with clearance")
     figure = sheet(11.0, 5.6 * len(names) + 0.6)
-    grid = figure.add_gridspec(2 * len(names), 12, height_ratios=[1.1, 2.0] * len(names))
-    for i, name in enumerate(names):
-        for k, place in enumerate(range(0, 12, 3)):
-            _moment(figure.add_subplot(grid[2 * i, place : place + 3]), record, known[name], k)
-        _motion(figure.add_subplot(grid[2 * i + 1, :8]), record, known[name])
-        portrait(record, name, figure.add_subplot(grid[2 * i + 1, 8:]))
+    parts = figure.subfigures(2 * len(names), 1, height_ratios=[1.0, 2.0] * len(names))
+    for name, above, below in zip(names, parts[0::2], parts[1::2], strict=True):
+        for k, axes in enumerate(above.subplots(1, SHOWN)):
+            _moment(axes, record, known[name], k)
+        grid = below.add_gridspec(1, 12)
+        _motion(below.add_subplot(grid[0, :8]), record, known[name])
+        portrait(record, name, below.add_subplot(grid[0, 8:]))
     figure.suptitle(headline([record], [""], width=11.0), fontsize="medium")
     return save(figure, path)
 
@@ -64,13 +65,15 @@ def portrait(record: Record, joint: str, axes) -> None:
         if (here == i).any():
             axes.plot(x, np.where(own, y, np.nan), color=colour, lw=1.0, label=name)
     axes.plot(x[-1], y[-1], "o", ms=4, color="black")
-    axes.set_aspect("equal")
+    reach = 1.08 * max(1.0, np.abs(x).max(), np.abs(y).max())
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), box_aspect=1.0)
     axes.set_xlabel("tilt ψ a / c [-]")
     axes.set_ylabel("offset e / c [-]")
-    axes.set_title(f"joint {joint}: first touch on the line, dot: end", fontsize="small", pad=34)
-    axes.legend(
-        fontsize="small", loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False, borderpad=0.0
-    )  # fmt: skip
+    handles = axes.get_legend_handles_labels()[0]
+    rows = -(-len(handles) // 2)
+    axes.set_title(f"joint {joint} (dot: end)", fontsize="small", pad=4.0 + 15.0 * rows)
+    place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "borderpad": 0.0}
+    axes.legend(fontsize="small", ncols=2, frameon=False, **place)
 
 
 def modes_at(record: Record, joint: str, clock: np.ndarray) -> np.ndarray:

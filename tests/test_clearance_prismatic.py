@@ -257,6 +257,7 @@ def test_jam(coefficient):
         speed = 1e-3 * (jam / coefficient) / math.sqrt(1.0 - (jam / coefficient) ** 2)
         assert result["block"].vx[-1] == pytest.approx(speed, rel=0.01)
     ratio = metrics(result, settle=0.03)["joint_guide_jam_ratio"].value
+    assert any("ends jammed" in w for w in result.warnings) == (coefficient > jam)
     if coefficient < jam:
         assert ratio == pytest.approx(coefficient / jam, rel=0.01)
     else:
@@ -301,5 +302,13 @@ def test_case_with_both_clearances():
     result = cl.simulate(scene, turns=0.3, rtol=1e-7)
     assert {j.partition("/")[0] for j in result.events["joint"]} == {"C", "guide"}
     assert not result.warnings
-    with pytest.raises(ValueError, match="joint guide: a slide with clearance is dry; model lubricated"):
-        cl.load_case("slider_crank", joints="guide", model="lubricated")
+
+
+def test_case_with_oil_in_the_guide():
+    """`joints=guide -p model=lubricated`: pads carry the side force, no edge touches in a tenth of a turn."""
+    scene = cl.load_case("slider_crank", joints="guide", model="lubricated", viscosity=0.1)
+    result = cl.simulate(scene, turns=0.1, rtol=1e-5)
+    guide = result.joint("guide")
+    assert guide.gap.min() > 1e-6
+    assert np.abs(guide.force_y).max() > 10.0
+    assert np.abs(result.energy.residual).max() < 1e-3 * guide.dissipated[-1]

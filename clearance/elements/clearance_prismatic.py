@@ -38,7 +38,7 @@ from clearance.materials import Lubricant, Material, steel
 CORNERS = (("1", -1.0, -1.0), ("2", 1.0, -1.0), ("3", -1.0, 1.0), ("4", 1.0, 1.0))
 #: meaning of the values of the output `mode`
 MODES = ("free", "one corner", "two on one side", "two across", "three corners", "four corners")
-ACROSS = 3
+CREEP = 5e-3  # m/s: sliding speed below which a block across its guide counts as jammed
 
 #: what contact laws read of a corner on a flat wall, which is a bore without end
 Surfaces = namedtuple("Surfaces", "radius clearance length material layer")
@@ -178,6 +178,17 @@ class ClearancePrismatic(Joint):
         offset, tilt = (states[s.name] / s.size for s in self.states()[:2])
         return f"offset {offset:.9f} c, tilt {tilt:.9f} c/a"
 
+    def at_end(self, outputs: dict[str, float]) -> str | None:
+        """A jam: contact across that holds the block by friction."""
+        across = outputs["mode"] >= MODES.index("two across")
+        slow = abs(outputs["sliding_speed"]) < CREEP
+        if self.friction is None or not (across and slow):
+            return None
+        return (
+            f"{self.label()}: ends jammed, held across by {abs(outputs['friction']):.3g} N of friction; with compliant "
+            "contact there are other states at rest beside this one"
+        )
+
     # --- what the compiler asks
     def states(self) -> list[State]:
         tilt = self.clearance / (0.5 * self.overlap)
@@ -236,18 +247,20 @@ class Block:
     def film(self, name: str, sy: float) -> None:
         """Load, moment and drag of the film between a face and its wall.
 
-        Its gap is that which the transition makes of the gaps of both edges.
+        Its gap is that which the transition makes of the gaps of both edges. The load at an edge is reduced by the
+        slope of that gap, as its rate is: the film then takes out of the block's motion what it takes out itself.
         """
         m, w, joint = self.m, self.w, self.joint
         half, slope = self.half[0], self.sine / self.cosine
         turning = self.tilt.d / (self.cosine * self.cosine)
-        gaps, rates, shares = [], [], []
+        gaps, rates, shares, gives = [], [], [], []
         for sx in (-1.0, 1.0):
             gap = m.number(joint, "clearance") - sy * (self.offset.v + sx * half * slope)
             share, held, give, *_ = m.law(joint, "transition", [gap], self.facts)
             gaps.append(held)
             rates.append(give * (-sy * (self.offset.d + sx * half * turning)))
             shares.append(share)
+            gives.append(give)
         mean, lean = (0.5 * (v[0] + v[1]) for v in (gaps, rates))
         steep, tilting = (0.5 * (v[1] - v[0]) / half for v in (gaps, rates))
         face = PadFace(half, m.number(joint, "width"), m.number(joint, "viscosity"))
@@ -255,7 +268,8 @@ class Block:
         speed = self.speed - lever * self.tilt.d
         load, moment, drag = m.law(joint, "film", [mean, steep, lean, tilting, speed], face)
         share = 0.5 * (shares[0] + shares[1])
-        load, moment, drag = share * load, share * moment, share * drag
+        rear, front = (0.5 * (load + s * moment / half) * g for s, g in zip((-1.0, 1.0), gives, strict=True))
+        load, moment, drag = share * (front + rear), share * half * (front - rear), share * drag
         self.along, self.across = self.along - drag, self.across - sy * load
         moment = moment / (self.cosine * self.cosine)  # its work is done on the slope's rate
         self.moment = self.moment + lever * drag - sy * moment
