@@ -11,8 +11,8 @@ from clearance.postprocess.guides import MAGNIFIED, block, modes_at, of_slides
 from clearance.postprocess.labels import headline
 from clearance.postprocess.plots import FLIGHT, STATES, touched
 
-from clearance.elements.clearance_prismatic import CORNERS, MODES
 from clearance.results import Record
+from clearance.sweeping.metrics import CORNERS, MODES
 
 #: colours of what a joint is doing; later states count as drier
 COLOURS = STATES | FLIGHT | OF_MODES
