@@ -1,7 +1,8 @@
-"""Slider-crank whose slider has clearance in its guide: the benchmark of Flores, Leine and Glocker (2010).
+"""Slider-crank with clearance in its guide: the benchmark of Flores, Leine and Glocker (2010).
 
-Nothing drives it: crank and rod start stretched along the guide with 150 and -75 rad/s, the slider in the middle. The
-source has rigid impacts with a restitution of 0.4; here the corners are compliant.
+Nothing drives it: crank and rod start stretched along the guide with 150 and -75 rad/s, the slider
+in the middle. The source has rigid impacts with a restitution of 0.4; here the corners are
+compliant.
 """
 
 import clearance as cl
@@ -27,7 +28,7 @@ def scene(
     friction: str = "coulomb",
     friction_coefficient: float = 0.01,
 ) -> cl.Scene:
-    """Slider-crank: crank 153 mm, rod 306 mm, a slider of 100 mm x 50 mm with 1 mm of clearance on either side.
+    """Slider-crank: crank 153 mm, rod 306 mm, slider 100 mm x 50 mm, 1 mm of clearance on either side.
 
     speed: crank speed at the start [rad/s]
     clearance: of the guide, on either side of the slider [m]
@@ -37,13 +38,18 @@ def scene(
     joints: joints with clearance, a comma list of A B C guide [-]
     hinge_clearance: radial clearance of the hinges among them [m]
     model: ideal or dry [-]
-    contact: law of corners (and hinges), as hertz(stiffness=1e8); auto: lankarani_nikravesh, corners of 1 mm radius [-]
+    contact: law of corners (and hinges), as hertz(stiffness=1e8); auto: lankarani_nikravesh,
+    corners of 1 mm radius [-]
     restitution: coefficient of restitution of the contact [-]
     friction: friction law: none, coulomb, stribeck, lugre, ... [-]
     friction_coefficient: coefficient of friction [-]
     """
     crank = cl.Body(
-        "crank", 0.038, 7.4e-5, points={"A": (-0.5 * CRANK, 0), "B": (0.5 * CRANK, 0)}, angular_velocity=speed
+        "crank",
+        0.038,
+        7.4e-5,
+        points={"A": (-0.5 * CRANK, 0), "B": (0.5 * CRANK, 0)},
+        angular_velocity=speed,
     )
     rod = cl.Body(
         "rod", 0.038, 5.9e-4, points={"B": (-0.5 * ROD, 0), "C": (0.5 * ROD, 0)},

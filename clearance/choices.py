@@ -490,7 +490,7 @@ RESOLVED: dict[str, Callable[[Joint], object]] = {
     "viscosity": lambda joint: getattr(joint, "viscosity", None),
     "contact": lambda joint: joint.contact and joint.contact.law.name,
     "thresholds": lambda joint: _thresholds(joint.transition),
-    "asperity": lambda joint: joint.transition and _name(joint.asperity),
+    "asperity": lambda joint: joint.transition and _name(getattr(joint, "asperity", None)),
 }
 
 

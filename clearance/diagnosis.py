@@ -144,7 +144,15 @@ class Diagnosis:
             warnings += self._film_warnings(joint)
         for joint, depth in self._depths().items():
             warnings += filter(None, [depth_warning(joint, depth) or _beyond(joint, depth)])
-        return warnings
+        return warnings + self._end_warnings()
+
+    def _end_warnings(self) -> list[str]:
+        """Warnings of joints about their last outputs."""
+        if self.recorder.last is None:
+            return []
+        ends = {c.path: float(v) for c, v in zip(self.recorder.channels, self.recorder.last[1], strict=True)}
+        joints = self.run.mechanism.scene.clearance_joints
+        return [*filter(None, (j.at_end(_named(ends, f"{j.key}/")) for j in joints))]
 
     def _method_warnings(self) -> list[str]:
         """An explicit method where an implicit one suits the scene."""
@@ -187,6 +195,11 @@ class Diagnosis:
         units = "m/s" if joint.slides else "rad/s"
         sharp = f"{joint.label()}: transition_rate {rate:g} {units} is finer than rtol {rtol:g} sees"
         return f"{sharp}, {resolved:.2g} {units}"
+
+
+def _named(values: dict[str, float], group: str) -> dict[str, float]:
+    """Values of a group, by the rest of their paths."""
+    return {path.removeprefix(group): v for path, v in values.items() if path.startswith(group)}
 
 
 def _beyond(joint, depth: float) -> str | None:

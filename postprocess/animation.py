@@ -11,8 +11,8 @@ from clearance.postprocess.guides import MAGNIFIED, block, modes_at, of_slides
 from clearance.postprocess.labels import headline
 from clearance.postprocess.plots import FLIGHT, STATES, touched
 
-from clearance.elements.clearance_prismatic import CORNERS, MODES
 from clearance.results import Record
+from clearance.sweeping.metrics import CORNERS, MODES
 
 #: colours of what a joint is doing; later states count as drier
 COLOURS = STATES | FLIGHT | OF_MODES
@@ -207,7 +207,9 @@ class GuideLens:
         group, c = f"joints/{self.name}", self.clearance
         offset, tilt = (np.interp(times, record.time, record.values(f"{group}/{n}")) for n in ("offset", "tilt"))
         self.corners, self.walls = block(joint, offset / c, 0.5 * tilt * joint["overlap"] / c)
-        self.forces = np.stack([self._largest(record, times, f"{group}/contact_force_{i}") for i, _, _ in CORNERS])
+        peaks, self.forces = self._peaks(record, times, [f"{group}/contact_force_{i}" for i, _, _ in CORNERS])
+        offset, tilt = (record.values(f"{group}/{n}")[peaks] for n in ("offset", "tilt"))
+        self.pushed, _ = block(joint, offset / c, 0.5 * tilt * joint["overlap"] / c)
         self.strength = self.forces.max(axis=0)
         self.fields, names = None, [*FLIGHT][:1] + list(MODES[1:])
         most = modes_at(record, self.name, np.concatenate([[2.0 * times[0] - times[1]], times]))[1:]
@@ -215,17 +217,20 @@ class GuideLens:
         self.states = [name for i, name in enumerate(names) if (most == i).any()]
 
     @staticmethod
-    def _largest(record: Record, times: np.ndarray, path: str) -> np.ndarray:
-        """Largest sample since the frame before."""
+    def _peaks(record: Record, times: np.ndarray, paths: list[str]) -> tuple[np.ndarray, np.ndarray]:
+        """Sample with the largest force since the frame before, and the forces (paths, frames) there."""
         ends = np.searchsorted(record.time, times, side="right")
         starts = np.concatenate([[max(ends[0] - 1, 0)], ends[:-1]])
-        values = record.values(path)
-        return np.array([values[a : max(b, a + 1)].max() for a, b in zip(starts, ends, strict=True)])
+        values = np.stack([record.values(path) for path in paths])
+        most = values.max(axis=0)
+        spans = zip(starts, np.maximum(ends, starts + 1), strict=True)
+        peaks = np.array([a + most[a:b].argmax() for a, b in spans])
+        return peaks, values[:, peaks]
 
     def draw(self, drawing: Drawing, strongest: float) -> None:
         """Walls, block, forces on its corners and captions, as artists of the drawing."""
         scale = self.magnify * self.reach / np.abs(self.walls[..., 1]).max()
-        place = self.centre + scale * self.corners
+        place, pushed = self.centre + scale * self.corners, self.centre + scale * self.pushed
         for wall in self.centre + scale * self.walls:
             drawing.line(wall[None], color=EDGE, lw=1.2, zorder=4)
         face = drawing.face(place[:, [0, 1, 3, 2]], facecolor="white", edgecolor=EDGE, lw=1.0, zorder=5)
@@ -234,10 +239,10 @@ class GuideLens:
         face.set_linewidth(2.0)
         for i, (_, _, side) in enumerate(CORNERS):
             length = np.minimum(self.forces[i], strongest) / strongest * 0.6 * self.magnify * self.reach
-            tip = place[:, i] - side * np.array([0.0, 1.0]) * length[:, None]
+            tip = pushed[:, i] - side * np.array([0.0, 1.0]) * length[:, None]
             head = 0.12 * length[:, None] * np.array([1.0, 0.0])
             back = tip + side * np.array([0.0, 0.2]) * length[:, None]
-            arrow = np.stack([place[:, i], tip, back + head, tip, back - head], axis=1)
+            arrow = np.stack([pushed[:, i], tip, back + head, tip, back - head], axis=1)
             drawing.line(arrow, color="black", lw=1.6, zorder=7)
         x, y = MM * self.centre
         down = MM * self.magnify * self.reach

@@ -1,4 +1,4 @@
-"""Blocks in guides with clearance: where they are in it, what they touch with, and how they move in between."""
+"""Blocks in guides with clearance: where they are, what they touch with, how they move between."""
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -7,9 +7,8 @@ import numpy as np
 from clearance.postprocess.figures import finish, save, sheet
 from clearance.postprocess.labels import headline
 
-from clearance.elements.clearance_prismatic import CORNERS, MODES
 from clearance.results import Record
-from clearance.sweeping.metrics import modes_of
+from clearance.sweeping.metrics import CORNERS, MODES, modes_of
 
 #: colours of the modes
 COLOURS = dict(
@@ -25,35 +24,46 @@ FILL, EDGE = "#a6cee3", "0.25"
 def of_slides(record: Record) -> dict[str, dict]:
     """Slides with clearance whose motion was kept: name -> description."""
     joints = {j["name"]: j for j in record.scene["joints"]}
-    return {n: joints[n] for n in record.clearances if {"offset", "tilt"} <= set(record.names(f"joints/{n}"))}
+    return {
+        n: joints[n]
+        for n in record.clearances
+        if {"offset", "tilt"} <= set(record.names(f"joints/{n}"))
+    }
 
 
 def guides(record: Record, path: str | Path, *, joints: str | Iterable[str] | None = None) -> Path:
     """A page of slides with clearance, saved under `path`.
 
-    The block in its guide at the strongest contact of each quarter of the run, clearance and tilt magnified alike; its
-    offset and tilt along time over a strip of modes; its path through these two. joints: default all whose motion was
-    kept. Raises ValueError for others, and where there is none.
+    The block in its guide at the strongest contact of each quarter of the run, clearance and tilt
+    magnified alike; its offset and tilt along time over a strip of modes; its path through these
+    two. joints: default all whose motion was kept. Raises ValueError for others, and where there is
+    none.
     """
     known = of_slides(record)
     names = list(known) if joints is None else [joints] if isinstance(joints, str) else list(joints)
     if unknown := [n for n in names if n not in known]:
-        raise ValueError(f"no slide with clearance {unknown[0]!r}; there are {', '.join(known) or 'none'}")
+        raise ValueError(
+            f"no slide with clearance {unknown[0]!r}; there are {', '.join(known) or 'none'}"
+        )
     if not names:
         raise ValueError("this run has kept the motion of no slide with clearance")
     figure = sheet(11.0, 5.6 * len(names) + 0.6)
-    grid = figure.add_gridspec(2 * len(names), 12, height_ratios=[1.1, 2.0] * len(names))
-    for i, name in enumerate(names):
-        for k, place in enumerate(range(0, 12, 3)):
-            _moment(figure.add_subplot(grid[2 * i, place : place + 3]), record, known[name], k)
-        _motion(figure.add_subplot(grid[2 * i + 1, :8]), record, known[name])
-        portrait(record, name, figure.add_subplot(grid[2 * i + 1, 8:]))
+    parts = figure.subfigures(2 * len(names), 1, height_ratios=[1.0, 2.0] * len(names))
+    for name, above, below in zip(names, parts[0::2], parts[1::2], strict=True):
+        for k, axes in enumerate(above.subplots(1, SHOWN)):
+            _moment(axes, record, known[name], k)
+        grid = below.add_gridspec(1, 12)
+        _motion(below.add_subplot(grid[0, :8]), record, known[name])
+        portrait(record, name, below.add_subplot(grid[0, 8:]))
     figure.suptitle(headline([record], [""], width=11.0), fontsize="medium")
     return save(figure, path)
 
 
 def portrait(record: Record, joint: str, axes) -> None:
-    """Offset over tilt in their natural sizes, coloured by mode, in the polygon |e| + a |psi| = c of first touches."""
+    """Offset over tilt in their natural sizes, coloured by mode, in the polygon of first touches.
+
+    Its sides are |e| + a |psi| = c.
+    """
     law = of_slides(record)[joint]
     x, y = _natural(record, law)
     axes.fill([1, 0, -1, 0], [0, 1, 0, -1], fc="0.96", ec="black", lw=0.8, zorder=0)
@@ -64,13 +74,15 @@ def portrait(record: Record, joint: str, axes) -> None:
         if (here == i).any():
             axes.plot(x, np.where(own, y, np.nan), color=colour, lw=1.0, label=name)
     axes.plot(x[-1], y[-1], "o", ms=4, color="black")
-    axes.set_aspect("equal")
+    reach = 1.08 * max(1.0, np.abs(x).max(), np.abs(y).max())
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), box_aspect=1.0)
     axes.set_xlabel("tilt ψ a / c [-]")
     axes.set_ylabel("offset e / c [-]")
-    axes.set_title(f"joint {joint}: first touch on the line, dot: end", fontsize="small", pad=34)
-    axes.legend(
-        fontsize="small", loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False, borderpad=0.0
-    )  # fmt: skip
+    handles = axes.get_legend_handles_labels()[0]
+    rows = -(-len(handles) // 2)
+    axes.set_title(f"joint {joint} (dot: end)", fontsize="small", pad=4.0 + 15.0 * rows)
+    place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "borderpad": 0.0}
+    axes.legend(fontsize="small", ncols=2, frameon=False, **place)
 
 
 def modes_at(record: Record, joint: str, clock: np.ndarray) -> np.ndarray:
@@ -87,7 +99,9 @@ def modes_at(record: Record, joint: str, clock: np.ndarray) -> np.ndarray:
 def _natural(record: Record, law: dict) -> tuple[np.ndarray, np.ndarray]:
     """Tilt over c / a, offset over c."""
     group, c = f"joints/{law['name']}", law["clearance"]
-    return record.values(f"{group}/tilt") * 0.5 * law["overlap"] / c, record.values(f"{group}/offset") / c
+    return record.values(f"{group}/tilt") * 0.5 * law["overlap"] / c, record.values(
+        f"{group}/offset"
+    ) / c
 
 
 def _motion(axes, record: Record, law: dict) -> None:
@@ -103,7 +117,11 @@ def _motion(axes, record: Record, law: dict) -> None:
     reach = 1.1 * max(1.0, np.abs(x).max(), np.abs(y).max())
     edges, modes = modes_of(record, law["name"], record.time[0], record.time[-1])
     for i, colour in enumerate(COLOURS.values()):
-        spans = [(a / unit, (b - a) / unit) for a, b, m in zip(edges, edges[1:], modes, strict=False) if m == i]
+        spans = [
+            (a / unit, (b - a) / unit)
+            for a, b, m in zip(edges, edges[1:], modes, strict=False)
+            if m == i
+        ]
         axes.broken_barh(spans, (-1.18 * reach, 0.16 * reach), facecolors=colour, lw=0)
         if spans:
             axes.plot([], [], color=colour, lw=5.0, label=MODES[i])
@@ -127,11 +145,15 @@ def _moment(axes, record: Record, law: dict, quarter: int) -> None:
     half = walls[0, :, 0].max()
     for wall, side in zip(walls, (-1.0, 1.0), strict=True):
         axes.plot(*wall.T, color=EDGE, lw=1.0)
-        axes.fill_between(wall[:, 0], wall[:, 1], wall[:, 1] + side * 0.1 * half, color="0.85", lw=0)
+        axes.fill_between(
+            wall[:, 0], wall[:, 1], wall[:, 1] + side * 0.1 * half, color="0.85", lw=0
+        )
     axes.fill(*corners[[0, 1, 3, 2]].T, fc=FILL, ec=EDGE, lw=1.0)
     arrow = {"arrowstyle": "-|>", "color": "tab:red", "lw": 1.4}
     for x, y, side in _touching(law, at, corners, events):
-        axes.annotate("", (x, y), (x, y + side * 0.22 * half), arrowprops=arrow, annotation_clip=False)
+        axes.annotate(
+            "", (x, y), (x, y + side * 0.22 * half), arrowprops=arrow, annotation_clip=False
+        )
     axes.set_aspect("equal")
     axes.axis("off")
     axes.set_ylim(*1.35 * walls[:, 0, 1])
@@ -151,10 +173,10 @@ def _touching(law: dict, at: float, corners: np.ndarray, events: dict) -> Iterat
 
 
 def block(law: dict, offset, tilt) -> tuple[np.ndarray, np.ndarray]:
-    """Corners (..., 4, 2) in the order of CORNERS, and both walls (2, 2, 2), along and across the guide [m].
+    """Corners (..., 4, 2) in the order of CORNERS, both walls (2, 2, 2), along and across [m].
 
-    offset over c, tilt over c / a. Across the guide the clearance is magnified, and offset and tilt with it: the
-    block is sheared, which keeps its gaps in proportion.
+    offset over c, tilt over c / a. Across the guide the clearance is magnified, and offset and tilt
+    with it: the block is sheared, which keeps its gaps in proportion.
     """
     a, b = 0.5 * law["overlap"], 0.5 * law["height"]
     room = MAGNIFIED * b

@@ -163,7 +163,10 @@ def _facts(record: Record) -> dict[str, str]:
 
 
 def _model(joint: dict) -> str:
-    return "dry" if not joint.get("film") else "mixed" if joint.get("transition") else "lubricated"
+    if not joint.get("film"):
+        return "dry"
+    shared = joint.get("transition") and _law(joint["transition"]) != "superposed"
+    return "mixed" if shared else "lubricated"
 
 
 def _law(law: dict | None) -> str:

@@ -24,7 +24,9 @@ def test_rows():
     assert len(rows) == 9
     for row in rows:
         tau, a = float(row["given"].partition("=")[2]), FACE.half_length
-        rates = {"A11": (1.0, 0.0), "A12": (0.0, 1.0 / a), "A22": (0.0, 1.0 / a)}[row["quantity"][:3]]
+        rates = {"A11": (1.0, 0.0), "A12": (0.0, 1.0 / a), "A22": (0.0, 1.0 / a)}[
+            row["quantity"][:3]
+        ]
         load, moment, _ = LAW(1e-3, tau * 1e-3 / a, *rates, 0.0, FACE)
         value = moment / a if row["quantity"][:3] == "A22" else load
         assert -value / SCALE * 1e-9 == pytest.approx(float(row["value"]), rel=1e-10, abs=1e-15)
@@ -34,7 +36,8 @@ def test_rows():
 def test_reynolds_equation_by_quadrature(tau, closing, turning, sliding):
     """Load, moment and drag from the flow through the gap, integrated numerically: 1e-8 of the largest part.
 
-    p' = 12 mu (q(x) - q0) / h^3 with q = (h0' - m U / 2) x + m' x^2 / 2, q0 so that both edges have no pressure.
+    p' = 12 mu (q(x) - q0) / h^3 with q = (h0' - m U / 2) x + m' x^2 / 2, q0 so that both edges have
+    no pressure.
     """
     a, mu, width = FACE.half_length, FACE.viscosity, FACE.width
     gap = 2e-4
@@ -54,7 +57,9 @@ def test_reynolds_equation_by_quadrature(tau, closing, turning, sliding):
     size *= max(abs(rate) + abs(slope * speed) + a * abs(lean), 1e-6)
     assert found[0] == pytest.approx(load, abs=1e-8 * size)
     assert found[1] == pytest.approx(moment, abs=1e-8 * a * size)
-    assert found[2] == pytest.approx(drag, abs=1e-8 * max(size * gap / a, mu * width * a * abs(speed) / gap))
+    assert found[2] == pytest.approx(
+        drag, abs=1e-8 * max(size * gap / a, mu * width * a * abs(speed) / gap)
+    )
 
 
 @given(st.floats(-0.999, 0.999), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
@@ -107,7 +112,7 @@ def test_block_tilts_between_two_films():
     "transition", [cl.superposed(smallest_gap=0.02), cl.load_sharing()], ids=lambda t: t.law.name
 )
 def test_edges_touch_through_the_film(transition):
-    """A torque turns a block in oil until corners across carry it: at rest their couple is the torque.
+    """A torque presses a block in oil onto corners across: at rest their couple is the torque.
 
     Within 1e-3; the ledger closes within a thousand tolerances of what the torque put in.
     """
@@ -115,7 +120,7 @@ def test_edges_touch_through_the_film(transition):
     guide = cl.ClearancePrismatic(
         cl.ground, body["P"], name="guide", clearance=1e-4, overlap=0.05, height=0.03, width=0.02,
         contact=cl.hertz(stiffness=1e9), film=cl.full_pad(), transition=transition, roughness=1e-6,
-        lubricant=cl.Lubricant(0.002),
+        lubricant=cl.Lubricant(0.02), tilt=4e-3,
     )  # fmt: skip
     scene = cl.Scene(guide, cl.Torque(body, 5.0), gravity=(0.0, 0.0))
     result = cl.simulate(scene, until=0.2, rtol=1e-5, samples=401)
@@ -129,7 +134,13 @@ def test_edges_touch_through_the_film(transition):
 
 def test_what_a_film_needs():
     body = cl.Body("block", 0.1, 5e-5, points={"P": (0, 0)})
-    given = {"clearance": 1e-4, "overlap": 0.05, "height": 0.03, "contact": cl.hertz(stiffness=1e9), "name": "g"}
+    given = {
+        "clearance": 1e-4,
+        "overlap": 0.05,
+        "height": 0.03,
+        "contact": cl.hertz(stiffness=1e9),
+        "name": "g",
+    }
     for more, said in (
         ({}, "film needs lubricant"),
         ({"lubricant": cl.Lubricant(0.05)}, "film needs the width"),

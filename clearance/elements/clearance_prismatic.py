@@ -1,4 +1,4 @@
-"""Slide with clearance: a block that lifts and tilts in its guide and touches it with four corners."""
+"""Slide with clearance: a block that lifts and tilts in its guide, and touches with four corners."""
 
 import math
 from collections import namedtuple
@@ -28,7 +28,7 @@ from clearance.quantities import NEVER, UNIT, ZERO, Row, law, number
 CORNERS = (("1", -1.0, -1.0), ("2", 1.0, -1.0), ("3", -1.0, 1.0), ("4", 1.0, 1.0))
 #: meaning of the values of the output `mode`
 MODES = ("free", "one corner", "two on one side", "two across", "three corners", "four corners")
-ACROSS = 3
+CREEP = 5e-3  # m/s: sliding speed below which a block across its guide counts as jammed
 
 #: what contact laws read of a corner on a flat wall, which is a bore without end
 Surfaces = namedtuple("Surfaces", "radius clearance length material layer")
@@ -37,30 +37,34 @@ Surfaces = namedtuple("Surfaces", "radius clearance length material layer")
 @checks.answers
 @dataclass(frozen=True)
 class ClearancePrismatic(Joint):
-    """Slide with clearance: a block (on b) of length 2a and height 2b between two walls (on a) at +-(b + c).
+    """Slide with clearance: a block (on b), 2a long and 2b high, between walls (on a) at +-(b + c).
 
-    The walls run along `axis` through point a. Point b is the block's centre: it moves by s along the axis and by the
-    offset e across it, n = axis turned by +90 degrees; the block's frame has the constant angle `angle` against a's
-    and the tilt psi. Corner (sx, sy) stands at r = (sx a cos psi - sy b sin psi, sx a sin psi + sy b cos psi) from
-    point b, along the guide's axes:
+    The walls run along `axis` through point a. Point b is the block's centre: it moves by s along
+    the axis and by the offset e across it, n = axis turned by +90 degrees; the block's frame has
+    the constant angle `angle` against a's and the tilt psi. From point b, along the guide's axes,
+    corner (sx, sy) stands at
 
-        penetration   delta = sy (e + r_y) - (b + c),   its rate   delta' = sy (e' + psi' r_x)
+        r = (sx a cos psi - sy b sin psi, sx a sin psi + sy b cos psi)
+        penetration delta = sy (e + r_y) - (b + c),   its rate delta' = sy (e' + psi' r_x)
         sliding speed v = s' - psi' r_y
-        force on the block   -sy F(delta, delta', delta'_0) n + f(v, F) d   at r, with its own impact speed delta'_0
+        force on the block -sy F(delta, delta', delta'_0) n + f(v, F) d at r
 
-    and the opposite at the same place on the guide. Contact of a whole face is that of two corners.
+    with an impact speed delta'_0 of its own, and the opposite force at the same place on the guide.
+    Contact of a whole face is that of two corners.
 
     axis: direction (x, y) in a's frame, any length but zero; angle: of b's frame against a's [rad].
     clearance c, on either side; overlap 2a; height 2b; width of the faces [m], for laws per width.
-    corner_radius: of rounded corners [m], makes the stiffness of laws that leave it to the joint: Hertz's of a sphere
-    on a plane, K = 4 E* sqrt(r) / 3.
-    contact, friction: bound laws, of each corner. film: a pad law of both faces, gaps c -+ e -+ x tan psi; it needs the
-    width, a lubricant, and a transition, which says at each edge what film and contact make of its gap. Of the film's
-    share there is the mean of both edges. roughness: for transitions. material, layer: for moduli that laws leave to
-    the joint.
+    corner_radius: of rounded corners [m], makes the stiffness of laws that leave it to the joint:
+    Hertz's of a sphere on a plane, K = 4 E* sqrt(r) / 3.
+    contact, friction: bound laws, of each corner.
+    film: a pad law of both faces, with gaps c -+ e -+ x tan psi. It needs the width, a lubricant,
+    and a transition, which says at each edge what film and contact make of its gap. Of the film's
+    share there is the mean of both edges. roughness: for transitions [m].
+    material, layer: for moduli that laws leave to the joint.
     offset [m], offset_rate [m/s], tilt [rad], tilt_rate [rad/s]: start values.
-    Source: Flores, Ambrosio, Claro and Lankarani, Kinematics and Dynamics of Multibody Systems with Imperfect Joints
-    (2008), chapter 3; Flores, Leine and Glocker, Multibody Syst. Dyn. 23 (2010) 165.
+    Source: Flores, Ambrosio, Claro and Lankarani, Kinematics and Dynamics of Multibody Systems with
+    Imperfect Joints (2008), chapter 3; Flores, Leine and Glocker, Multibody Syst. Dyn. 23 (2010)
+    165.
     """
 
     a: Point
@@ -69,22 +73,38 @@ class ClearancePrismatic(Joint):
     angle: float = number("angle of b's frame against a's [rad]", checks.finite, 0.0, fold=UNIT)
     name: str | None = None
     clearance: float = number("clearance on either side [m]", checks.positive, None, required=True)
-    overlap: float = number("length of the block in the guide [m]", checks.positive, None, required=True)
+    overlap: float = number(
+        "length of the block in the guide [m]", checks.positive, None, required=True
+    )
     height: float = number("height of the block [m]", checks.positive, None, required=True)
     width: float | None = number("width of the faces [m]", checks.positive, None, beside="film")
-    corner_radius: float | None = number("radius of the corners [m]", checks.positive, None, parameter=False)
+    corner_radius: float | None = number(
+        "radius of the corners [m]", checks.positive, None, parameter=False
+    )
     contact: BoundLaw | None = law("contact of a corner and its wall", contact)
     friction: BoundLaw | None = law("friction at a corner", friction, bristle)
     film: BoundLaw | None = law("film between a face and its wall", pad)
     transition: BoundLaw | None = law("how film and contact share an edge", transition)
     lubricant: Lubricant | None = None
-    roughness: float | None = number("composite rms roughness [m]", checks.positive, None, parameter=False)
+    roughness: float | None = number(
+        "composite rms roughness [m]", checks.positive, None, parameter=False
+    )
     material: Material = steel
-    layer: float | None = number("thickness of the elastic layer [m]", checks.positive, None, parameter=False)
-    offset: float = number("offset of the block at the start [m]", checks.finite, 0.0, parameter=False)
-    offset_rate: float = number("rate of the offset at the start [m/s]", checks.finite, 0.0, parameter=False)
-    tilt: float = number("tilt of the block at the start [rad]", checks.finite, 0.0, parameter=False)
-    tilt_rate: float = number("rate of the tilt at the start [rad/s]", checks.finite, 0.0, parameter=False)
+    layer: float | None = number(
+        "thickness of the elastic layer [m]", checks.positive, None, parameter=False
+    )
+    offset: float = number(
+        "offset of the block at the start [m]", checks.finite, 0.0, parameter=False
+    )
+    offset_rate: float = number(
+        "rate of the offset at the start [m/s]", checks.finite, 0.0, parameter=False
+    )
+    tilt: float = number(
+        "tilt of the block at the start [rad]", checks.finite, 0.0, parameter=False
+    )
+    tilt_rate: float = number(
+        "rate of the tilt at the start [rad/s]", checks.finite, 0.0, parameter=False
+    )
 
     along, across, turn = FREE, Known(state="offset"), Known(number="angle", state="tilt")
     turns = True
@@ -101,7 +121,9 @@ class ClearancePrismatic(Joint):
         if not isinstance(self.material, Material):
             raise TypeError(f"{label}: material must be a Material, got {self.material!r}")
         if self.clearance >= 0.5 * self.overlap:
-            raise ValueError(f"{label}: clearance {self.clearance!r} m must be less than half the overlap")
+            raise ValueError(
+                f"{label}: clearance {self.clearance!r} m must be less than half the overlap"
+            )
         self._check_film(label)
         self._check_laws()
 
@@ -112,7 +134,9 @@ class ClearancePrismatic(Joint):
                 raise ValueError(f"{label}: transition {self.transition.law.name} needs a film")
             return
         if not isinstance(self.lubricant, Lubricant):
-            raise ValueError(f"{label}: film needs lubricant=Lubricant(viscosity), got {self.lubricant!r}")
+            raise ValueError(
+                f"{label}: film needs lubricant=Lubricant(viscosity), got {self.lubricant!r}"
+            )
         if self.width is None:
             raise ValueError(f"{label}: film needs the width of the faces [m]")
         if self.transition is None:
@@ -129,12 +153,15 @@ class ClearancePrismatic(Joint):
     def largest_tilt(self) -> float:
         """Tilt [rad] at which two corners across touch, the block in the middle.
 
-        tan(psi / 2) = (a - sqrt(a^2 - c (2 b + c))) / (2 b + c). Raises ValueError for a block that never does.
+        tan(psi / 2) = (a - sqrt(a^2 - c (2 b + c))) / (2 b + c). Raises ValueError for a block that
+        never does.
         """
         a, b, c = 0.5 * self.overlap, 0.5 * self.height, self.clearance
         square = a * a - c * (2.0 * b + c)
         if square < 0.0:
-            raise ValueError(f"{self.label()}: the block turns in its guide without touching it across")
+            raise ValueError(
+                f"{self.label()}: the block turns in its guide without touching it across"
+            )
         return 2.0 * math.atan2(a - math.sqrt(square), 2.0 * b + c)
 
     @property
@@ -165,6 +192,17 @@ class ClearancePrismatic(Joint):
     def place_of(self, states: dict[str, float]) -> str:
         offset, tilt = (states[s.name] / s.size for s in self.states()[:2])
         return f"offset {offset:.9f} c, tilt {tilt:.9f} c/a"
+
+    def at_end(self, outputs: dict[str, float]) -> str | None:
+        """A jam: contact across that holds the block by friction."""
+        across = outputs["mode"] >= MODES.index("two across")
+        slow = abs(outputs["sliding_speed"]) < CREEP
+        if self.friction is None or not (across and slow):
+            return None
+        return (
+            f"{self.label()}: ends jammed, held across by {abs(outputs['friction']):.3g} N of "
+            "friction; with compliant contact there are other states at rest beside this one"
+        )
 
     # --- what the compiler asks
     def states(self) -> list[State]:
@@ -208,7 +246,9 @@ class Block:
         self.gap = None
         w.show(joint, "offset", "m", "offset of the block across its guide", self.offset.v)
         w.show(joint, "tilt", "rad", "tilt of the block in its guide", self.tilt.v)
-        w.show(joint, "sliding_speed", "m/s", "speed of the block's centre along the guide", self.speed)
+        w.show(
+            joint, "sliding_speed", "m/s", "speed of the block's centre along the guide", self.speed
+        )
 
     def corner(self, sx: float, sy: float) -> tuple:
         """A corner from the block's centre, in the guide's axes."""
@@ -219,23 +259,29 @@ class Block:
     def facts(self) -> FilmJoint:
         """Numbers that transitions read; a block has no radius."""
         number = partial(self.m.number, self.joint)
-        return FilmJoint(0.0, number("clearance"), number("width"), number("viscosity"), number("roughness"))
+        return FilmJoint(
+            0.0, number("clearance"), number("width"), number("viscosity"), number("roughness")
+        )
 
     def film(self, name: str, sy: float) -> None:
         """Load, moment and drag of the film between a face and its wall.
 
-        Its gap is that which the transition makes of the gaps of both edges.
+        Its gap is that which the transition makes of the gaps of both edges. The load at an edge is
+        reduced by the
+        slope of that gap, as its rate is: the film then takes out of the block's motion what it
+        takes out itself.
         """
         m, w, joint = self.m, self.w, self.joint
         half, slope = self.half[0], self.sine / self.cosine
         turning = self.tilt.d / (self.cosine * self.cosine)
-        gaps, rates, shares = [], [], []
+        gaps, rates, shares, gives = [], [], [], []
         for sx in (-1.0, 1.0):
             gap = m.number(joint, "clearance") - sy * (self.offset.v + sx * half * slope)
             share, held, give, *_ = m.law(joint, "transition", [gap], self.facts)
             gaps.append(held)
             rates.append(give * (-sy * (self.offset.d + sx * half * turning)))
             shares.append(share)
+            gives.append(give)
         mean, lean = (0.5 * (v[0] + v[1]) for v in (gaps, rates))
         steep, tilting = (0.5 * (v[1] - v[0]) / half for v in (gaps, rates))
         face = PadFace(half, m.number(joint, "width"), m.number(joint, "viscosity"))
@@ -243,13 +289,24 @@ class Block:
         speed = self.speed - lever * self.tilt.d
         load, moment, drag = m.law(joint, "film", [mean, steep, lean, tilting, speed], face)
         share = 0.5 * (shares[0] + shares[1])
-        load, moment, drag = share * load, share * moment, share * drag
+        rear, front = (
+            0.5 * (load + s * moment / half) * g for s, g in zip((-1.0, 1.0), gives, strict=True)
+        )
+        load, moment, drag = share * (front + rear), share * half * (front - rear), share * drag
         self.along, self.across = self.along - drag, self.across - sy * load
         moment = moment / (self.cosine * self.cosine)  # its work is done on the slope's rate
         self.moment = self.moment + lever * drag - sy * moment
         self.lost = self.lost + drag * speed + sy * (load * self.offset.d + moment * self.tilt.d)
-        w.show(joint, f"film_{name}", "N", f"load of the film at the {name}, away from the wall", load)
-        w.show(joint, f"film_drag_{name}", "N", f"drag of the film at the {name}, against the sliding", drag)
+        w.show(
+            joint, f"film_{name}", "N", f"load of the film at the {name}, away from the wall", load
+        )
+        w.show(
+            joint,
+            f"film_drag_{name}",
+            "N",
+            f"drag of the film at the {name}, against the sliding",
+            drag,
+        )
 
     def touch(self, i: int, name: str, sx: float, sy: float) -> None:
         """Contact and friction of one corner."""
@@ -274,7 +331,9 @@ class Block:
         self.gap = -depth if self.gap is None else trace.select(self.gap + depth, -depth, self.gap)
         w.spot(joint, depth, rate, normal)
         w.show(joint, f"gap_{name}", "m", f"gap of corner {name}, {_place(sx, sy)}", -depth)
-        w.show(joint, f"contact_force_{name}", "N", f"normal contact force on corner {name}", normal)
+        w.show(
+            joint, f"contact_force_{name}", "N", f"normal contact force on corner {name}", normal
+        )
 
     def _friction(self, name: str, sliding, normal):
         joint, m = self.joint, self.m
@@ -287,7 +346,13 @@ class Block:
             deflection = m.state(joint, key).v
             rate, force = m.law(joint, "friction", [deflection, sliding, normal])
             self.w.rate(joint, key, rate)
-            self.w.show(joint, key, "m", f"deflection of the friction law's bristles at corner {name}", deflection)
+            self.w.show(
+                joint,
+                key,
+                "m",
+                f"deflection of the friction law's bristles at corner {name}",
+                deflection,
+            )
         self.friction = self.friction + force
         return force
 
@@ -308,7 +373,9 @@ class Block:
             w.show(joint, f"force_{axis}", "N", f"force {axis} on {body}", value)
         w.show(joint, "moment", "N m", f"moment on {body} about the block's centre", self.moment)
         if joint.friction is not None:
-            w.show(joint, "friction", "N", f"friction force on {body} along the guide", self.friction)
+            w.show(
+                joint, "friction", "N", f"friction force on {body} along the guide", self.friction
+            )
         w.show(joint, "mode", "1", f"corners in contact: {_MODES}", self._mode())
         w.show(joint, "power_loss", "W", "power the joint takes out of the mechanism", self.lost)
 

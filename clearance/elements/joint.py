@@ -148,6 +148,10 @@ class Joint(Element):
         """Where its own coordinates stand, in words; states: by name."""
         raise NotImplementedError
 
+    def at_end(self, outputs: dict[str, float]) -> str | None:
+        """A warning about where it ends; outputs: its last ones, by name."""
+        return None
+
     def doubts(self) -> list[str]:
         """Warnings of its laws about their use in it."""
         slots = [(f.name, getattr(self, f.name)) for f in fields(self)]

@@ -223,7 +223,7 @@ def _gap(record: Record, window: Window, joint: dict) -> Found:
     smallest = record.extreme(f"joints/{name}/gap_min", *window.bounds(record))
     gap, time = smallest.value, smallest.time
     yield f"joint_{name}_gap_min", gap, "m", f"smallest gap of joint {name}, negative in contact", time
-    if "radius" in joint:
+    if "overlap" not in joint:
         ratio, text = 1.0 - gap / clearance, f"largest eccentricity over clearance of joint {name}"
         yield f"joint_{name}_eccentricity_ratio_max", ratio, "1", text, time
     if roughness is not None:
@@ -270,10 +270,18 @@ def _slide(record: Record, window: Window, joint: dict, contacts: dict) -> Found
 
 
 def modes_of(record: Record, joint: str, begin: float, end: float) -> tuple[np.ndarray, np.ndarray]:
-    """Pieces between two times [s] in which a block touches with the same corners, from its contacts.
+    """Pieces between two times [s] in which a block touches with the same corners.
 
-    Their edges (pieces + 1,) [s] and modes (pieces,), places in MODES.
+    Their edges (pieces + 1,) [s] and modes (pieces,), places in MODES; from its contacts, or from the samples where
+    contact sets in gradually.
     """
+    described = next(j for j in record.scene["joints"] if j["name"] == joint)
+    if not _touches(described):
+        time, mode = record.time, record.values(f"joints/{joint}/mode")
+        middles = 0.5 * (time[1:] + time[:-1])
+        edges = np.unique(np.clip(np.concatenate([[begin, end], middles]), begin, end))
+        nearest = np.searchsorted(middles, 0.5 * (edges[1:] + edges[:-1]))
+        return edges, mode[nearest].astype(int)
     spots, start = record.events["joint"], record.events["time"]
     over = start + record.events["duration"]
     edges = np.unique(np.clip(np.concatenate([[begin, end], start, over]), begin, end))

@@ -150,6 +150,11 @@ RUNS = {
         ("bodies/*/theta", "bodies/*/omega", *CRANK, *ENERGY, "joints/*/eccentricity_?"), "radau9", 2e-5,
         "friction_coefficient",
     ),
+    "guide_slider": Trajectory(
+        "guide_slider", {"tilt_rate": -0.01}, {"until": 0.02},
+        ("bodies/*/theta", "bodies/*/omega", *ENERGY, "joints/guide/offset", "joints/guide/tilt"), "radau9", 4e-4,
+        "clearance",
+    ),
     "double_pendulum": Trajectory(
         "double_pendulum", {}, {"until": 1.5}, ("bodies/*", "joints/*", *ENERGY), "radau9", 2e-4, "length"
     ),

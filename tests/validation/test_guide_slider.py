@@ -1,7 +1,8 @@
 """The slider with clearance in its guide: rows computed independently of this package, to their printed digits.
 
-Inputs: Flores, Leine and Glocker, Multibody Syst. Dyn. 23 (2010) 165, with compliant corners, K = 1e8 N/m^1.5. The rows
-were computed with another formulation by DOP853 at 1e-12 with located contacts; two tolerances agree to 3e-7.
+Inputs: Flores, Leine and Glocker, Multibody Syst. Dyn. 23 (2010) 165, with compliant corners, K =
+1e8 N/m^1.5. The rows were computed with another formulation by DOP853 at 1e-12 with located
+contacts; two tolerances agree to 3e-7.
 """
 
 import csv
@@ -37,7 +38,9 @@ def tolerance(time: float) -> float:
 def contacts(result) -> list[tuple[float, str, str]]:
     """Time, corner and kind of each start and end of a contact, in order of time."""
     events, found = result.events, []
-    for time, duration, spot in zip(events["time"], events["duration"], events["joint"], strict=True):
+    for time, duration, spot in zip(
+        events["time"], events["duration"], events["joint"], strict=True
+    ):
         corner = CORNERS[spot.partition("/")[2]]
         found += [(time, corner, "touches"), (time + duration, corner, "leaves")]
     return sorted(found)
@@ -53,7 +56,10 @@ def test_rows(motion, validated):
     contact = "lankarani_nikravesh(stiffness=1e8)"
     scene = cl.load_case("guide_slider", contact=contact, restitution=0.9, **numbers)
     result = cl.simulate(scene, until=0.05, rtol=1e-11, samples=51)
-    done, options = contacts(result), {"source": "plain model, DOP853 at 1e-12", "kind": "independent"}
+    done, options = (
+        contacts(result),
+        {"source": "plain model, DOP853 at 1e-12", "kind": "independent"},
+    )
     values = {
         "crank angle": result["crank"].theta, "crank speed": result["crank"].omega, "tilt": result.joint("guide").tilt
     }  # fmt: skip
@@ -64,7 +70,14 @@ def test_rows(motion, validated):
         if what.startswith("event"):
             time, corner, action = done[int(what.split(":")[0].removeprefix("event ")) - 1]
             assert motion == "level" or what.endswith(f"corner {corner} {action}")
-            validated(f"time of contacts, {motion} slider", time, value, tolerance(value), unit="s", **options)
+            validated(
+                f"time of contacts, {motion} slider",
+                time,
+                value,
+                tolerance(value),
+                unit="s",
+                **options,
+            )
         else:
             name, _, time = what.removesuffix(" s").partition(" at ")
             here = np.argmin(abs(result.time - float(time)))
@@ -76,8 +89,8 @@ def test_rows(motion, validated):
 def test_two_films(validated):
     """Both faces in oil, the crank at constant speed: offset, tilt and energy taken out.
 
-    The reference lets the faces slide at the block's own speed and its drag do no work on the turning; the
-    part b psi' of the speed is 1e-4 of what tilts the block and 1e-4 of the energy.
+    The reference lets the faces slide at the block's own speed and its drag do no work on the
+    turning; the part b psi' of the speed is 1e-4 of what tilts the block and 1e-4 of the energy.
     """
     clearance = 0.4e-3
     parts = cl.load_case("guide_slider", friction="none")
@@ -87,7 +100,9 @@ def test_two_films(validated):
         lubricant=cl.Lubricant(0.01), offset=0.3 * clearance, tilt=0.2 * clearance / 0.05,
     )  # fmt: skip
     drive = cl.Drive(parts.bodies[0], speed=60.0, start=0.0)
-    result = cl.simulate(cl.Scene(*parts.joints[:-1], guide, drive), until=0.1, rtol=1e-8, samples=101)
+    result = cl.simulate(
+        cl.Scene(*parts.joints[:-1], guide, drive), until=0.1, rtol=1e-8, samples=101
+    )
     found = result.joint("guide")
     values = {
         "e / c": found.offset / clearance, "psi a / c": found.tilt * 0.05 / clearance,
@@ -99,5 +114,12 @@ def test_two_films(validated):
         here = np.argmin(abs(result.time - float(row["given"].split("=")[1].removesuffix(" s"))))
         name = row["quantity"]
         value = float(row["value"])
-        validated(f"{name}, slider in two films", values[name][here], value, 1.2e-4, unit=row["unit"], **options)
+        validated(
+            f"{name}, slider in two films",
+            values[name][here],
+            value,
+            1.2e-4,
+            unit=row["unit"],
+            **options,
+        )
     assert np.abs(result.energy.residual).max() < 1e-6 * found.dissipated[-1]
