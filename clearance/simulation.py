@@ -96,8 +96,8 @@ def simulate(
 ) -> Result:
     """Integrate a scene and return its result.
 
-    turns: length in turns of the constant-speed drive, or until: seconds. rtol: local error tolerance, relative to the
-    natural size of each state (clearance for eccentricities) plus its value. method: "auto" (dop853 where no film
+    turns: length in turns at the drive's constant or nominal speed, or until: seconds. rtol: local error tolerance,
+    relative to the natural size of each state (clearance for eccentricities) plus its value. method: "auto" (dop853 where no film
     makes the scene stiff, else the implicit method that is fastest at this rtol), "dop853" (explicit, order 8),
     "rodas5p" (linearly implicit, order 5), "radau5", "radau9" (implicit, order 5 and 9) or "radau" (one of these two,
     by rtol). samples_per_turn (in all, where nothing turns evenly) or samples (in all): output rows.
@@ -214,7 +214,10 @@ def span_of(scene: Scene, *, turns, until, samples, samples_per_turn=SAMPLES_PER
     if until is None:
         turns = checks.positive("turns", turns)
         if turn is None:
-            raise ValueError("turns needs a constant-speed rotating drive with speed != 0; give until=SECONDS instead")
+            raise ValueError(
+                "turns needs a constant-speed rotating drive with speed != 0, or one with a nominal speed; "
+                "give until=SECONDS instead"
+            )
         until = turns * turn
     until = checks.positive("until", until)
     if samples is None:

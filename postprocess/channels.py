@@ -202,7 +202,8 @@ def name_of(record: Record) -> str:
 def turn_of(record: Record) -> float:
     """Time of one turn of the drive [s]. Raises ValueError where no drive turns at constant or nominal speed."""
     if record.turn is None:
-        raise ValueError(f"{name_of(record)}: no drive turns at constant speed; turns and drive angles need one")
+        reason = "no drive turns at constant speed, or has a nominal one"
+        raise ValueError(f"{name_of(record)}: {reason}; turns and drive angles need it")
     return record.turn
 
 
