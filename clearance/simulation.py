@@ -97,10 +97,10 @@ def simulate(
     """Integrate a scene and return its result.
 
     turns: length in turns at the drive's constant or nominal speed, or until: seconds. rtol: local error tolerance,
-    relative to the natural size of each state (clearance for eccentricities) plus its value. method: "auto" (dop853 where no film
-    makes the scene stiff, else the implicit method that is fastest at this rtol), "dop853" (explicit, order 8),
-    "rodas5p" (linearly implicit, order 5), "radau5", "radau9" (implicit, order 5 and 9) or "radau" (one of these two,
-    by rtol). samples_per_turn (in all, where nothing turns evenly) or samples (in all): output rows.
+    relative to the natural size of each state (clearance for eccentricities) plus its value. method: "auto" (dop853
+    where no film makes the scene stiff, else the implicit method that is fastest at this rtol), "dop853" (explicit,
+    order 8), "rodas5p" (linearly implicit, order 5), "radau5", "radau9" (implicit, order 5 and 9) or "radau" (one
+    of these two, by rtol). samples_per_turn (in all, where nothing turns evenly) or samples (in all): output rows.
     path: write the HDF5 file there while running (default: a temporary file, see Result.save). energy: integrate the
     energy ledger. max_step: longest step [s] (default a 24th of a turn, or of the span); give one where loads act
     more briefly than that. max_steps: give up after so many. progress: called with the done share of the span.
