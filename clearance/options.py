@@ -72,7 +72,10 @@ def span_of(scene, *, turns, until, samples, samples_per_turn=SAMPLES_PER_TURN) 
     if until is None:
         turns = checks.positive("turns", turns)
         if turn is None:
-            raise ValueError("turns needs a constant-speed rotating drive with speed != 0; give until=SECONDS instead")
+            raise ValueError(
+                "turns needs a constant-speed rotating drive with speed != 0, or one with a nominal speed; "
+                "give until=SECONDS instead"
+            )
         until = turns * turn
     until = checks.positive("until", until)
     if samples is None:

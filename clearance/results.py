@@ -38,7 +38,6 @@ PACKAGES = ("numpy", "numba", "h5py")
 MOVING = ("bodies", "joints", "springs", "drives", "nodes", "friction", "energy")
 #: groups that have a group for each part
 PARTS = ("bodies", "joints", "springs", "drives", "nodes")
-FEWEST_OF_SPLINE = 4  # samples
 #: extremes that follow from the smallest gap [m]
 OF_GAP = {
     "film_thickness_ratio_min": lambda gap, joint: gap / joint["roughness"],
@@ -308,20 +307,18 @@ class Record(ABC):
         return np.interp(times, self.time, self._counted)
 
     def time_at(self, turns: np.ndarray) -> np.ndarray:
-        """Times [s] at which the drive has first made so many turns: inverse of `turns_at`, a cubic spline where it
-        turns one way; those of the ends beyond them. Raises ValueError as `turns_at`.
+        """Times [s] at which the drive has first made so many turns: inverse of `turns_at`, by a cubic through four
+        samples where it turns one way; those of the ends beyond them. Raises ValueError as `turns_at`.
         """
         self._need_turns()
         if self._counted is None:
             return turns * self.turn
         time, counted = self.time, self._counted
         turns = np.clip(turns, counted[0], counted[-1])
-        if len(time) < FEWEST_OF_SPLINE or (np.diff(counted) <= 0.0).any():
-            ahead = np.concatenate([[True], np.diff(counted) > 0.0])
+        ahead = np.concatenate([[True], np.diff(counted) > 0.0])
+        if not ahead.all():
             return np.interp(turns, counted[ahead], time[ahead])
-        from scipy.interpolate import make_interp_spline
-
-        return np.clip(make_interp_spline(counted, time)(turns), time[0], time[-1])
+        return np.clip(cubic(counted, time, turns), time[0], time[-1])
 
     def _need_turns(self) -> None:
         if self.turning is None:
@@ -594,6 +591,18 @@ def _extremes_of_format_1(reader: Reader) -> Extremes:
     values = np.array(list(columns.values()), dtype=float).T.reshape(-1, len(columns))
     length = float(reader.attribute("", "stretch_s"))
     return Extremes(length, tuple(columns), tuple(units.values()), values, np.full(values.shape, np.nan))
+
+
+def cubic(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Values of y(x) at points by a cubic through the four samples around each, or through fewer where there are."""
+    count, at = min(4, len(x)), np.asarray(at, dtype=float)
+    first = np.clip(np.searchsorted(x, at, side="right") - count // 2, 0, len(x) - count)
+    nodes = [x[first + i] for i in range(count)]
+    total = np.zeros_like(at)
+    for i in range(count):
+        others = [(at - nodes[j]) / (nodes[i] - nodes[j]) for j in range(count) if j != i]
+        total += np.prod(others, axis=0) * y[first + i]
+    return total
 
 
 def speed_of(drive: dict) -> float | None:

@@ -78,7 +78,7 @@ class Scene:
 
     @property
     def turn(self) -> float | None:
-        """Duration of one turn of the first constant-speed rotating drive [s], if there is one."""
+        """Duration of one turn of the first drive that rotates at a constant or nominal speed [s], if there is one."""
         turns = (getattr(load, "turn", None) for load in self.loads)
         return next((t for t in turns if t is not None), None)
 

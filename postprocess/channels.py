@@ -11,7 +11,7 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
-from clearance.results import Record, speed_of
+from clearance.results import Record, cubic, speed_of
 
 KINDS = ("bodies", "joints", "springs", "drives", "nodes")
 #: groups of channels that belong to the whole mechanism
@@ -177,7 +177,7 @@ def _between(record: Record, part: str, time: np.ndarray, times: np.ndarray) -> 
     values, rate = record.values(part), _rate(record, part)
     if rate and len(time) > 1:
         return _hermite(time, values, record.values(rate), times)
-    return _lagrange(time, values, times)
+    return cubic(time, values, times)
 
 
 def _hermite(time, values, rates, times):
@@ -188,17 +188,6 @@ def _hermite(time, values, rates, times):
     rise = values[i + 1] - values[i]
     corrections = (rates[i] * step - rise) * (s - 1.0) + (rates[i + 1] * step - rise) * s
     return values[i] + s * rise + bend * corrections
-
-
-def _lagrange(time, values, times):
-    count = min(4, len(time))
-    first = np.clip(np.searchsorted(time, times, side="right") - count // 2, 0, len(time) - count)
-    nodes = [time[first + i] for i in range(count)]
-    total = np.zeros_like(times)
-    for i in range(count):
-        others = [(times - nodes[j]) / (nodes[i] - nodes[j]) for j in range(count) if j != i]
-        total += np.prod(others, axis=0) * values[first + i]
-    return total
 
 
 # --- along the run
@@ -213,7 +202,8 @@ def name_of(record: Record) -> str:
 def turn_of(record: Record) -> float:
     """Time of one turn of the drive [s]. Raises ValueError where no drive turns at constant or nominal speed."""
     if record.turn is None:
-        raise ValueError(f"{name_of(record)}: no drive turns at constant speed; turns and drive angles need one")
+        reason = "no drive turns at constant speed, or has a nominal one"
+        raise ValueError(f"{name_of(record)}: {reason}; turns and drive angles need it")
     return record.turn
 
 

@@ -106,7 +106,7 @@ def _left_out(mechanism: Mechanism, roles: list[str]) -> list[str]:
         missing.append("Newton loops")
     if not any(scene.gravity):
         missing.append("gravity")
-    missing += [n for n in ("SpringDamper", "TorsionSpring", "Force", "Torque") if not _has(scene, n)]
+    missing += [n for n in ("SpringDamper", "TorsionSpring", "Force", "Torque", "ThermalNode") if not _has(scene, n)]
     return missing
 
 

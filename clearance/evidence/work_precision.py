@@ -92,7 +92,10 @@ def work_precision(
     if until is None:
         _moving(scene)
         if turns is not None and scene.turn is None:
-            raise ValueError("turns needs a constant-speed rotating drive with speed != 0; give until=SECONDS instead")
+            raise ValueError(
+                "turns needs a constant-speed rotating drive with speed != 0, or one with a nominal speed; "
+                "give until=SECONDS instead"
+            )
         until = (2.0 if turns is None else checks.positive("turns", turns)) * (scene.turn or 1.0)
     until, began = checks.positive("until", until), time.perf_counter()
     affordable(Demand(0, until / (scene.turn or until) / LARGEST_SHARE))

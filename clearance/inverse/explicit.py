@@ -78,8 +78,8 @@ def _built(scene: Scene) -> Mechanism:
         raise ValueError(f"no drive prescribes {names}: inverse dynamics needs a motion for every degree of freedom")
     mechanism = build(scene, ledger=False)
     if names := mechanism.layout.first_order:
-        joint = next(j for j in scene.joints if names[0].startswith(f"{j.key}/"))
-        raise ValueError(
-            f"{joint.label()}: friction {joint.friction.law.name} has a state that time integrates; use cl.simulate"
-        )
+        element = next(e for e in scene.elements if names[0].startswith(f"{e.key}/"))
+        law = getattr(element, "friction", None)
+        part = element.label() if law is None else f"{element.label()}: friction {law.law.name}"
+        raise ValueError(f"{part} has a state that time integrates; use cl.simulate")
     return mechanism

@@ -132,6 +132,7 @@ def ramp(time, speed, duration, start=0.0):
     speed w [rad/s or m/s], reached in the duration t_r [s] at constant acceleration and kept; start
     q_0 [rad or m]. The acceleration jumps at t_r and at 0, the rate does not.
     Raises ValueError for a duration that is not positive.
+    Source: uniform acceleration.
     """
     if time < duration:
         return start + 0.5 * speed * time * time / duration

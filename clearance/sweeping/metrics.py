@@ -42,7 +42,7 @@ import numpy as np
 from clearance import checks
 from clearance.elements.clearance_prismatic import CORNERS, MODES
 from clearance.extremes import BOTH, along, guides
-from clearance.results import Record
+from clearance.results import Record, cubic
 
 PERIODIC = 0.01  # distance over the clearance below which a journal counts as back
 FEWEST = 3  # turns needed to tell a period
@@ -391,7 +391,7 @@ def _evenly(record: Record, path: str, window: Window) -> np.ndarray:
 
     every = record.turn * (time.size - 1) / float(time[-1])
     turns = record.turns_at(window.begin) + np.arange(math.floor(window.turns * every * (1.0 + ROUNDING)) + 1) / every
-    return make_interp_spline(time, values)(record.time_at(turns))
+    return cubic(time, values, record.time_at(turns))
 
 
 def _change(states: np.ndarray, shift: float) -> np.ndarray:

@@ -142,7 +142,7 @@ class TestBalance:
         for share in (1.0, 0.5):
             housing = cl.ThermalNode("housing", 2.0, 0.0)
             heat = HeatBalance(0.5, 0.8, volumetric=0.0, to=housing, share=share)
-            mixed = scene(film=cl.harmonic(), **MIXED)
+            mixed = scene(film=cl.harmonic(), **MIXED | {"roughness": 1.6e-5})
             joint = dataclasses.replace(mixed.joints[0], heat=heat)
             result = cl.simulate(cl.Scene(joint, *mixed.loads, housing), until=0.05, samples=26, rtol=1e-8)
             stored = 0.5 * (result.joint("J").oil_temperature - COLD)
@@ -151,7 +151,7 @@ class TestBalance:
             more = {"source": "first law of thermodynamics", "kind": "exact", "relative": lost[-1]}
             validated(f"heat of oil and housing, share {share:g}", held, lost, 1e-6, unit="J", **more)
             results.append(stored[-1])
-        assert results[1] < results[0] * (1.0 - 1e-6)
+        assert results[1] < 0.98 * results[0], results
 
     def test_supply(self, validated):
         """Steady: P = h (T - T_0) + rho c_p Q (T - T_f); the oil comes 15 K warmer than the surroundings; 1e-6."""

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from clearance.postprocess.channels import abscissa
 from clearance.postprocess.sections import section_times
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
@@ -274,6 +275,22 @@ class TestTurns:
         inside = (run.time >= times[0]) & (run.time <= times[1])
         torque = run.drive("crank").torque[inside]
         assert found["drive_crank_torque_max"].value == pytest.approx(torque.max(), rel=1e-4)
+
+    def test_last(self, run):
+        """The last whole turn by its angle: from 5 to 6 of 6.4 turns, drawn from 0 to 360 degrees."""
+        angle, found, label = abscissa(run, "angle", last=1.0)
+        assert label == "crank angle [deg]"
+        assert 0.0 <= angle[0] < 1.0 < 358.5 < angle[-1] <= 360.0 + 1e-6
+        assert run.turns_at(run.time[found][0]) == pytest.approx(5.0, abs=0.01)
+
+    def test_period(self):
+        """A lubricated journal behind a PI comes back every turn of the angle, though the speed ripples by 5 %."""
+        scene = cl.load_case("slider_crank", model="lubricated", film="pinkus_sternlicht", speed=SPEED, drive="pi")
+        result = cl.simulate(scene, turns=16, samples_per_turn=100)
+        assert np.ptp(result["crank"].omega[800:]) > 0.05 * SPEED
+        found = metrics(result, settle=11)
+        assert found["period"].value == 1.0
+        assert found["period_error"].value < 1e-3
 
     def test_even_speed_is_a_constant_speed(self):
         """A free disc at its nominal speed, either way round: turns, times and sections of the constant speed."""
