@@ -21,7 +21,6 @@ from clearance.results import Result, check_replaceable, replacing
 VERSION = 5
 GOES_ON = ("partial: interrupted", "partial: terminated")  # how runs end that shall be able to go on
 RECORD = ("zero", "low", "high", "totals", "rows", "turned_over")
-LEDGER = ("worst", "largest", "low", "high")
 
 
 class PartsSink:
@@ -171,14 +170,13 @@ def load(path: Path) -> dict | None:
 def state_of(run, recording) -> dict:
     """All that the run goes on with: its state, its stepper, its changes; the record so far."""
     recorder = recording.recorder
-    state = {"floats": run.state.floats, "integers": run.state.integers, "method": run.method, "reason": run.reason}
+    state = {"memory": run.state.memory, "method": run.method, "reason": run.reason}
     state |= {"changes": json.dumps(run.changes), "dead_centre": recording.diagnosis.dead_centre}
     state |= {f"record.{n}": getattr(recorder, n) for n in RECORD}
     if recorder.last is not None:
-        state["record.last"] = np.concatenate([[recorder.last[0]], recorder.last[1]])
+        state["last.time"], state["last.row"] = recorder.last
     if recorder.ledger is not None:
-        ledger = {f"ledger.{n}": getattr(recorder.ledger, n) for n in (*LEDGER, "since", "rows")}
-        state |= {n: value for n, value in ledger.items() if value is not None}
+        state |= {f"ledger.{n}": value for n, value in vars(recorder.ledger).items() if value is not None}
     return state
 
 
@@ -190,19 +188,12 @@ def restore(run, recording, state: dict) -> None:
     run.method, run.reason = str(state["method"]), str(state["reason"])
     for time, changes in json.loads(str(state["changes"])):
         run.rebuild(time, changes)
-    run.state.floats[:], run.state.integers[:] = state["floats"], state["integers"]
+    run.state.memory[...] = state["memory"]
     recording.diagnosis.dead_centre = str(state["dead_centre"])
-    for name in RECORD:
-        setattr(recorder, name, _plain(state[f"record.{name}"]))
-    if "record.last" in state:
-        recorder.last = state["record.last"][0], state["record.last"][1:]
-    if recorder.ledger is not None:
-        for name in LEDGER:
-            setattr(recorder.ledger, name, _plain(state[f"ledger.{name}"]))
-        recorder.ledger.since = state["ledger.since"].item() if "ledger.since" in state else None
-        recorder.ledger.rows = state.get("ledger.rows")
-
-
-def _plain(value: np.ndarray):
-    """An array, or the number that it holds."""
-    return value if value.ndim else value.item()
+    if "last.time" in state:
+        recorder.last = state["last.time"][()], state["last.row"]
+    parts = {"record": recorder, "ledger": recorder.ledger}
+    for key, value in state.items():
+        part, _, name = key.rpartition(".")
+        if part in parts:
+            setattr(parts[part], name, value if value.ndim else value.item())

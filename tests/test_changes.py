@@ -5,8 +5,10 @@ import pytest
 
 import clearance as cl
 from clearance.mechanism.build import build, changed
+from clearance.observers import Observer
+from clearance.options import Output
 from clearance.recording import MemorySink
-from clearance.simulation import prepare
+from clearance.simulation import prepare, write
 
 
 def test_what_a_joint_determines_follows_a_change():
@@ -87,3 +89,64 @@ def test_a_journal_outside_its_changed_clearance_is_refused():
     run.every(0.05 * scene.turn, lambda r: r.change({"joints/C/clearance": 1e-7}))
     with pytest.raises(ValueError, match="joint C: its journal lies outside the changed clearance"):
         run.record(MemorySink(run.mechanism.layout.channels, {}))
+
+
+def oscillator(path, progress=None):
+    """A torsional oscillator whose stiffness changes on the way, with checkpoints."""
+    rod = cl.Body("rod", mass=1.0, inertia=0.01, points={"pin": (0.0, 0.0)}, angle=0.3)
+    hinge = cl.Revolute(cl.ground, rod["pin"], name="P")
+    spring = cl.TorsionSpring(cl.ground, rod, stiffness=1.0, name="spring")
+    run = prepare(cl.Scene(hinge, spring, gravity=(0.0, 0.0)), until=1.0, samples=201)
+    run.every(0.25, lambda r: r.change({"springs/spring/stiffness": 1.0 + 4.0 * round(r.state.time / 0.25) % 3}))
+    return write(run, Output(path, checkpoint=1e-9), progress)
+
+
+def test_a_changed_run_goes_on_from_its_checkpoint(tmp_path):
+    """The numbers that were changed before the interrupt hold after it too: the rows are the same to the bit."""
+
+    def interrupt(share):
+        if 0.5 <= share < 1.0:
+            raise KeyboardInterrupt
+
+    whole = oscillator(tmp_path / "whole.h5")
+    with pytest.raises(KeyboardInterrupt):
+        oscillator(tmp_path / "run.h5", interrupt)
+    again = oscillator(tmp_path / "run.h5")
+    np.testing.assert_array_equal(again["rod"].theta, whole["rod"].theta)
+    np.testing.assert_array_equal(again.energy.residual, whole.energy.residual)
+
+
+class Work(Observer):
+    """Counts pieces of output and what came in them, and notes where the run stood at each half of its span."""
+
+    period = 0.5
+
+    def __init__(self):
+        self.times, self.reached, self.count, self.ends = [], [], 0, []
+
+    def samples(self, times, rows):
+        self.times += list(times)
+
+    def contacts(self, labels, rows):
+        self.count += len(rows)
+
+    def steps(self, log):
+        self.ends += list(log[:, 0])
+
+    def reach(self, run):
+        self.reached.append((run.state.time, self.times[-1]))
+
+
+def test_an_observer_sees_samples_contacts_and_steps():
+    """All samples, contacts and steps of a run, those before a stop before the stop."""
+    scene = cl.load_case("slider_crank", model="dry")
+    run = prepare(scene, turns=1, samples_per_turn=100)
+    run.observers.append(work := Work())
+    work.period = 0.5 * scene.turn
+    record = recorded(run)
+    np.testing.assert_array_equal(work.times, record.time)
+    assert work.count == (record.events["kind"] == "contact").sum() > 0
+    assert len(work.ends) == record.solver["steps"]
+    stops = [time for time, _ in work.reached]
+    np.testing.assert_allclose(stops, [0.5 * scene.turn, scene.turn], rtol=1e-12)
+    assert all(time - 0.01 * scene.turn < last <= time * (1 + 1e-12) for time, last in work.reached)

@@ -16,6 +16,7 @@ from numba.core.typing.typeof import Purpose, typeof
 from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model, typeof_impl
 from numba.np import linalg
 from numba.np.arrayobj import make_array, populate_array
+from numba.np.numpy_support import from_dtype
 
 from clearance.mechanism.store import COMPILED
 
@@ -39,13 +40,16 @@ if "scipy.linalg" not in sys.modules:
 class Record(types.Type):
     """The type of a record.
 
-    fields: name -> an array in C order, or a function. numbers: name -> the field whose element it is, and its place
-    there; compiled code may set them.
+    fields: name -> an array in C order, or a function. memory: layout of the memory that belongs to it, of which the
+    places of numbers and the dimensions of arrays count. Compiled code may set the numbers.
     """
 
-    def __init__(self, name: str, fields: dict, numbers: dict[str, tuple[str, int]]):
-        self.fields, self.numbers, self.places, words = fields, numbers, {}, 0
-        for field, kind in fields.items():
+    def __init__(self, name: str, fields: dict, memory: np.dtype):
+        kinds = {n: (from_dtype(memory[n].base), len(memory[n].shape)) for n in memory.names}
+        self.numbers = {n: (kind, memory.fields[n][1]) for n, (kind, axes) in kinds.items() if not axes}
+        arrays = {n: types.Array(kind, axes, "C") for n, (kind, axes) in kinds.items() if axes}
+        self.fields, self.places, words = {**fields, **arrays, "memory": types.int64}, {}, 0
+        for field, kind in self.fields.items():
             self.places[field] = words
             words += 1 + getattr(kind, "ndim", 0)
         super().__init__(name=f"record {name}")
@@ -62,7 +66,7 @@ class Fields(AttributeTemplate):
 
     def generic_resolve(self, record, name):
         if name in record.numbers:
-            return record.fields[record.numbers[name][0]].dtype
+            return record.numbers[name][0]
         return types.int64 if name == "address" else record.fields.get(name)
 
 
@@ -84,10 +88,11 @@ def reading(context, builder, value):
 
 def pointer(context, builder, record, value, name):
     """Address of a number."""
-    buffer, place = record.numbers[name]
-    kind = context.get_data_type(record.fields[buffer].dtype).as_pointer()
-    first = builder.inttoptr(reading(context, builder, value)(record.places[buffer]), kind)
-    return builder.gep(first, [context.get_constant(types.intp, place)])
+    kind, offset = record.numbers[name]
+    memory = reading(context, builder, value)(record.places["memory"])
+    memory = builder.inttoptr(memory, context.get_value_type(types.int8).as_pointer())
+    place = builder.gep(memory, [context.get_constant(types.intp, offset)])
+    return builder.bitcast(place, context.get_data_type(kind).as_pointer())
 
 
 @lower_setattr_generic(Record)

@@ -1,16 +1,15 @@
-"""The state of a run, declared once: numbers and arrays by name over one buffer of floats and one of integers.
+"""The state of a run, declared once: numbers and arrays by name, in one piece of memory.
 
 Compiled code and Python read and set them alike: `s.time`, `s.contacts[j, KIND]`. One step and its dense output.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
-from clearance.mechanism.store import COMPILED, types
+from clearance.mechanism.store import COMPILED
 from clearance.stepping.record import Record, packed, reader
-from clearance.stepping.types import DENSE_ROWS, KERNEL, STEP, VECTOR, complex128, float64, inline, int64, shared
+from clearance.stepping.types import DENSE_ROWS, KERNEL, STEP, VECTOR, inline, shared
 
 # columns of `contacts`, the running record of each joint, and of `impacts`, the finished ones
 TOUCHING, SINCE, IMPACT_SPEED, KIND, COORDINATE, CLEARANCE = range(6)
@@ -102,87 +101,77 @@ class Sizes(NamedTuple):
     impacts: int
 
 
-def shapes(n: Sizes) -> dict:
-    """Shapes of a run's arrays: kind of number -> name -> shape."""
-    events = (3 * n.spots,)
-    floats = {
-        "y": (n.size,),
-        "f": (n.size,),  # its rate
-        "work": (n.work,),
-        "scale": (n.size,),  # natural sizes of the states
-        "band": (n.spots,),  # dead band of a touch [m]
-        "contacts": (n.spots, CONTACT_COLUMNS),
-        "peaks": (n.peaks, PEAK_COLUMNS),
-        "best": (n.stretches, n.peaks),  # extremes of finished stretches
-        "when": (n.stretches, n.peaks),
-        "turned": (n.angles, 2),  # angles and rates at the end of the last step
-        "row": (n.outputs,),  # outputs at the end of the last step
-        "look": (n.outputs,),  # outputs inside it
-        "y_new": (n.size,),
-        "f_new": (n.size,),
-        "trial": (n.size,),
-        "before": events,  # penetration, its rate and force of all spots where a step begins
-        "after": events,
-        "probed": events,
-        "inside": events,
-        "dense": (DENSE_ROWS, n.size),
-        "jacobian_rows": (max(n.states**2, 1),),
-        "matrix": (n.scratch + n.states, max(n.size, 1)),
-        "times": (n.rows,),
-        "rows": (n.rows, n.outputs),
-        "log": (n.log, LOG_COLUMNS + n.ledger),
-        "impacts": (n.impacts, IMPACT_COLUMNS),
-    }
-    complexes = {"complexes": (2 * (n.states + 2), max(n.states, 1))}
-    integers = {"ledger": (n.ledger,), "angles": (n.angles, 2)}
-    return {float64: floats, complex128: complexes, int64: integers}
+def layout(n: Sizes) -> np.dtype:
+    """All numbers and arrays of a run, as they stand in memory one after another."""
+    size, outputs, events = (n.size,), (n.outputs,), (3 * n.spots,)
+    arrays = [
+        ("y", float, size),
+        ("f", float, size),  # its rate
+        ("work", float, (n.work,)),
+        ("scale", float, size),  # natural sizes of the states
+        ("band", float, (n.spots,)),  # dead band of a touch [m]
+        ("contacts", float, (n.spots, CONTACT_COLUMNS)),
+        ("peaks", float, (n.peaks, PEAK_COLUMNS)),
+        ("best", float, (n.stretches, n.peaks)),  # extremes of finished stretches
+        ("when", float, (n.stretches, n.peaks)),
+        ("angles", int, (n.angles, 2)),  # places of angles and their rates among the outputs
+        ("turned", float, (n.angles, 2)),  # both at the end of the last step
+        ("ledger", int, (n.ledger,)),  # places of the energies
+        ("row", float, outputs),  # at the end of the last step
+        ("look", float, outputs),  # inside it
+        ("y_new", float, size),
+        ("f_new", float, size),
+        ("trial", float, size),
+        ("before", float, events),  # penetration, its rate and force of all spots where a step begins
+        ("after", float, events),
+        ("probed", float, events),
+        ("inside", float, events),
+        ("dense", float, (DENSE_ROWS, n.size)),
+        ("jacobian_rows", float, (max(n.states**2, 1),)),
+        ("matrix", float, (n.scratch + n.states, max(n.size, 1))),
+        ("complexes", complex, (2 * (n.states + 2), max(n.states, 1))),
+        ("times", float, (n.rows,)),
+        ("rows", float, (n.rows, n.outputs)),
+        ("log", float, (n.log, LOG_COLUMNS + n.ledger)),
+        ("impacts", float, (n.impacts, IMPACT_COLUMNS)),
+    ]
+    return np.dtype([(name, float) for name in FLOATS] + [(name, int) for name in INTEGERS] + arrays)
 
 
-NUMBERS = {"floats": FLOATS, "integers": INTEGERS}
+NUMBERS = {*FLOATS, *INTEGERS}
 FUNCTIONS = {"step": STEP, "interpolant": STEP}
 FUNCTIONS |= dict.fromkeys(("rhs", "jacobian", "events", "commit", "observe"), KERNEL)
-ARRAYS = {
-    name: types.Array(kind, len(shape), "C")
-    for kind, of_kind in shapes(Sizes(*[1] * len(Sizes._fields))).items()
-    for name, shape in of_kind.items()
-}
-STATE = Record(
-    "of a run",
-    {**FUNCTIONS, "par": VECTOR, "floats": VECTOR, "integers": int64[::1], **ARRAYS},
-    {name: (buffer, i) for buffer, names in NUMBERS.items() for i, name in enumerate(names)},
-)
+STATE = Record("of a run", FUNCTIONS | {"par": VECTOR}, layout(Sizes(*[1] * len(Sizes._fields))))
 state_at = reader(STATE)
 
 
 class State:
-    """The state of a run, all zero at first; beside its buffers the functions it calls and the mechanism's numbers."""
+    """The state of a run, all zero at first; beside it the functions it calls and the mechanism's numbers.
+
+    memory: all numbers and arrays in one piece; each is an attribute too.
+    """
 
     def __init__(self, sizes: Sizes):
-        self.sizes, arrays = sizes, shapes(sizes)
-        lengths = {kind: sum(map(math.prod, a.values())) for kind, a in arrays.items()}
-        self.floats = np.zeros(len(FLOATS) + lengths[float64] + 2 * lengths[complex128])
-        self.integers = np.zeros(len(INTEGERS) + lengths[int64], np.int64)
-        complexes = self.floats[-2 * lengths[complex128] :].view(np.complex128)
-        self._cut(self.floats[len(FLOATS) :], arrays[float64])
-        self._cut(complexes, arrays[complex128])
-        self._cut(self.integers[len(INTEGERS) :], arrays[int64])
+        self.sizes, self.memory = sizes, np.zeros((), layout(sizes))
+        vars(self).update({name: self.memory[name] for name in self.memory.dtype.names if name not in NUMBERS})
 
-    def _cut(self, buffer: np.ndarray, arrays: dict[str, tuple]) -> None:
-        """Name the arrays that stand in a buffer one after another."""
-        begin = 0
-        for name, shape in arrays.items():
-            end = begin + math.prod(shape)
-            setattr(self, name, buffer[begin:end].reshape(shape))
-            begin = end
+    def __getattr__(self, name: str):
+        if name not in NUMBERS:
+            raise AttributeError(f"the state of a run has no {name!r}")
+        return self.memory[name][()]
+
+    def __setattr__(self, name: str, value) -> None:
+        if name in NUMBERS:
+            self.memory[name] = value
+        else:
+            super().__setattr__(name, value)
 
     def resized(self, **sizes: int) -> "State":
         """The same numbers and arrays, those that change their size all zero."""
         other = State(self.sizes._replace(**sizes))
-        for name in (*FLOATS, *INTEGERS):
-            setattr(other, name, getattr(self, name))
-        for name in ARRAYS:
-            if getattr(other, name).shape == getattr(self, name).shape:
-                getattr(other, name)[...] = getattr(self, name)
+        for name in other.memory.dtype.names:
+            if other.memory[name].shape == self.memory[name].shape:
+                other.memory[name] = self.memory[name]
         return other
 
     def connect(self, par: np.ndarray, **functions) -> None:
@@ -192,19 +181,8 @@ class State:
 
     @property
     def address(self):
-        """What the compiled loop takes: see record.py; in plain Python the state itself."""
+        """Argument of the compiled loop, see record.py; in plain Python the state itself."""
         return self.words.ctypes.data if COMPILED else self
-
-
-def _number(buffer: str, place: int) -> property:
-    def set_number(state, value):
-        getattr(state, buffer)[place] = value
-
-    return property(lambda state: getattr(state, buffer)[place], set_number)
-
-
-for _name, (_buffer, _place) in STATE.numbers.items():
-    setattr(State, _name, _number(_buffer, _place))
 
 
 @inline
