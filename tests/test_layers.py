@@ -40,8 +40,6 @@ ONLY_IN = {
     "scipy": {
         "clearance.evidence.peers",
         "clearance.film.fem",
-        "clearance.results",
-        "clearance.sweeping.metrics",
         "clearance.sweeping.points",
         "clearance.identify.differences",
         "clearance.identify.estimation",

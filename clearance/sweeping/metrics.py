@@ -387,7 +387,6 @@ def _evenly(record: Record, path: str, window: Window) -> np.ndarray:
     values, time = record.values(path), record.time
     if not record.uneven:
         return values[window.samples]
-    from scipy.interpolate import make_interp_spline
 
     every = record.turn * (time.size - 1) / float(time[-1])
     turns = record.turns_at(window.begin) + np.arange(math.floor(window.turns * every * (1.0 + ROUNDING)) + 1) / every
