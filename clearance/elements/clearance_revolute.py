@@ -109,7 +109,8 @@ class ClearanceRevolute(Joint):
             raise ValueError(
                 f"{label}: heat needs a formula or a table without ambient pressure, got {self.film.law.name}"
             )
-        if self.heat is not None and self.heat.to is not None and not isinstance(self.heat.to, ThermalNode):
+        node = self.heat and self.heat.to
+        if node is not None and not isinstance(node, ThermalNode):
             raise ValueError(f"{label}: heat balance: to must be a ThermalNode, got {self.heat.to!r}")
         if self.film is not None and self.contact is not None and self.transition is None:
             raise ValueError(f"{label}: film and contact together need a transition model, such as load_sharing()")
@@ -166,7 +167,8 @@ class ClearanceRevolute(Joint):
         return f"eccentricity ratio {math.hypot(*states.values()) / self.clearance:.9f}"
 
     def companions(self) -> dict:
-        return {"thermal node": self.heat.to} if self.heat is not None and self.heat.to is not None else {}
+        node = self.heat and self.heat.to
+        return {} if node is None else {"thermal node": node}
 
     # --- what the compiler asks
     def states(self) -> list[State]:

@@ -20,7 +20,7 @@ EFFORTS = (effort, drive_state)
 SHOWN = {
     "voltage": ("V", "voltage at the motor"),
     "electric_power": ("W", "electric power that the motor takes"),
-    "efficiency": ("1", "power at the shaft over it and the winding's loss, 0 where the motor brakes"),
+    "efficiency": ("1", "power at the shaft over it and the winding's loss, 0 where it brakes"),
 }
 
 
@@ -31,11 +31,13 @@ class Drive(Load):
 
     target: a Body, a Revolute (angle of b against a) or a Prismatic (displacement of b along the axis).
     Exactly one of: speed, constant [rad/s or m/s]; motion, a `signal` law giving the coordinate over time [rad or m];
-    torque or force, a number or an `effort` law (time, position, rate) [N m or N], or a `drive_state` law, whose state
-    starts at 0.
+    torque or force, a number or an `effort` law (time, position, rate) [N m or N], or a
+    `drive_state` law, whose state starts at 0.
     start: the coordinate at t = 0 [rad or m] (default: that of the rough start); for a torque or force, speed_start is
-    the rate at t = 0. nominal: speed [rad/s] of a rotating drive without a constant one, for what is counted in turns:
-    the length of runs and their samples, in turns at this speed; metrics and pictures, in turns of the angle itself.
+    the rate at t = 0.
+    nominal: speed [rad/s] of a rotating drive without a constant one, for what is counted in turns:
+    the length of runs and their samples are those of this speed, metrics and pictures count turns
+    of the angle itself.
     """
 
     target: Body | Revolute | Prismatic
@@ -73,9 +75,10 @@ class Drive(Load):
             return
         if self.slides or self.speed is not None:
             other = "that slides" if self.slides else "with a constant speed"
-            raise ValueError(f"{self.label()}: nominal={self.nominal!r}: a drive {other} takes no nominal speed")
+            reason = f"a drive {other} takes no nominal speed"
+            raise ValueError(f"{self.label()}: nominal={self.nominal!r}: {reason}")
         if self.nominal == 0.0:
-            raise ValueError(f"{self.label()}: nominal must not be 0; leave it out where nothing turns evenly")
+            raise ValueError(f"{self.label()}: nominal must not be 0; leave it out instead")
 
     @property
     def kind(self) -> str:
@@ -149,7 +152,10 @@ class Drive(Load):
             return
         coordinate = m.coordinate(self.target)
         state = [m.time, coordinate.v, coordinate.d]
-        effort = self._controlled(m, w, state) if self.controller else m.amount(self, self.effort_kind, state)
+        if self.controller:
+            effort = self._controlled(m, w, state)
+        else:
+            effort = m.amount(self, self.effort_kind, state)
         w.on(self.target, effort)
         w.drive(self, effort, coordinate.d)
 

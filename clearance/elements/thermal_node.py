@@ -15,22 +15,24 @@ SURROUNDINGS = 313.15  # temperature of the surroundings where none is given [K]
 @checks.answers
 @dataclass(frozen=True)
 class ThermalNode(Load):
-    """A body of one temperature, such as a housing or a sump, which joints heat and the surroundings cool.
+    """A body of one temperature, such as a housing or a sump: joints heat it, surroundings cool it.
 
     C T' = sum of what flows in - h (T - T_s)   [W]
 
-    name; capacity C [J/K]; conductance h [W/K] to the surroundings at T_s [K] (default 313.15), or to
-    another node `to`, which takes what flows and whose temperature is T_s; start: temperature at t = 0 [K]
-    (default that of the surroundings of the last node in the row). Joints heat a node by
+    name; capacity C [J/K]; conductance h [W/K] to the surroundings at T_s [K] (default 313.15), or
+    to another node `to`, which takes what flows and whose temperature is T_s; start: temperature at
+    t = 0 [K] (default that of the surroundings of the last node in the row). Joints heat a node by
     `heat=HeatBalance(..., to=node)`. Nodes make a linear network.
-    Raises ValueError for a capacity that is not positive, a negative conductance, and for surroundings
-    beside `to`.
-    Source: lumped capacities, Incropera and DeWitt, Fundamentals of Heat and Mass Transfer, sec. 5.1.
+    Raises ValueError for a capacity that is not positive, a negative conductance, and for
+    surroundings beside `to`.
+    Source: lumped capacities: Incropera and DeWitt, Fundamentals of Heat and Mass Transfer, 5.1.
     """
 
     name: str
     capacity: float = number("heat capacity [J/K]", checks.positive, required=True, default=None)
-    conductance: float = number("conductance [W/K]", checks.non_negative, required=True, default=None)
+    conductance: float = number(
+        "conductance [W/K]", checks.non_negative, required=True, default=None
+    )
     surroundings: float | None = number(
         "temperature of the surroundings [K]", checks.positive, None, parameter=False
     )
@@ -44,7 +46,9 @@ class ThermalNode(Load):
         if self.to is not None and not isinstance(self.to, ThermalNode):
             raise TypeError(f"{self.label()}: to must be a ThermalNode, got {self.to!r}")
         if self.to is not None and self.surroundings is not None:
-            raise ValueError(f"{self.label()}: surroundings beside to={self.to.name}: give one of them")
+            raise ValueError(
+                f"{self.label()}: surroundings beside to={self.to.name}: give one of them"
+            )
 
     def companions(self) -> dict:
         return {} if self.to is None else {"node": self.to}
@@ -54,7 +58,7 @@ class ThermalNode(Load):
 
     @property
     def cold(self) -> float:
-        """Temperature [K] that warming is counted from: of the surroundings, or of those of the last node."""
+        """Temperature [K] that warming is counted from: of the surroundings of the last node."""
         if self.to is not None:
             return self.to.cold
         return SURROUNDINGS if self.surroundings is None else self.surroundings

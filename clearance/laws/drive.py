@@ -33,9 +33,9 @@ def motor_line(time, position, rate, stall, no_load):
 def kloss(time, position, rate, breakdown, slip, synchronous):
     """T = 2 T_b s s_b / (s^2 + s_b^2) sign(w_s), s = 1 - w / w_s [N m]: an induction motor's curve.
 
-    breakdown T_b [N m], the largest torque; slip s_b at which it stands [-]; synchronous w_s [rad/s],
-    whose sign is the way it turns. Quasi-static, without the stator's resistance. Beyond w_s it
-    brakes with the same curve. Near w_s it is a line with the stall torque 2 T_b / s_b.
+    breakdown T_b [N m], the largest torque; slip s_b at which it stands [-]; synchronous speed w_s
+    [rad/s], whose sign is the way it turns. Quasi-static, without the stator's resistance. Beyond
+    w_s it brakes with the same curve. Near w_s it is a line with the stall torque 2 T_b / s_b.
     Raises ValueError for numbers that are not positive and a synchronous speed of 0.
     Source: Kloss, Archiv fuer Elektrotechnik 5 (1917) 59.
     """
@@ -50,9 +50,8 @@ def pi_speed(state, time, position, rate, proportional, integral, speed, limit=0
 
     proportional K_p [N m s/rad]; integral K_i [N m/rad]; speed w_0 [rad/s], reached by w_r in a
     straight ramp of run_up [s] (0: at once); limit of the torque [N m] (0: none). The state z [rad]
-    is the integral of the error, z' = w_r - w + (T - T*) / K_p where T* is the torque without limit:
-    back-calculation, which lets z follow a limited torque within K_p / K_i. As the voltage of a Motor
-    the gains are in V s/rad and V/rad, the limit in V.
+    is the integral of the error, z' = w_r - w + (T - T*) / K_p, where T* is the torque without
+    limit: back-calculation, which lets z follow a limited torque within K_p / K_i.
     Without integral it is `motor_line` with stall K_p w_0 and no load w_0.
     Raises ValueError for a proportional gain that is not positive and other negative numbers.
     Source: Astroem and Haegglund, Advanced PID Control, ISA 2006, sec. 3.5.
@@ -66,7 +65,7 @@ def pi_speed(state, time, position, rate, proportional, integral, speed, limit=0
     return error, wanted
 
 
-pi_speed.own_state = "integral", "rad", "integral of the error of the speed, less what the limit keeps out"
+pi_speed.own_state = "integral", "rad", "integral of the speed's error, as the limit lets it"
 
 
 @drive_state(
@@ -76,15 +75,13 @@ pi_speed.own_state = "integral", "rad", "integral of the error of the speed, les
     constant=positive,
     run_up=non_negative,
 )
-def dc_motor(
-    state, time, position, rate, voltage, resistance, inductance, constant, run_up=0.0
-):
+def dc_motor(state, time, position, rate, voltage, resistance, inductance, constant, run_up=0.0):
     """T = k i, L i' = V - R i - k w [N m]: a motor of direct current with permanent magnets.
 
     voltage V [V], which comes in a straight ramp of run_up [s] (0: at once); resistance R [Ohm];
-    inductance L [H]; constant k [N m/A = V s/rad]. The state is the current i [A], from 0 at the start.
-    Its electric time constant is L / R; for L -> 0 it is `motor_line` with stall k V / R and no load
-    V / k. Iron losses and the brushes' drop are left out.
+    inductance L [H]; constant k [N m/A = V s/rad]. The state is the current i [A], at first 0.
+    Its electric time constant is L / R; for L -> 0 it is `motor_line` with stall k V / R and no
+    load V / k. Iron losses and the brushes' drop are left out.
     Raises ValueError for numbers that are not positive and a voltage of 0.
     Source: Leonhard, Control of Electrical Drives, 3rd ed., Springer 2001, ch. 5.
     """
@@ -96,16 +93,12 @@ dc_motor.own_state = "current", "A", "current"
 dc_motor.size = lambda values: abs(values["voltage"]) / values["resistance"]
 
 
-def motor_voltage(
-    state, time, position, rate, voltage, resistance, inductance, constant, run_up
-):
+def motor_voltage(state, time, position, rate, voltage, resistance, inductance, constant, run_up):
     """Voltage at the motor [V]."""
     return voltage * (time / run_up if time < run_up else 1.0)
 
 
-def electric_power(
-    state, time, position, rate, voltage, resistance, inductance, constant, run_up
-):
+def electric_power(state, time, position, rate, voltage, resistance, inductance, constant, run_up):
     """Electric power that the motor takes, V i [W]."""
     return voltage * (time / run_up if time < run_up else 1.0) * state
 
