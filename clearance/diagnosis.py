@@ -75,16 +75,13 @@ class Diagnosis:
         for joint, source in mechanism.sources.items():
             if isinstance(source, Answerer) and source.failure is not None:
                 return f"at t = {state.time:.9g} s: {joint.label()}: its film: {source.failure}"
-        joints, ended = mechanism.scene.clearance_joints, state.failed_joint
-        thin = [
-            i for i, j in enumerate(joints)
-            if j.contact is None and j in mechanism.eccentric and self.run.film_left(j) < THIN
-        ]  # fmt: skip
-        if code == status.STEP_TOO_SMALL and thin:
-            code, ended = status.FILM_LEFT, thin[0]
-        reason = status.MESSAGES[code]
-        if code == status.FILM_LEFT:
-            reason = f"joint {joints[ended].name}: {reason}"
+        ended = mechanism.spots[state.failed_joint][0] if code == status.FILM_LEFT else None
+        if code == status.STEP_TOO_SMALL:
+            moving = (j for j in mechanism.eccentric if j.contact is None)
+            ended = next((j for j in moving if self.run.film_left(j) < THIN), None)
+        if ended:
+            code = status.FILM_LEFT
+        reason = f"{f'joint {ended.name}: ' if ended else ''}{status.MESSAGES[code]}"
         if code in (status.STEP_TOO_SMALL, status.NOT_FINITE):
             if lost := self._lost(state.time, state.time + state.longest_step):
                 return lost

@@ -25,19 +25,20 @@ from clearance.stepping import status
 from clearance.stepping.state import (
     CLEARANCE,
     COORDINATE,
+    FUNCTIONS,
     IMPACT_SPEED,
+    KERNELS,
     KIND,
     PEAKS,
     PULL,
     RATE_X,
     RATE_Y,
     SINCE,
+    STEPPER,
     TOUCHING,
     VALUE,
-    Sizes,
     State,
 )
-from clearance.stepping.types import KERNEL, STEP
 from clearance.watched import Watched
 
 LOG = logging.getLogger("clearance")
@@ -81,12 +82,18 @@ class Run:
         """The state at the start, without a stepper."""
         mechanism, size, span, solver = self.mechanism, self.mechanism.y0.size, self.span, self.solver
         states, layout = mechanism.size or size, mechanism.layout
-        sizes = Sizes(
-            size=size, states=states, work=mechanism.work0.size + 1, spots=len(mechanism.spots), scratch=0,
-            outputs=len(layout.channels) if self.outputs else size, rows=ROWS, log=LOG_ROWS, impacts=IMPACT_ROWS,
+        state = State(
+            size=size,
+            states=states,
+            work=mechanism.work0.size + 1,
+            spots=len(mechanism.spots),
+            outputs=len(layout.channels) if self.outputs else size,
+            scratch=0,
+            rows=ROWS,
+            log=LOG_ROWS,
+            impacts=IMPACT_ROWS,
             **self.watched.sizes,
-        )  # fmt: skip
-        state = State(sizes)
+        )
         state.y[...], state.work[:-1] = mechanism.y0, mechanism.work0
         state.states, state.coordinates = states, mechanism.coordinates
         state.rtol, state.newton_tolerance = solver.rtol, NEWTON_TOLERANCE
@@ -116,17 +123,16 @@ class Run:
         if not self.outputs:
             self.roles.remove("observe")
         # the loop takes a kernel for every role; one that is not needed is never called, so any will do
-        order = ("rhs", "jacobian", "events", "commit", "observe")
-        kernels = {role: mechanism.kernel(role if role in self.roles else "rhs") for role in order}
+        functions = {role: mechanism.kernel(role if role in self.roles else "rhs") for role in KERNELS}
+        functions |= {name: getattr(stepper, name) for name in STEPPER}
         if not self.outputs:
-            kernels["observe"] = self.loop.copy_state
-        self.functions = {n: store.address(getattr(stepper, n), STEP) for n in ("step", "interpolant")}
-        self.functions |= {n: store.address(k, KERNEL) for n, k in kernels.items()}
+            functions["observe"] = self.loop.copy_state
+        self.functions = {name: store.address(f, FUNCTIONS[name]) for name, f in functions.items()}
         self.resize(scratch=stepper.ROWS)
         self.state.order = stepper.ORDER
 
     def resize(self, **sizes: int) -> None:
-        """Give arrays other lengths, see `stepping.state.Sizes`."""
+        """Give arrays other lengths, see `stepping.state.layout`."""
         self.state = self.state.resized(**sizes)
         self.state.connect(self.mechanism.par, **self.functions)
 

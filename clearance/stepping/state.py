@@ -3,7 +3,7 @@
 Compiled code and Python read and set them alike: `s.time`, `s.contacts[j, KIND]`. One step and its dense output.
 """
 
-from typing import NamedTuple
+from inspect import signature
 
 import numpy as np
 
@@ -83,65 +83,53 @@ INTEGERS = (
 )
 
 
-class Sizes(NamedTuple):
-    """Lengths of a run's arrays."""
+def layout(
+    *, size, states, work, spots, outputs, ledger, angles, peaks, stretches, scratch, rows, log, impacts
+) -> np.dtype:
+    """All numbers and arrays of a run, as they stand in memory one after another.
 
-    size: int  # states and energy integrals
-    states: int
-    work: int
-    spots: int
-    outputs: int
-    ledger: int  # energies that are logged at the end of each step
-    angles: int
-    peaks: int
-    stretches: int
-    scratch: int  # rows of the stepper's scratch
-    rows: int  # samples, steps and contacts held between two pieces of output
-    log: int
-    impacts: int
-
-
-def layout(n: Sizes) -> np.dtype:
-    """All numbers and arrays of a run, as they stand in memory one after another."""
-    size, outputs, events = (n.size,), (n.outputs,), (3 * n.spots,)
+    size: states and energy integrals; ledger: energies logged at the end of each step; peaks: watched quantities;
+    scratch: rows of the stepper's scratch; rows, log, impacts: samples, steps and contacts of one piece of output.
+    """
+    events = (3 * spots,)
     arrays = [
-        ("y", float, size),
-        ("f", float, size),  # its rate
-        ("work", float, (n.work,)),
-        ("scale", float, size),  # natural sizes of the states
-        ("band", float, (n.spots,)),  # dead band of a touch [m]
-        ("contacts", float, (n.spots, CONTACT_COLUMNS)),
-        ("peaks", float, (n.peaks, PEAK_COLUMNS)),
-        ("best", float, (n.stretches, n.peaks)),  # extremes of finished stretches
-        ("when", float, (n.stretches, n.peaks)),
-        ("angles", int, (n.angles, 2)),  # places of angles and their rates among the outputs
-        ("turned", float, (n.angles, 2)),  # both at the end of the last step
-        ("ledger", int, (n.ledger,)),  # places of the energies
-        ("row", float, outputs),  # at the end of the last step
-        ("look", float, outputs),  # inside it
-        ("y_new", float, size),
-        ("f_new", float, size),
-        ("trial", float, size),
+        ("y", float, (size,)),
+        ("f", float, (size,)),  # its rate
+        ("work", float, (work,)),
+        ("scale", float, (size,)),  # natural sizes of the states
+        ("band", float, (spots,)),  # dead band of a touch [m]
+        ("contacts", float, (spots, CONTACT_COLUMNS)),
+        ("peaks", float, (peaks, PEAK_COLUMNS)),
+        ("best", float, (stretches, peaks)),  # extremes of finished stretches
+        ("when", float, (stretches, peaks)),
+        ("angles", int, (angles, 2)),  # places of angles and their rates among the outputs
+        ("turned", float, (angles, 2)),  # both at the end of the last step
+        ("ledger", int, (ledger,)),  # places of the energies
+        ("row", float, (outputs,)),  # at the end of the last step
+        ("look", float, (outputs,)),  # inside it
+        ("y_new", float, (size,)),
+        ("f_new", float, (size,)),
+        ("trial", float, (size,)),
         ("before", float, events),  # penetration, its rate and force of all spots where a step begins
         ("after", float, events),
         ("probed", float, events),
         ("inside", float, events),
-        ("dense", float, (DENSE_ROWS, n.size)),
-        ("jacobian_rows", float, (max(n.states**2, 1),)),
-        ("matrix", float, (n.scratch + n.states, max(n.size, 1))),
-        ("complexes", complex, (2 * (n.states + 2), max(n.states, 1))),
-        ("times", float, (n.rows,)),
-        ("rows", float, (n.rows, n.outputs)),
-        ("log", float, (n.log, LOG_COLUMNS + n.ledger)),
-        ("impacts", float, (n.impacts, IMPACT_COLUMNS)),
+        ("dense", float, (DENSE_ROWS, size)),
+        ("jacobian_rows", float, (max(states**2, 1),)),
+        ("matrix", float, (scratch + states, max(size, 1))),
+        ("complexes", complex, (2 * (states + 2), max(states, 1))),
+        ("times", float, (rows,)),
+        ("rows", float, (rows, outputs)),
+        ("log", float, (log, LOG_COLUMNS + ledger)),
+        ("impacts", float, (impacts, IMPACT_COLUMNS)),
     ]
     return np.dtype([(name, float) for name in FLOATS] + [(name, int) for name in INTEGERS] + arrays)
 
 
 NUMBERS = {*FLOATS, *INTEGERS}
-FUNCTIONS = {"step": STEP, "interpolant": STEP}
-FUNCTIONS |= dict.fromkeys(("rhs", "jacobian", "events", "commit", "observe"), KERNEL)
-STATE = Record("of a run", FUNCTIONS | {"par": VECTOR}, layout(Sizes(*[1] * len(Sizes._fields))))
+STEPPER, KERNELS = ("step", "interpolant"), ("rhs", "jacobian", "events", "commit", "observe")
+FUNCTIONS = dict.fromkeys(STEPPER, STEP) | dict.fromkeys(KERNELS, KERNEL)
+STATE = Record("of a run", FUNCTIONS | {"par": VECTOR}, layout(**dict.fromkeys(signature(layout).parameters, 1)))
 state_at = reader(STATE)
 
 
@@ -151,8 +139,8 @@ class State:
     memory: all numbers and arrays in one piece; each is an attribute too.
     """
 
-    def __init__(self, sizes: Sizes):
-        self.sizes, self.memory = sizes, np.zeros((), layout(sizes))
+    def __init__(self, **sizes: int):
+        self.sizes, self.memory = sizes, np.zeros((), layout(**sizes))
         vars(self).update({name: self.memory[name] for name in self.memory.dtype.names if name not in NUMBERS})
 
     def __getattr__(self, name: str):
@@ -168,7 +156,7 @@ class State:
 
     def resized(self, **sizes: int) -> "State":
         """The same numbers and arrays, those that change their size all zero."""
-        other = State(self.sizes._replace(**sizes))
+        other = State(**self.sizes | sizes)
         for name in other.memory.dtype.names:
             if other.memory[name].shape == self.memory[name].shape:
                 other.memory[name] = self.memory[name]

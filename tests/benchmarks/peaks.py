@@ -67,7 +67,7 @@ def loop_time(scene: cl.Scene, turns: int, looks: str) -> tuple[float, int]:
     run = prepare(scene, turns=turns)
     if looks != "located":
         run.state.contacts[:, PEAKS] = -1
-        run.resize(peaks=0, ledger=run.state.sizes.ledger if looks == "step ends" else 0)
+        run.resize(peaks=0, ledger=run.state.sizes["ledger"] if looks == "step ends" else 0)
         run.state.watched = looks == "step ends"
     advance(run)
     return run.wall, int(run.state.steps)
