@@ -60,6 +60,10 @@ class Run:
     def __init__(self, mechanism: Mechanism, span: Span, solver: Solver | None = None, outputs: bool = True):
         self.mechanism, self.span, self.solver, self.outputs = mechanism, span, solver or Solver(), outputs
         self.method, self.reason = choose_method(mechanism, self.solver.method, self.solver.rtol)
+        online = [s for s in mechanism.sources.values() if isinstance(s, Answerer)]
+        for source in online:
+            source.reset()
+        self.budget = SLOW_BUDGET if online else BUDGET
         self.loop = import_module("clearance.stepping.loop")
         self.watched = Watched(mechanism, span.until, outputs)
         self.state = self._new_state()
@@ -70,10 +74,6 @@ class Run:
         self.changes: list[tuple[float, dict[str, float]]] = []  # times and changes so far
         self.wall, self.cpu, self.contact_count, self.code = 0.0, 0.0, 0, status.RUNNING
         self.started = "as the scene says"
-        online = [s for s in mechanism.sources.values() if isinstance(s, Answerer)]
-        for source in online:
-            source.reset()
-        self.budget = SLOW_BUDGET if online else BUDGET
 
     def _new_state(self) -> State:
         """The state at the start, without a stepper."""
