@@ -61,6 +61,10 @@ class Run:
     def __init__(self, mechanism: Mechanism, span: Span, solver: Solver | None = None, outputs: bool = True):
         self.mechanism, self.span, self.solver, self.outputs = mechanism, span, solver or Solver(), outputs
         self.method, self.reason = choose_method(mechanism, self.solver.method, self.solver.rtol)
+        online = [s for s in mechanism.sources.values() if isinstance(s, Answerer)]
+        for source in online:
+            source.reset()
+        self.budget = SLOW_BUDGET if online else BUDGET
         self.loop = import_module("clearance.stepping.loop")
         self.watched = Watched(mechanism, span.until, outputs)
         self.state = self._new_state()
@@ -73,10 +77,6 @@ class Run:
         self.started = "as the scene says"
         self.opened: tuple[str, ...] = ()  # joints with clearance whose loops are opened, see `build`
         self.dead_centre: DeadCentre | None = None  # of a loop, once the run has failed there
-        online = [s for s in mechanism.sources.values() if isinstance(s, Answerer)]
-        for source in online:
-            source.reset()
-        self.budget = SLOW_BUDGET if online else BUDGET
 
     def _new_state(self) -> State:
         """The state at the start, without a stepper."""
