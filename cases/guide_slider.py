@@ -38,8 +38,7 @@ def scene(
     joints: joints with clearance, a comma list of A B C guide [-]
     hinge_clearance: radial clearance of the hinges among them [m]
     model: ideal or dry [-]
-    contact: law of corners (and hinges), as hertz(stiffness=1e8); auto: lankarani_nikravesh,
-    corners of 1 mm radius [-]
+    contact: law of corners (and hinges), as hertz(stiffness=1e8), or auto: lankarani_nikravesh by the radii [-]
     restitution: coefficient of restitution of the contact [-]
     friction: friction law: none, coulomb, stribeck, lugre, ... [-]
     friction_coefficient: coefficient of friction [-]

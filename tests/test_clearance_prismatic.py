@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 import clearance as cl
-from clearance.evidence.variants import idealised, rebuilt
+from clearance.evidence.variants import idealised
 from clearance.mechanism.build import build
 from clearance.sweeping.metrics import metrics
 from tests import mechanisms as m
@@ -49,7 +49,7 @@ def loosened(scene, **more):
             **more,
         )
 
-    return rebuilt(scene, joint=joint)
+    return scene.rebuilt(element=joint)
 
 
 MOVING = {"RPR on a swinging guide": m.inverted_slider, "RRP, the slider as body a": m.moving_guide}

@@ -151,7 +151,7 @@ def test_the_law_is_new():
 
 def test_the_page_stays_short():
     assert len(TEXT.splitlines()) <= 225
-    assert max(map(len, TEXT.splitlines())) <= 140
-    assert len(FENCED.findall(TEXT)) == 4
+    assert max(map(len, TEXT.splitlines())) <= 160
+    assert len(FENCED.findall(TEXT)) == 6
     assert len(LINE.findall(TEXT)) == 5
-    assert len(COMMANDS) == 3
+    assert len(COMMANDS) == 4
