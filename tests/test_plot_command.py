@@ -19,7 +19,9 @@ RPM = np.pi / 30.0
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A dry and a lubricated run of two turns, one that kept little, one with joint friction, a grid and samples."""
+    """A dry and a lubricated run of two turns, one that kept little, two with joint friction and with a slide that has
+    clearance, a grid and samples.
+    """
     folder = tmp_path_factory.mktemp("plots")
     for model in ("dry", "lubricated"):
         scene = cl.load_case("slider_crank", model=model, speed=RPM * 1000.0, clearance=5e-4)
@@ -27,6 +29,7 @@ def folder(tmp_path_factory):
     pin = cl.Revolute(cl.ground, cl.Body("arm", 1.0, 0.01, com=(0.1, 0.0)), name="pin", pin_radius=0.01,
                       friction=joint_coulomb(coefficient=0.1))  # fmt: skip
     cl.inverse_dynamics(cl.Scene(pin, cl.Drive(pin, speed=3.0)), turns=1.0, path=folder / "rubbing.h5")
+    cl.simulate(cl.load_case("guide_slider"), until=0.01, samples=101, path=folder / "guided.h5")
     scene = cl.load_case("slider_crank", model="dry")
     cl.simulate(scene, turns=1.0, samples_per_turn=20, path=folder / "little.h5", channels=["bodies/slider"])
     options = {"turns": 2.0, "samples_per_turn": 40, "rtol": 1e-5, "workers": 1}
@@ -46,7 +49,7 @@ def size(path) -> int:
 
 @pytest.mark.parametrize("kind", sorted(set(plot.OF_RUNS) - {"pressure"}))
 def test_pictures_of_a_run(kind, folder, tmp_path, capsys):
-    shutil.copy(folder / ("rubbing.h5" if kind == "friction" else "dry.h5"), tmp_path / "dry.h5")
+    shutil.copy(folder / {"friction": "rubbing.h5", "guide": "guided.h5"}.get(kind, "dry.h5"), tmp_path / "dry.h5")
     more = ["--frames", 5] if kind == "animation" else []
     status, text, err = run("plot", tmp_path / "dry.h5", kind, *more, "--json", capsys=capsys)
     assert (status, err) == (0, "")
