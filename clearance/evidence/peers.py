@@ -15,6 +15,7 @@ from functools import partial
 import numpy as np
 
 from clearance.evidence.problem import NotSolved, Problem, Solution
+from clearance.mechanism import store
 
 BIGGEST_STEP = 1.0 / 96.0  # of a turn, where contacts must not be jumped over
 FIRST_STEP = 1e-7  # of a turn, after a contact event: a longer one could jump over the whole contact
@@ -215,7 +216,8 @@ class NumbaLsoda:
         if problem.remembers:
             raise NotSolved("no events: it cannot do a law that remembers the impact speed")
         m = problem.mechanism
-        rhs, size, numbers, works = m.kernel("rhs"), m.y0.size, m.par.size, problem.work().size
+        place, kernel_at = store.address(m.kernel("rhs"), store.KERNEL), store.caller(store.KERNEL)
+        size, numbers, works = m.y0.size, m.par.size, problem.work().size
         inputs = numbers + works
 
         @numba.cfunc(numbalsoda.lsoda_sig)
@@ -225,7 +227,7 @@ class NumbaLsoda:
             sizes, y, f = own[inputs : inputs + size], own[inputs + size : inputs + 2 * size], own[inputs + 2 * size :]
             for i in range(size):
                 y[i] = scaled[i] * sizes[i]
-            rhs(t, y, own[:numbers], own[numbers:inputs], f)
+            kernel_at(place)(t, y, own[:numbers], own[numbers:inputs], f)
             for i in range(size):
                 rates[i] = f[i] / sizes[i]
 
