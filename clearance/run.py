@@ -1,5 +1,6 @@
 """A run: its state and the calls that advance it."""
 
+import json
 import logging
 import math
 import time as clock_of_the_wall
@@ -370,6 +371,9 @@ class Run:
         summary = self._summary(wall) | {"energy_residual_share": recorder.residual_share()}
         for joint, source in self.mechanism.sources.items():
             recorder.know(f"joints/{joint.name}", **source.facts())
+        if self.changes:
+            times, changes = zip(*self.changes, strict=True)
+            recorder.know("changes", times=np.array(times), numbers=[json.dumps(c, sort_keys=True) for c in changes])
         recorder.know("state", **end_state(self.mechanism, state.y, state.work, state.time))
         recorder.close(finished, summary, recording.diagnosis.warnings(), self.extremes)
 

@@ -315,6 +315,8 @@ def _joint(page: Page, run: Result, joint: str) -> list[Markup]:
         draw = _needing(run, [f"{group}/{c}" for c in ("offset", "tilt")], partial(guides, run, joints=joint))
         said = f"The block in guide {joint}, its offset and tilt, and what it touches with"
         return [*parts, page.picture(draw, said, run.time.size), *_contacts(page, run, joint)]
+    if described["type"] != "ClearanceRevolute":
+        return [*parts, *_contacts(page, run, joint)]
     mixed = described["transition"]
     channels = ["eccentricity_x", "eccentricity_y", *(sorted(plots.OF_STATES) if mixed else [])]
     draw = _needing(run, [f"{group}/{c}" for c in channels], partial(plots.orbits, run, joints=joint))

@@ -103,6 +103,25 @@ def test_a_pin_bounces_between_the_walls_as_its_law_delivers():
     np.testing.assert_allclose(speeds[1:] / speeds[:-1], cl.delivered_restitution(chi), atol=1e-3)
 
 
+def test_a_pin_takes_its_stiffness_from_its_material():
+    """Hertz's of a ball on a plane, 4/3 E* sqrt(r), where the law leaves it to the joint."""
+    block = cl.Body("block", 0.5, 1e-4)
+    law = cl.lankarani_nikravesh(restitution=0.9)
+    slot = cl.ClearancePinSlot(cl.ground, block, 0.01, 1e-3, contact=law, name="S")
+    modulus = 207e9 / (2.0 * (1.0 - 0.3**2))
+    assert slot.contact.values["stiffness"] == pytest.approx(4.0 / 3.0 * modulus * math.sqrt(0.01), rel=1e-12)
+    run = cl.simulate(cl.Scene(cl.ClearancePinSlot(cl.ground, block, 0.01, 1e-3, contact=cl.hertz())), until=0.01)
+    assert run.complete
+
+
+def test_joints_without_an_order_of_solution_are_refused():
+    """A body in two slots: both leave two coordinates free, and nothing places it."""
+    body = cl.Body("body", 1.0, 1e-2, points={"p": (-0.1, 0.0), "q": (0.1, 0.0)})
+    across = cl.PinSlot(cl.ground, body["q"], axis=(0.0, 1.0), name="v")
+    with pytest.raises(ValueError, match="joint v: no order of solution has a place for it"):
+        build(cl.Scene(cl.PinSlot(cl.ground, body["p"], name="h"), across))
+
+
 def test_a_follower_force_turns_with_its_body():
     """At right angles to a pinned rod it is a constant torque: angle F l t^2 / (2 I), to 1e-9."""
     rod = cl.Body("rod", 1.0, 0.01, points={"pin": (-0.1, 0.0), "end": (0.1, 0.0)})

@@ -54,7 +54,7 @@ class Drive(Load):
 
     def __post_init__(self):
         target = self.target
-        driven = isinstance(target, Body) or isinstance(target, Joint) and len(target.free) == 1 and not target.soft
+        driven = isinstance(target, Body) or isinstance(target, Joint) and target.driven is not None
         if not driven or target is ground:
             raise TypeError(f"Drive: target must be a body, a Revolute or a Prismatic joint, got {target!r}")
         super().__post_init__()
@@ -145,7 +145,11 @@ class Drive(Load):
             return []
         law = controller.law
         size = law.size(controller.values) if law.size else 1.0
-        return [State(*law.own_state[:2], size, order=1)]
+        return [State(law.own_state[0], self._unit(law.own_state[1]), size, order=1)]
+
+    def _unit(self, unit: str) -> str:
+        """A unit of angles, for a drive of displacements one of lengths."""
+        return unit.replace("rad", "m") if self.slides else unit
 
     def act(self, m, w) -> None:
         if self.prescribes:
@@ -165,7 +169,7 @@ class Drive(Load):
         state = [m.state(self, name).v, *state]
         rate, effort = m.law(self, self.effort_kind, state)
         w.rate(self, name, rate)
-        w.show(self, name, unit, text, state[0])
+        w.show(self, name, self._unit(unit), text, state[0])
         for shown, value in m.shown(self, self.effort_kind, state).items():
             w.show(self, shown, *SHOWN[shown], value)
         return effort

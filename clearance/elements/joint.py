@@ -5,7 +5,7 @@ from dataclasses import Field, dataclass, fields
 
 from clearance import checks
 from clearance.body import Body, Point
-from clearance.elements.element import Element
+from clearance.elements.element import CONTACT, Element
 from clearance.laws.law import BoundLaw
 from clearance.quantities import UNIT, number
 
@@ -48,8 +48,6 @@ class Joint(Element):
     across: Known | str = CLOSED
     turn: Known | str = CLOSED
     turns = False
-    #: what a kind of joint may have; None where it takes none
-    contact = friction = film = asperity = transition = heat = roughness = None
     #: True where it takes axial forces and bending moments
     carries_across = False
     #: what only some joints have, see their fields
@@ -57,7 +55,7 @@ class Joint(Element):
     film = None
     friction = None
     roughness = None
-    transition = None
+    transition = asperity = heat = None
     arms: tuple[str, ...] = ()
 
     def __post_init__(self):
@@ -75,6 +73,17 @@ class Joint(Element):
     def bodies(self) -> tuple[Body, Body]:
         """The two bodies it joins."""
         return self.a.body, self.b.body
+
+    @property
+    def driven(self) -> str | None:
+        """The coordinate that a drive moves: the only free one, a turn or a displacement along the axis."""
+        one = self.free == (TURN,) or self.free == (ALONG,) and self.turns
+        return self.free[0] if one and not self.soft else None
+
+    @property
+    def impacts(self) -> bool:
+        """True where its contact starts with a first touch."""
+        return any(spot.kind == CONTACT for spot in self.spots())
 
     def side(self, body: Body) -> str:
         """"b" or "a": the side that a body stands on."""

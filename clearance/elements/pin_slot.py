@@ -1,12 +1,15 @@
 """A pin in a straight slot, without clearance and with it."""
 
+import math
 from dataclasses import dataclass
 
 from clearance import checks
 from clearance.body import Point
+from clearance.elements.clearance_prismatic import Surfaces
 from clearance.elements.element import CONTACT, Spot, State
 from clearance.elements.joint import FREE, Joint, Known, axis_field
 from clearance.laws.law import BoundLaw, contact, friction
+from clearance.materials import Material, steel
 from clearance.quantities import law, number
 
 #: the walls of the slot: name, and side of the axis
@@ -35,7 +38,8 @@ class ClearancePinSlot(Joint):
     """A pin (on b, about its point b) in a wider slot (on a, along `axis` through point a): two walls.
 
     radius of the pin [m]; clearance: half the width of the slot less the radius [m]; contact: a contact law, bound;
-    friction: a friction law, or None. offset [m], offset_rate [m/s]: start of the pin's centre across the slot.
+    friction: a friction law, or None. material and length of the pin [m]: for what laws leave to the joint.
+    offset [m], offset_rate [m/s]: start of the pin's centre across the slot.
     On either wall, s = +1 for the upper and -1 for the lower one:
 
         penetration = s e - c,   its rate = s e',   sliding speed = x' - s r w   (the pin's surface against the wall)
@@ -53,6 +57,8 @@ class ClearancePinSlot(Joint):
     offset: float = number("start of the pin across the slot [m]", checks.finite, 0.0, parameter=False)
     offset_rate: float = number("its rate [m/s]", checks.finite, 0.0, parameter=False)
     name: str | None = None
+    length: float | None = number("length of the pin in the slot [m]", checks.positive, None, parameter=False)
+    material: Material = steel
 
     along, across, turn, turns = FREE, Known(state="offset"), FREE, True
 
@@ -60,9 +66,15 @@ class ClearancePinSlot(Joint):
         super().__post_init__()
         if self.contact is None:
             raise ValueError(f"{self.label()} needs a contact law")
-        if None in self.contact.numbers:
-            raise ValueError(f"{self.label()}: contact {self.contact.law.name} needs its stiffness")
+        try:
+            self._set("contact", self.contact.of(self.seen_by("contact")))
+        except ValueError as error:
+            raise ValueError(f"{self.label()}: contact {self.contact.law.name}: {error}") from None
         self._check_laws()
+
+    def seen_by(self, slot: str):
+        """The pin and a flat wall, for contact laws."""
+        return Surfaces(self.radius, math.inf, self.length, self.material, None)
 
     # --- for diagnosis
     @property

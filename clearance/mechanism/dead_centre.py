@@ -170,7 +170,7 @@ def dead_centre(motion: Motion) -> DeadCentre | None:
     start = Motion(mechanism, motion.work, np.zeros(1), row)
     for group in (g for g in mechanism.plan.groups if g.closures):
         begun, sizes = float(_sizes(start, group)[0]), _sizes(motion, group)
-        enough = DEAD * max(begun, *sizes[np.isfinite(sizes)])
+        enough = DEAD * max([begun, *sizes[np.isfinite(sizes)]])
         size = next((s for s in _lows(motion, group, sizes) if s < enough), None)
         if size is not None:
             text = (

@@ -131,6 +131,7 @@ class _Planner:
             placed = {a.body for a in group.attachments}
             self.known |= placed
             self.sharing.place(placed)
+        self._check_joints(plan)
         used = {c.drive for g in plan.groups for a in g.attachments for c in a.coordinates}
         for drive in (*self.angle_of.values(), *self.driven.values()):
             if drive not in used:
@@ -138,6 +139,15 @@ class _Planner:
                     f"{drive.label()}: other drives and slides already fix what it prescribes; drive a joint"
                 )
         return plan
+
+    def _check_joints(self, plan: Plan) -> None:
+        """Every joint places a body or closes a loop."""
+        used = {a.joint for g in plan.groups for a in g.attachments} | {j for g in plan.groups for j in g.closures}
+        if left := [j for j in self.joints if j not in used]:
+            raise ValueError(
+                f"{left[0].label()}: no order of solution has a place for it beside joints that leave two coordinates "
+                "free; drive a body, or give one of them a sliding block of its own"
+            )
 
     def _unknown(self) -> list[Body]:
         return [b for b in self.scene.bodies if b not in self.known]

@@ -73,7 +73,7 @@ class Work:
     def lose(self, element, power) -> None:
         """Power that an element takes out; one that cannot take any out is no part of the ledger."""
         if not is_zero(power):
-            self.losses[element] = power
+            self.losses[element] = self.losses.get(element, 0.0) + power
 
     def store(self, energy) -> None:
         """Potential energy."""
