@@ -14,6 +14,8 @@ from clearance.postprocess.plots import FLIGHT, STATES, touched
 from clearance.results import Record
 from clearance.sweeping.metrics import CORNERS, MODES
 
+#: types of joints that a lens shows
+UNDER_A_LENS = ("ClearanceRevolute", "ClearancePrismatic")
 #: colours of what a joint is doing; later states count as drier
 COLOURS = STATES | FLIGHT | OF_MODES
 TRAIL = 0.25  # turns of the journal's path that stay in sight
@@ -52,7 +54,7 @@ def animate(
     figure = sheet(8.0, 6.0)
     figure.set_layout_engine("none")
     drawing = Drawing(Motion(record, times), figure.add_subplot())
-    joints = [j for j in record.scene["joints"] if j.get("clearance") is not None]
+    joints = [j for j in record.scene["joints"] if j["type"] in UNDER_A_LENS]
     slides = of_slides(record)
     lenses = [(GuideLens if j["name"] in slides else Lens)(record, j, times) for j in joints]
     _arrange(lenses, drawing, magnify)
