@@ -1,6 +1,7 @@
 """Data flows one way: no layer imports a higher one, and heavy packages stand only where they are used."""
 
 import ast
+import tomllib
 from functools import cache
 from pathlib import Path
 
@@ -143,3 +144,10 @@ def test_functions_stay_short():
     functions = [(module, node) for module, node in nodes if isinstance(node, ast.FunctionDef)]
     assert len(functions) > len(MODULES)
     assert [f"{module}.{node.name}" for module, node in functions if length(node) >= 60] == []
+
+
+def test_every_package_is_installed():
+    """A wheel has each folder that has modules."""
+    listed = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
+    folders = {name_of(path).rpartition(".")[0] or name_of(path) for path in MODULES if path.name != "__init__.py"}
+    assert {f if f.startswith("clearance") else f"clearance.{f}" for f in folders} <= set(listed)
