@@ -6,7 +6,7 @@ from dataclasses import fields, is_dataclass, replace
 
 from clearance import checks
 from clearance.body import Body, Point, ground
-from clearance.elements.element import Element
+from clearance.elements.element import Element, Spot
 from clearance.elements.joint import Joint
 from clearance.laws.law import BoundLaw
 
@@ -65,6 +65,11 @@ class Scene:
     def elements(self) -> tuple[Element, ...]:
         """All joints, then all loads."""
         return *self.joints, *self.loads
+
+    @property
+    def spots(self) -> list[tuple[Element, Spot]]:
+        """Places where elements may touch, each with its element."""
+        return [(element, spot) for element in self.elements for spot in element.spots()]
 
     @property
     def clearance_joints(self) -> tuple[Joint, ...]:

@@ -114,10 +114,7 @@ class ClearancePrismatic(Joint):
         label = self.label()
         if self.contact is None:
             raise ValueError(f"{label}: a slide with clearance needs a contact law")
-        try:
-            self._set("contact", self.contact.of(self.seen_by("contact")))
-        except ValueError as error:
-            raise ValueError(f"{label}: contact {self.contact.law.name}: {error}") from None
+        self._determine("contact")
         if not isinstance(self.material, Material):
             raise TypeError(f"{label}: material must be a Material, got {self.material!r}")
         if self.clearance >= 0.5 * self.overlap:
@@ -389,5 +386,5 @@ _MODES = ", ".join(f"{i} {name}" for i, name in enumerate(MODES))
 
 
 def _place(sx: float, sy: float) -> str:
-    """Where a corner is, in words."""
+    """Place of a corner, in words."""
     return f"{'front' if sx > 0.0 else 'rear'} {'top' if sy > 0.0 else 'bottom'}"

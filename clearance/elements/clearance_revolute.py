@@ -79,18 +79,10 @@ class ClearanceRevolute(Joint):
         if not isinstance(self.material, Material):
             raise TypeError(f"{label}: material must be a Material, got {self.material!r}")
         self._check_slots(label)
-        for slot in SLOTS:
-            self._set(slot, self._of_joint(f"{label}: {slot}", getattr(self, slot)))
+        self._determine(*SLOTS)
         if self.contact is None and math.hypot(*self.eccentricity) >= self.clearance:
             raise ValueError(f"{label}: start eccentricity {self.eccentricity} lies outside the clearance circle")
         self._check_laws()
-
-    def _of_joint(self, label: str, value: BoundLaw | None) -> BoundLaw | None:
-        """A law with the parameters that this joint determines."""
-        try:
-            return value and value.of(self)
-        except ValueError as error:
-            raise ValueError(f"{label} {value.law.name}: {error}") from None
 
     def _check_slots(self, label: str) -> None:
         """Raise ValueError where one law needs another."""

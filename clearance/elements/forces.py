@@ -9,9 +9,29 @@ from clearance.laws.law import BoundLaw, signal
 from clearance.quantities import ZERO, number
 
 
+class PointForce(Load):
+    """Base of forces on a point of a body."""
+
+    group = "forces"
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.point.body is ground:
+            raise ValueError(f"{self.label()} acts on ground, which does not move")
+
+    def bodies(self) -> tuple[Body]:
+        return (self.point.body,)
+
+    def _push(self, m, w, x, y, z=0.0) -> None:
+        """Apply a force along the fixed axes, and the power that it puts in."""
+        w.at(self, "point", x, y, z)
+        px, py = m.point(self, "point")
+        w.feed(x * px.d + y * py.d)
+
+
 @checks.answers
 @dataclass(frozen=True)
-class Force(Load):
+class Force(PointForce):
     """Force on a point of a body, along the fixed axes: x, y and z (out of the plane) are numbers or `signal` laws of
     time [N].
     """
@@ -22,26 +42,16 @@ class Force(Load):
     z: float | BoundLaw = number("force z [N]", default=0.0, fold=ZERO, families=(signal,))
     name: str | None = None
 
-    group, kind = "forces", "force"
-
-    def __post_init__(self):
-        super().__post_init__()
-        if self.point.body is ground:
-            raise ValueError(f"{self.label()} acts on ground, which does not move")
-
-    def bodies(self) -> tuple[Body]:
-        return (self.point.body,)
+    kind = "force"
 
     def act(self, m, w) -> None:
         x, y, z = (m.amount(self, axis, [m.time]) for axis in "xyz")
-        w.at(self, "point", x, y, z)
-        px, py = m.point(self, "point")
-        w.feed(x * px.d + y * py.d)
+        self._push(m, w, x, y, z)
 
 
 @checks.answers
 @dataclass(frozen=True)
-class FollowerForce(Load):
+class FollowerForce(PointForce):
     """Force on a point of a body, along the axes of the body's frame, with which it turns: x, y are numbers or
     `signal` laws of time [N].
     """
@@ -51,21 +61,11 @@ class FollowerForce(Load):
     y: float | BoundLaw = number("force along the body's y [N]", default=0.0, families=(signal,))
     name: str | None = None
 
-    group, kind = "forces", "follower_force"
-
-    def __post_init__(self):
-        super().__post_init__()
-        if self.point.body is ground:
-            raise ValueError(f"{self.label()} acts on ground, which does not move")
-
-    def bodies(self) -> tuple[Body]:
-        return (self.point.body,)
+    kind = "follower_force"
 
     def act(self, m, w) -> None:
         x, y = m.pose(self.point.body).turned(*(m.amount(self, axis, [m.time]) for axis in "xy"))
-        w.at(self, "point", x, y)
-        px, py = m.point(self, "point")
-        w.feed(x * px.d + y * py.d)
+        self._push(m, w, x, y)
 
 
 @checks.answers

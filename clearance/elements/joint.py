@@ -141,7 +141,7 @@ class Joint(Element):
     film_joint = None
 
     def seen_by(self, slot: str):
-        """What the law in a field reads of it: radius, clearance, length, material, layer of the surfaces."""
+        """Surfaces that the law in a field reads: radius, clearance, length, material, layer of the surfaces."""
         return self
 
     @property
@@ -154,7 +154,7 @@ class Joint(Element):
         raise NotImplementedError
 
     def place_of(self, states: dict[str, float]) -> str:
-        """Where its own coordinates stand, in words; states: by name."""
+        """Its offsets in words; states: by name."""
         raise NotImplementedError
 
     def at_end(self, outputs: dict[str, float]) -> str | None:
@@ -167,6 +167,15 @@ class Joint(Element):
         laws = [(n, v) for n, v in slots if isinstance(v, BoundLaw) and v.law.doubt]
         texts = [(v.law.name, v.law.doubt(self.seen_by(n), v.parameters)) for n, v in laws]
         return [f"{self.label()}: {t if t.startswith(n) else f'{n}: {t}'}" for n, t in texts if t]
+
+    def _determine(self, *slots: str) -> None:
+        """Give laws the parameters that this joint determines. Raises ValueError naming field and law."""
+        for slot in slots:
+            law = getattr(self, slot)
+            try:
+                self._set(slot, law and law.of(self.seen_by(slot)))
+            except ValueError as error:
+                raise ValueError(f"{self.label()}: {slot} {law.law.name}: {error}") from None
 
     def _check_laws(self) -> None:
         """Laws that cannot stand in this joint."""

@@ -66,10 +66,7 @@ class ClearancePinSlot(Joint):
         super().__post_init__()
         if self.contact is None:
             raise ValueError(f"{self.label()} needs a contact law")
-        try:
-            self._set("contact", self.contact.of(self.seen_by("contact")))
-        except ValueError as error:
-            raise ValueError(f"{self.label()}: contact {self.contact.law.name}: {error}") from None
+        self._determine("contact")
         self._check_laws()
 
     def seen_by(self, slot: str):

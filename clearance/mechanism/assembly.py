@@ -55,7 +55,6 @@ class Start:
         """Start value of the coordinate of a drive's target."""
         return self.value(place_of(target))[0]
 
-
     def followed(self, before: Scene, after: Scene) -> "Start":
         """The same start for a scene whose parts are others with the same names."""
         parts = {p.key: p for p in (*after.bodies, *after.elements)}
@@ -359,5 +358,5 @@ def _size(scene: Scene) -> float:
     """A length of the mechanism: the farthest joint point from its body's centre of mass or the origin."""
     points = [p for e in scene.elements for p in (getattr(e, "a", None), getattr(e, "b", None)) if hasattr(p, "x")]
     reach = [math.hypot(p.x - p.body.com[0], p.y - p.body.com[1]) for p in points]
-    reach += [spot.reach for e in scene.elements for spot in e.spots()]
+    reach += [spot.reach for _, spot in scene.spots]
     return max([r for r in reach if r > 0.0], default=1.0)

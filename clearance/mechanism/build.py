@@ -51,10 +51,6 @@ class Mechanism:
         """Number of second-order degrees of freedom."""
         return self.layout.size
 
-    def place(self, carried: tuple[str, str]) -> tuple:
-        """The place of a coordinate that a step carries on."""
-        return place_named(self.scene, *carried)
-
     def kernel(self, role: str) -> Callable:
         """The compiled kernel of a role; compiled on first use only."""
         return self.structure.kernel(role)
@@ -62,7 +58,7 @@ class Mechanism:
     @cached_property
     def spots(self) -> list[tuple[Element, Spot]]:
         """Places where elements may touch, in the order of the layout."""
-        return [(element, spot) for element in self.scene.elements for spot in element.spots()]
+        return self.scene.spots
 
     @property
     def eccentric(self) -> list:
@@ -236,7 +232,7 @@ def _work(scene: Scene, structure: Structure, start: Start) -> np.ndarray:
     """Impact speeds (from the start velocities), then the coordinates that kernels carry from step to step."""
     layout = structure.layout
     work = np.zeros(layout.work)
-    speeds = [spot.speed for element in scene.elements for spot in element.spots()]
+    speeds = [spot.speed for _, spot in scene.spots]
     work[: len(speeds)] = speeds
     work[layout.carried_places] = [start.value(place_named(scene, *one))[0] for one in layout.carried]
     return work

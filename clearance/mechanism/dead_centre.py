@@ -8,7 +8,7 @@ import numpy as np
 
 from clearance.body import ground
 from clearance.elements.joint import RELATIVE, TURN
-from clearance.mechanism.build import Mechanism
+from clearance.mechanism.build import Mechanism, place_named
 from clearance.mechanism.kinematics import Kinematics, Pose, Propagation
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.rates import ZERO, Rates
@@ -104,8 +104,7 @@ class Motion:
     def carried(self) -> np.ndarray:
         """Coordinates that steps carry on, (times, carried)."""
         carried = self.mechanism.layout.carried
-        places = map(self.mechanism.place, carried)
-        values = [self.coordinate(place)[0] for place in places]
+        values = [self.coordinate(place_named(self.mechanism.scene, *one))[0] for one in carried]
         return np.array(values).T.reshape(len(self.times), len(carried))
 
     def between(self, times: np.ndarray) -> "Motion":

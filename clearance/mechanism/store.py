@@ -123,7 +123,7 @@ def numbers(count: int):
 
 
 def address(function: Callable, kind: types.FunctionType):
-    """What compiled code needs to call a compiled function: its address (in plain Python the
+    """Address by which compiled code calls a compiled function (in plain Python the
     function itself).
 
     Numba would take the function itself too, but spends 40 microseconds on each at every call from

@@ -102,7 +102,7 @@ class Tracing:
         self.names = [c.key for c in plan.free] + [f"{j.key}/{name}" for j in soft for _, name in j.soft_coordinates]
         self.soft = {(j, name): (j, what) for j in soft for what, name in j.soft_coordinates}
         self.first_order = [(e, s.name) for e in scene.elements for s in e.states() if s.order == 1]
-        self.spots = [(e, spot) for e in scene.elements for spot in e.spots()]
+        self.spots = scene.spots
         self._trace()
         self._write()
         self.trace.rules.clear()  # which hold bodies and joints

@@ -86,7 +86,7 @@ def crossing(s, t, h, joint, low, high, wanted):
 
 @shared
 def near_contact(s, h):
-    """Whether any contact could start or end inside a step, from values and rates at its ends."""
+    """True where a contact could start or end inside a step, from values and rates at its ends."""
     for j in range(s.contacts.shape[0]):
         if s.contacts[j, KIND] != CONTACT:
             continue
@@ -205,7 +205,7 @@ def switch(s, joint, t, values):
 
 @inline
 def crosses(s, joint, values):
-    """Whether a contact starts or ends at this moment, within the dead band."""
+    """True where a contact starts or ends at this moment, within the dead band."""
     if s.contacts[joint, KIND] != CONTACT or abs(values[3 * joint]) > s.band[joint]:
         return False
     rate = values[3 * joint + 1]
@@ -354,7 +354,7 @@ def grow(s, h):
 
 @inline
 def stiff(s):
-    """Whether the method has been held up by stability for many steps; six milder ones in a row clear it."""
+    """True where the method has been held up by stability for many steps; six milder ones in a row clear it."""
     if s.stiffness > UNSTABLE:
         s.stiff_steps += 1
         s.mild_steps = 0

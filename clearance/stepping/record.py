@@ -189,7 +189,7 @@ def member(context, builder, constants, value, name):
 
 @lower_constant(Constants)
 def nothing(context, builder, constants, group):
-    """What stands for the group: its members are read from its type."""
+    """A stand-in for the group: its members are read from its type."""
     return context.get_dummy_value()
 
 
