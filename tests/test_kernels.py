@@ -2,8 +2,10 @@
 are not traced.
 """
 
+import gc
 import math
 import multiprocessing
+import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
@@ -14,6 +16,7 @@ from clearance.evidence.explain import explain
 from clearance.mechanism import build as building
 from clearance.mechanism import structure
 from clearance.mechanism.build import build
+from clearance.mechanism.interpreter import parsed
 from clearance.mechanism.kernels import lanes, plain_kernel
 from tests import mechanisms as m
 
@@ -204,6 +207,11 @@ def ends(model: str) -> list[float]:
     return [float(result[b.name].theta[-1]) for b in scene.bodies]
 
 
+def let_others_run(phase: str, info: dict) -> None:
+    """A collection of garbage that lets other threads go on, as finalizers do that call C."""
+    time.sleep(1e-5)
+
+
 MODELS = ["dry", "lubricated", "ideal"] * 2
 
 
@@ -220,6 +228,20 @@ class TestAtOnce:
         monkeypatch.setattr(building, "_structures", {})
         with ThreadPoolExecutor(4) as pool:
             assert list(pool.map(ends, MODELS)) == wanted
+
+    def test_threads_parse_texts_at_once(self):
+        """Other threads run while garbage is collected inside a parser: Python 3.11 counts wrong then.
+
+        Without a lock some of them fail here: "AST constructor recursion depth mismatch".
+        """
+        text = "\n".join(f"x{i} = (a + {i}.0) * b" for i in range(200))
+        gc.callbacks.append(let_others_run)
+        try:
+            with ThreadPoolExecutor(4) as pool:
+                trees = list(pool.map(lambda _: parsed(text), range(100)))
+        finally:
+            gc.callbacks.remove(let_others_run)
+        assert {len(tree.body) for tree in trees} == {200}
 
     @pytest.mark.slow
     @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # of others' threads, at a fork

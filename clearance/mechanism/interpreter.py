@@ -17,6 +17,7 @@ from collections import namedtuple
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial, reduce
+from threading import RLock
 from types import ModuleType
 from typing import ClassVar
 
@@ -33,6 +34,7 @@ from clearance.mechanism.trace import (
     is_number,
 )
 
+PARSING = RLock()  # Python 3.11 counts the depth of all syntax trees that threads make together
 UNSET = object()  # in place of a variable that a side has not set
 UNROLLED = 64  # passes of a loop over a range that are written out
 COUNTER, STOP = "<counter>", "<stop>"  # variables of a counted loop, by names that no law has
@@ -155,13 +157,19 @@ def _opaque(function: Callable, shape: tuple, reason: str) -> Opaque:
     )
 
 
+def parsed(text: str) -> ast.Module:
+    """The syntax tree of a text, in any thread."""
+    with PARSING:
+        return ast.parse(text)
+
+
 def definition(function: Callable) -> ast.FunctionDef:
     """The syntax tree of a function."""
     name = getattr(function, "__name__", repr(function))
     if hasattr(function, "__wrapped__"):
         raise ValueError(f"law {name}: a decorator wraps it, so its source is not what runs; leave it out")
     try:
-        node = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
+        node = parsed(textwrap.dedent(inspect.getsource(function))).body[0]
     except (OSError, TypeError, SyntaxError):
         raise ValueError(
             f"law {name}: no source found; define it with def in a file, not at a prompt"
@@ -240,7 +248,7 @@ def _compared(node: ast.Compare) -> ast.expr:
 
 
 def _changed(node: ast.AugAssign) -> ast.Assign:
-    before = ast.parse(ast.unparse(node.target), mode="eval").body
+    before = parsed(ast.unparse(node.target)).body[0].value
     return ast.Assign([node.target], _operated(node.op, before, node.value))
 
 

@@ -12,6 +12,7 @@ from clearance.mechanism import store
 from clearance.mechanism.asking import answered
 from clearance.mechanism.emission import Program, called, function_text, kernel_text
 from clearance.mechanism.function import Function, Opaque
+from clearance.mechanism.interpreter import parsed
 
 #: functions that numpy and math call alike
 SAME = ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "log1p", "expm1")
@@ -126,7 +127,7 @@ def plain(text: str, functions: list = ()) -> dict:
     for function in (f for f in functions if isinstance(f, Opaque)):
         scope[function.name] = _in_a_tuple(function.function)
         scope |= {k.__name__: k for k in function.shape if isinstance(k, type)}
-    tree = _Numbers().visit(ast.parse(text.replace("import math\n", "")))
+    tree = _Numbers().visit(parsed(text.replace("import math\n", "")))
     exec(compile(ast.fix_missing_locations(tree), "<kernel>", "exec"), scope)  # noqa: S102
     return scope
 
