@@ -114,6 +114,21 @@ def test_a_pin_takes_its_stiffness_from_its_material():
     assert run.complete
 
 
+@pytest.mark.parametrize(
+    ("joint", "sizes"),
+    [
+        (cl.ClearanceRevolute, {"radius": 0.01, "clearance": 1e-4, "length": 0.01}),
+        (cl.ClearancePrismatic, {"clearance": 1e-4, "overlap": 0.1, "height": 0.02}),
+        (cl.ClearancePinSlot, {"radius": 0.01, "clearance": 1e-4}),
+    ],
+)
+def test_a_material_is_a_material(joint, sizes):
+    """A name in its place is refused at once, by field and value."""
+    law = cl.hertz(stiffness=1e8)
+    with pytest.raises(TypeError, match="joint S: material must be a Material, got 'steel'"):
+        joint(cl.ground, cl.Body("block", 1.0, 1e-3), name="S", contact=law, material="steel", **sizes)
+
+
 def test_joints_without_an_order_of_solution_are_refused():
     """A body in two slots: both leave two coordinates free, and nothing places it."""
     body = cl.Body("body", 1.0, 1e-2, points={"p": (-0.1, 0.0), "q": (0.1, 0.0)})

@@ -1,13 +1,13 @@
 """Slide with clearance: a block that lifts and tilts in its guide, and touches with four corners."""
 
 import math
-from collections import namedtuple
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 
 from clearance import checks
 from clearance.body import Point
+from clearance.elements.clearance_joint import ClearanceJoint, Surfaces
 from clearance.elements.element import BLENDED, CONTACT, Spot, State
 from clearance.elements.joint import FREE, Joint, Known, axis_field
 from clearance.elements.prismatic import Prismatic
@@ -30,13 +30,10 @@ CORNERS = (("1", -1.0, -1.0), ("2", 1.0, -1.0), ("3", -1.0, 1.0), ("4", 1.0, 1.0
 MODES = ("free", "one corner", "two on one side", "two across", "three corners", "four corners")
 CREEP = 5e-3  # m/s: sliding speed below which a block across its guide counts as jammed
 
-#: what contact laws read of a corner on a flat wall, which is a bore without end
-Surfaces = namedtuple("Surfaces", "radius clearance length material layer")
-
 
 @checks.answers
 @dataclass(frozen=True)
-class ClearancePrismatic(Joint):
+class ClearancePrismatic(ClearanceJoint):
     """Slide with clearance: a block (on b), 2a long and 2b high, between walls (on a) at +-(b + c).
 
     The walls run along `axis` through point a. Point b is the block's centre: it moves by s along
@@ -115,8 +112,6 @@ class ClearancePrismatic(Joint):
         if self.contact is None:
             raise ValueError(f"{label}: a slide with clearance needs a contact law")
         self._determine("contact")
-        if not isinstance(self.material, Material):
-            raise TypeError(f"{label}: material must be a Material, got {self.material!r}")
         if self.clearance >= 0.5 * self.overlap:
             raise ValueError(
                 f"{label}: clearance {self.clearance!r} m must be less than half the overlap"
@@ -130,12 +125,7 @@ class ClearancePrismatic(Joint):
             if self.transition is not None:
                 raise ValueError(f"{label}: transition {self.transition.law.name} needs a film")
             return
-        if not isinstance(self.lubricant, Lubricant):
-            raise ValueError(
-                f"{label}: film needs lubricant=Lubricant(viscosity), got {self.lubricant!r}"
-            )
-        if self.width is None:
-            raise ValueError(f"{label}: film needs the width of the faces [m]")
+        self._check_oil("width", "the width of the faces")
         if self.transition is None:
             reason = "no film carries an edge that touches"
             raise ValueError(f"{label}: film needs a transition, such as superposed(): {reason}")
@@ -160,16 +150,6 @@ class ClearancePrismatic(Joint):
                 f"{self.label()}: the block turns in its guide without touching it across"
             )
         return 2.0 * math.atan2(a - math.sqrt(square), 2.0 * b + c)
-
-    @property
-    def impacts(self) -> bool:
-        """True where a corner's contact begins with a first touch."""
-        return self.transition is None or self.transition.law.first_touch
-
-    @property
-    def viscosity(self) -> float | None:
-        """Dynamic viscosity of the oil [Pa s]."""
-        return None if self.lubricant is None else self.lubricant.viscosity
 
     def numbers(self) -> Iterator[Row]:
         yield from super().numbers()
@@ -204,14 +184,11 @@ class ClearancePrismatic(Joint):
     # --- what the compiler asks
     def states(self) -> list[State]:
         tilt = self.clearance / (0.5 * self.overlap)
-        states = [
+        return [
             State("offset", "m", self.clearance, 2, self.offset, self.offset_rate),
             State("tilt", "rad", tilt, 2, self.tilt, self.tilt_rate),
+            *self._bristles(*(f"bristle_deflection_{name}" for name, _, _ in CORNERS)),
         ]
-        if self.friction is not None and self.friction.law.family is bristle:
-            size = self.friction.law.size(self.friction.values)
-            states += [State(f"bristle_deflection_{name}", "m", size, 1) for name, _, _ in CORNERS]
-        return states
 
     def spots(self) -> list[Spot]:
         kind = CONTACT if self.impacts else BLENDED
@@ -321,7 +298,7 @@ class Block:
         (normal,) = m.law(joint, "contact", [felt, rate, speed])
         normal = share * normal
         touching = touching if joint.impacts else normal
-        rub = self._friction(name, sliding, normal)
+        rub = self._rub(name, sliding, normal)
         self._add(x, y, rub, -sy * normal)
         self.lost = self.lost + normal * rate - rub * sliding
         self.touching[sy] = self.touching[sy] + trace.select(touching, 1.0, 0.0)
@@ -332,24 +309,11 @@ class Block:
             joint, f"contact_force_{name}", "N", f"normal contact force on corner {name}", normal
         )
 
-    def _friction(self, name: str, sliding, normal):
-        joint, m = self.joint, self.m
-        if joint.friction is None:
+    def _rub(self, name: str, sliding, normal):
+        if self.joint.friction is None:
             return 0.0
-        if joint.friction.law.family is not bristle:
-            (force,) = m.law(joint, "friction", [sliding, normal])
-        else:
-            key = f"bristle_deflection_{name}"
-            deflection = m.state(joint, key).v
-            rate, force = m.law(joint, "friction", [deflection, sliding, normal])
-            self.w.rate(joint, key, rate)
-            self.w.show(
-                joint,
-                key,
-                "m",
-                f"deflection of the friction law's bristles at corner {name}",
-                deflection,
-            )
+        bristles, place = f"bristle_deflection_{name}", f" at corner {name}"
+        force = self.joint.rub(self.m, self.w, sliding, normal, bristles, place)
         self.friction = self.friction + force
         return force
 
@@ -366,8 +330,7 @@ class Block:
         w.pair(joint, *force, self.moment)
         w.lose(joint, self.lost)
         w.show(joint, "gap", "m", "smallest gap of all corners, negative in contact", self.gap)
-        for axis, value in zip("xy", force, strict=True):
-            w.show(joint, f"force_{axis}", "N", f"force {axis} on {body}", value)
+        joint.show_force(w, force)
         w.show(joint, "moment", "N m", f"moment on {body} about the block's centre", self.moment)
         if joint.friction is not None:
             w.show(

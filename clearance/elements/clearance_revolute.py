@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 
 from clearance import checks
 from clearance.body import Point
+from clearance.elements.clearance_joint import ClearanceJoint
 from clearance.elements.element import BLENDED, CONTACT, FILM, Spot, State
 from clearance.elements.joint import FREE, Joint, Known
 from clearance.elements.revolute import Revolute
@@ -32,7 +33,7 @@ CENTRE = 1e-9
 
 @checks.answers
 @dataclass(frozen=True)
-class ClearanceRevolute(Joint):
+class ClearanceRevolute(ClearanceJoint):
     """Hinge with radial clearance: the journal (on b) moves inside the bearing (on a).
 
     radius: journal radius R_J [m] (the bearing's is R_J + clearance); clearance: radial clearance c [m]; length of the
@@ -76,8 +77,6 @@ class ClearanceRevolute(Joint):
         label = self.label()
         if self.radius <= self.clearance:
             raise ValueError(f"{label}: radius {self.radius!r} m must be larger than clearance {self.clearance!r} m")
-        if not isinstance(self.material, Material):
-            raise TypeError(f"{label}: material must be a Material, got {self.material!r}")
         self._check_slots(label)
         self._determine(*SLOTS)
         if self.contact is None and math.hypot(*self.eccentricity) >= self.clearance:
@@ -91,10 +90,7 @@ class ClearanceRevolute(Joint):
         if self.friction is not None and self.contact is None:
             raise ValueError(f"{label}: friction needs a contact law to give the normal force")
         if self.film is not None:
-            if not isinstance(self.lubricant, Lubricant):
-                raise ValueError(f"{label}: film needs lubricant=Lubricant(viscosity), got {self.lubricant!r}")
-            if self.length is None:
-                raise ValueError(f"{label}: film needs the bearing length [m]")
+            self._check_oil("length", "the bearing length")
         if self.heat is not None and (self.film is None or not isinstance(self.heat, HeatBalance)):
             raise ValueError(f"{label}: heat must be a HeatBalance(...) of a joint with a film, got {self.heat!r}")
         if self.heat is not None and not self.film.law.linear_in_viscosity:
@@ -131,16 +127,6 @@ class ClearanceRevolute(Joint):
         return super().facts | oil
 
     @property
-    def impacts(self) -> bool:
-        """True where contact starts with a first touch; in most transitions it sets in gradually."""
-        return self.contact is not None and (self.transition is None or self.transition.law.first_touch)
-
-    @property
-    def viscosity(self) -> float | None:
-        """Dynamic viscosity of the oil [Pa s]: with it a joint can stand as the `joint` argument of a film law."""
-        return None if self.lubricant is None else self.lubricant.viscosity
-
-    @property
     def film_joint(self) -> FilmJoint:
         """Numbers that laws read of it."""
         return FilmJoint(
@@ -168,8 +154,7 @@ class ClearanceRevolute(Joint):
             State(f"eccentricity_{axis}", "m", self.clearance, 2, start, rate)
             for axis, start, rate in zip("xy", self.eccentricity, self.eccentricity_rate, strict=True)
         ]
-        if self.friction is not None and self.friction.law.family is bristle:
-            states.append(State("bristle_deflection", "m", self.friction.law.size(self.friction.values), 1))
+        states += self._bristles("bristle_deflection")
         warms = self.heat is not None and self.heat.stands_alone
         return states + ([State("warming", "K", WARMING, 1)] if warms else [])
 
@@ -348,21 +333,15 @@ class Journal:
             w.show(joint, "asperity_share", "1", text, normal / (normal + self._film_load()))
         tangential = 0.0
         if joint.friction is not None:
-            tangential = self._friction(normal)
+            tangential = self._rub(normal)
         self._add(self.vector(-normal, tangential), 0.0, 0.0)
 
-    def _friction(self, normal):
+    def _rub(self, normal):
         m, w, joint, (spin_a, spin_b) = self.m, self.w, self.joint, self.spins
         radius = m.number(joint, "radius")
         bearing_arm = self.distance + radius
-        state = [self.sideways + spin_b * radius - spin_a * bearing_arm, normal]
-        if joint.friction.law.family is bristle:
-            deflection = m.state(joint, "bristle_deflection").v
-            rate, tangential = m.law(joint, "friction", [deflection, *state])
-            w.rate(joint, "bristle_deflection", rate)
-            w.show(joint, "bristle_deflection", "m", "deflection of the friction law's bristles", deflection)
-        else:
-            (tangential,) = m.law(joint, "friction", state)
+        sliding = self.sideways + spin_b * radius - spin_a * bearing_arm
+        tangential = joint.rub(m, w, sliding, normal)
         self._add((0.0, 0.0), -(bearing_arm * tangential), radius * tangential)
         text = "friction force on the journal, positive along the turned line of centres"
         w.show(joint, "friction", "N", text, tangential)
@@ -383,8 +362,7 @@ class Journal:
         w.lose(joint, power)
         w.spot(joint, -self.gap, self.outward, self.contact_force)
         w.show(joint, "power_loss", "W", "power the joint takes out of the mechanism", power)
-        for axis, value in zip("xy", self.force, strict=True):
-            w.show(joint, f"force_{axis}", "N", f"force {axis} on {joint.b.body.name}", value)
+        joint.show_force(w, self.force)
         if joint.heat is not None:
             self._heat(power)
 

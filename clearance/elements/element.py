@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields
 
 from clearance.body import Body, Point, as_point
 from clearance.laws.law import BoundLaw
+from clearance.materials import Material
 from clearance.quantities import Described, Row
 
 
@@ -81,10 +82,13 @@ class Element(Described):
 
     # --- fields
     def _check_fields(self) -> None:
-        """Check all points, numbers and laws, as their fields declare them."""
+        """Check all points, materials, numbers and laws, as their fields declare them."""
         for one in fields(self):
+            value = getattr(self, one.name)
             if one.type in (Point, "Point"):
-                self._set(one.name, as_point(self.label(), getattr(self, one.name)))
+                self._set(one.name, as_point(self.label(), value))
+            if one.type in (Material, "Material") and not isinstance(value, Material):
+                raise TypeError(f"{self.label()}: {one.name} must be a Material, got {value!r}")
         super()._check_fields()
 
     def numbers(self) -> Iterator[Row]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from clearance import checks
 from clearance.body import Point
-from clearance.elements.clearance_prismatic import Surfaces
+from clearance.elements.clearance_joint import ClearanceJoint, Surfaces
 from clearance.elements.element import CONTACT, Spot, State
 from clearance.elements.joint import FREE, Joint, Known, axis_field
 from clearance.laws.law import BoundLaw, contact, friction
@@ -34,7 +34,7 @@ class PinSlot(Joint):
 
 @checks.answers
 @dataclass(frozen=True)
-class ClearancePinSlot(Joint):
+class ClearancePinSlot(ClearanceJoint):
     """A pin (on b, about its point b) in a wider slot (on a, along `axis` through point a): two walls.
 
     radius of the pin [m]; clearance: half the width of the slot less the radius [m]; contact: a contact law, bound;
@@ -103,7 +103,7 @@ class ClearancePinSlot(Joint):
             (normal,) = m.law(self, "contact", [depth, rate, speed])
             sliding, rub = advance - side * radius * spin, 0.0
             if self.friction is not None:
-                (rub,) = m.law(self, "friction", [sliding, normal])
+                rub = self.rub(m, w, sliding, normal)
                 w.show(self, f"friction_{name}", "N", f"friction force on the pin at the {name} wall", rub)
             along, across, moment = along + rub, across - side * normal, moment - side * radius * rub
             power = power + normal * rate - rub * sliding
@@ -116,7 +116,6 @@ class ClearancePinSlot(Joint):
         fx, fy = along * dx - across * dy, along * dy + across * dx
         w.pair(self, fx, fy, moment)
         w.lose(self, power)
-        for axis, value in (("x", fx), ("y", fy)):
-            w.show(self, f"force_{axis}", "N", f"force {axis} on {self.b.body.name}", value)
+        self.show_force(w, (fx, fy))
         w.show(self, "power_loss", "W", "power the joint takes out of the mechanism", power)
 

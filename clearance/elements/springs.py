@@ -14,6 +14,15 @@ class Spring(Load):
     group = "springs"
     lost = "work the damper has taken out since the start"
 
+    def __post_init__(self):
+        super().__post_init__()
+        a, b = self.bodies()
+        for body in (a, b):
+            if not isinstance(body, Body):
+                raise TypeError(f"{self.label()} acts between two bodies, got {body!r}")
+        if a is b:
+            raise ValueError(f"{self.label()} acts between body {a.name!r} and itself")
+
 
 @checks.answers
 @dataclass(frozen=True)
@@ -33,11 +42,6 @@ class SpringDamper(Spring):
 
     kind = "spring"
     holds_free_bodies = True
-
-    def __post_init__(self):
-        super().__post_init__()
-        if self.a.body is self.b.body:
-            raise ValueError(f"{self.label()} acts between body {self.a.body.name!r} and itself")
 
     def bodies(self) -> tuple[Body, Body]:
         return self.a.body, self.b.body
@@ -75,14 +79,6 @@ class TorsionSpring(Spring):
     name: str | None = None
 
     kind = "torsion_spring"
-
-    def __post_init__(self):
-        super().__post_init__()
-        for body in (self.a, self.b):
-            if not isinstance(body, Body):
-                raise TypeError(f"{self.label()} acts between two bodies, got {body!r}")
-        if self.a is self.b:
-            raise ValueError(f"{self.label()} acts between body {self.a.name!r} and itself")
 
     def bodies(self) -> tuple[Body, Body]:
         return self.a, self.b
