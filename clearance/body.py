@@ -7,6 +7,9 @@ from types import MappingProxyType
 from clearance import checks
 from clearance.quantities import ZERO, Described, Row, number
 
+#: coordinates of a body: its centre of mass and its angle
+ABSOLUTE = ("x", "y", "angle")
+
 
 @dataclass(frozen=True)
 class Point:

@@ -137,6 +137,6 @@ def longest_step(mechanism: Mechanism, span: Span) -> float:
     if mechanism.size == 0:  # no error bounds the step, and extremes are looked for step by step
         share = PRESCRIBED_SHARE
     longest = min(mechanism.scene.turn or span.until, span.until) * share
-    if any(getattr(load, "motion", None) is not None for load in mechanism.scene.loads):
+    if any(d.motion is not None for d in mechanism.scene.drives):
         longest = min(longest, span.until / (span.samples - 1) * (1.0 if mechanism.size else 0.1))
     return longest

@@ -6,6 +6,7 @@ from dataclasses import fields, is_dataclass, replace
 
 from clearance import checks
 from clearance.body import Body, Point, ground
+from clearance.elements.drive import Drive
 from clearance.elements.element import Element, Spot
 from clearance.elements.joint import Joint
 from clearance.laws.law import BoundLaw
@@ -67,6 +68,11 @@ class Scene:
         return *self.joints, *self.loads
 
     @property
+    def drives(self) -> tuple[Drive, ...]:
+        """Drives, in the order of the scene."""
+        return tuple(load for load in self.loads if isinstance(load, Drive))
+
+    @property
     def spots(self) -> list[tuple[Element, Spot]]:
         """Places where elements may touch, each with its element."""
         return [(element, spot) for element in self.elements for spot in element.spots()]
@@ -84,8 +90,7 @@ class Scene:
     @property
     def turn(self) -> float | None:
         """Duration of one turn of the first drive that rotates at a constant or nominal speed [s], if there is one."""
-        turns = (getattr(load, "turn", None) for load in self.loads)
-        return next((t for t in turns if t is not None), None)
+        return next((d.turn for d in self.drives if d.turn is not None), None)
 
     @property
     def provenance(self) -> dict[str, str]:

@@ -35,7 +35,7 @@ def end_state(mechanism: Mechanism, y: np.ndarray, work: np.ndarray, time: float
 
 def prescribed(mechanism: Mechanism, time: float) -> dict[str, float]:
     """Coordinates that drives prescribe at a time: by the body or joint that is driven, rad or m."""
-    drives = (d for d in mechanism.scene.loads if d.prescribes)
+    drives = (d for d in mechanism.scene.drives if d.prescribes)
     return {
         d.target.name: d.motion(time) if d.speed is None else mechanism.start.coordinate(d.target) + d.speed * time
         for d in drives
@@ -117,7 +117,7 @@ def _check_drives(mechanism: Mechanism, name: str, end: dict) -> None:
             f"start: the drives of {name} prescribe {', '.join(there) or 'nothing'}, "
             f"those of this scene {', '.join(here) or 'nothing'}"
         )
-    slides = {d.target.name for d in mechanism.scene.loads if d.prescribes and d.slides}
+    slides = {d.target.name for d in mechanism.scene.drives if d.prescribes and d.slides}
     for target, value in here.items():
         apart, unit = (there[target] - value) / mechanism.start.size, "of the mechanism's size"
         if target not in slides:

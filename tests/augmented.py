@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numba import njit
 
-from clearance.elements import ClearancePrismatic, ClearanceRevolute, Drive, Prismatic
+from clearance.elements import ClearancePrismatic, ClearanceRevolute, Prismatic
 from clearance.scene import Scene
 
 REVOLUTE, PRISMATIC, FILM, CONTACT, ANGLE, RELATIVE, SLIDE = range(7)
@@ -33,7 +33,7 @@ class Augmented:
             rows.append((kind, index.get(joint.a.body, -1), index.get(joint.b.body, -1)))
             numbers.append([*_local(joint.a), *_local(joint.b), *_extra(joint)])
         self.pushes = []
-        for drive in (load for load in scene.loads if isinstance(load, Drive)):
+        for drive in scene.drives:
             target = drive.target
             if drive.torque is not None:  # a constant torque on a body
                 self.pushes.append((3 * index[target] + 2, drive.torque / self.mass[3 * index[target] + 2]))

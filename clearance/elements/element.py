@@ -59,8 +59,6 @@ class Element(Described):
     #: folder of result files that its outputs stand in, and what it takes out of the mechanism, in words
     group = "loads"
     lost = "work the element has taken out since the start"
-    #: True where it prescribes a coordinate of its target, see Drive
-    prescribes = False
     holds_free_bodies = False  # True: a body that only this element holds may float in the plane
 
     def label(self) -> str:

@@ -68,7 +68,7 @@ def spanning_tree(scene: Scene) -> tuple[list[tuple], list]:
     Joints that carry loads out of the plane, driven joints and slides are in the tree; they never make a loop on their
     own. Raises ValueError where self-aligning joints leave no such tree.
     """
-    driven = [d.target for d in scene.loads if isinstance(d, Drive)]
+    driven = [d.target for d in scene.drives]
     islands = {body: {body} for body in (*scene.bodies, ground)}
     chosen, cuts = [], []
     for joint in sorted(scene.joints, key=lambda j: (j.self_aligning, j not in driven, not isinstance(j, Prismatic))):
@@ -104,7 +104,7 @@ class Model:
         import pinocchio
 
         self.pin, self.scene = pinocchio, scene
-        self.drives = [d for d in scene.loads if isinstance(d, Drive)]
+        self.drives = scene.drives
         if scene.clearance_joints or not all(d.prescribes for d in self.drives):
             raise ValueError(f"{scene.name}: Pinocchio gets scenes without clearance, all of whose drives prescribe")
         self.tree, self.cuts = spanning_tree(scene)

@@ -16,7 +16,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from clearance.elements import Drive, Prismatic
+from clearance.elements import Prismatic
 from clearance.evidence import pinocchio
 from clearance.inverse import multipliers
 from clearance.inverse.dynamics import inverse_dynamics
@@ -206,7 +206,7 @@ def _pinocchio(study: RouteStudy, record: Record, scene: Scene) -> list[tuple]:
 # --- agreement
 def _reactions_are_ideal(scene: Scene) -> bool:
     """True where friction leaves all reactions alone: it sits on driven joints only."""
-    driven = [d.target for d in scene.loads if isinstance(d, Drive)]
+    driven = [d.target for d in scene.drives]
     return all(j in driven for j in scene.rubbing_joints)
 
 

@@ -16,7 +16,6 @@ import numpy as np
 
 from clearance import checks
 from clearance.demand import Demand, affordable
-from clearance.elements import Drive
 from clearance.evidence.exudyn import EXUDYN_STEPS, Exudyn
 from clearance.evidence.peers import PEERS
 from clearance.evidence.problem import DISPLACEMENT, NotSolved, Problem, parting
@@ -133,9 +132,8 @@ def work_precision(
 
 def _moving(scene: Scene) -> None:
     """Raise ValueError for a scene whose drives all stand still: it has no error to measure over a default length."""
-    drives = [load for load in scene.loads if isinstance(load, Drive)]
-    if drives and all(d.speed == 0.0 for d in drives):
-        names = ", ".join(d.name for d in drives)
+    if scene.drives and all(d.speed == 0.0 for d in scene.drives):
+        names = ", ".join(d.name for d in scene.drives)
         raise ValueError(
             f"this scene does not move: the speed of drive {names} is 0; give it a speed, or give until=SECONDS where "
             "something else moves"

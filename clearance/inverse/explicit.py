@@ -10,7 +10,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clearance.elements import Drive
 from clearance.mechanism import store
 from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.closing import last_position, what_is_lost
@@ -71,7 +70,7 @@ def _built(scene: Scene) -> Mechanism:
     if scene.clearance_joints:
         joint = scene.clearance_joints[0]
         raise ValueError(f"{joint.label()} has clearance: its motion is found, not prescribed; use cl.simulate")
-    for drive in (d for d in scene.loads if isinstance(d, Drive) and not d.prescribes):
+    for drive in (d for d in scene.drives if not d.prescribes):
         raise ValueError(f"{drive.label()} gives an effort, not a motion; inverse dynamics needs speed= or motion=")
     if free := closed_plan(scene).free:
         names = ", ".join(f"{c.label()}" for c in free)

@@ -69,7 +69,7 @@ class Pairs:
     def __init__(self, scene: Scene, start: Start):
         self.scene, self.start, self.size = scene, start, start.size
         self.place = {b: i for i, b in enumerate((*scene.bodies, ground))}
-        self.drives = [d for d in scene.loads if isinstance(d, Drive)]
+        self.drives = scene.drives
         bodies = [d.target for d in self.drives if isinstance(d.target, Body)]
         ends = [(j.a, j.b) for j in scene.joints] + [(as_point("drive", ground), as_point("drive", b)) for b in bodies]
         self.a, self.local_a, self.height_a = self._ends([a for a, _ in ends])

@@ -18,7 +18,7 @@ from collections.abc import Callable
 import numpy as np
 
 from clearance.body import ground
-from clearance.elements import Drive, Force, Prismatic, SpringDamper, Torque, TorsionSpring
+from clearance.elements import Force, Prismatic, SpringDamper, Torque, TorsionSpring
 from clearance.elements.friction_joint import FrictionJoint
 from clearance.inverse.motion import Geometry, Pairs, amount, from_centre, solve
 from clearance.laws.law import BoundLaw
@@ -86,7 +86,7 @@ def _check(scene: Scene) -> None:
     """Joints without clearance, drives that prescribe, and as many equations as coordinates."""
     if scene.clearance_joints:
         raise ValueError(f"{scene.clearance_joints[0].label()}: inverse dynamics takes no joint with clearance")
-    drives = [d for d in scene.loads if isinstance(d, Drive)]
+    drives = scene.drives
     for drive in (d for d in drives if not d.prescribes):
         raise ValueError(f"{drive.label()}: gives a torque or force; inverse dynamics takes a speed or a motion")
     free = 3 * len(scene.bodies) - 2 * len(scene.joints)

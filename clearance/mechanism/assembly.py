@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearance.body import Body, ground
+from clearance.body import ABSOLUTE, Body, ground
 from clearance.elements.element import Element
 from clearance.elements.joint import FREE, RELATIVE, TURN, Joint
 from clearance.mechanism.geometry import Geometry
@@ -25,7 +25,6 @@ CLOSURE = 1e-12  # largest closing error accepted, relative to the mechanism's s
 RANK = 1e-9  # singular values below this share of the largest count as zero
 ITERATIONS = 200
 LARGEST_TURN = 0.5  # rad a single correction may turn a body
-ABSOLUTE = ("x", "y", "angle")  # coordinates of a body
 
 
 @dataclass(frozen=True)
@@ -116,7 +115,7 @@ class _System:
         self.measured: list[Joint] = []
         self.place = {b: 3 * i for i, b in enumerate(scene.bodies)}
         self.geometry = Geometry.of(scene, numbers)
-        self.drives = [load for load in scene.loads if hasattr(load, "target")]
+        self.drives = scene.drives
         self.start: dict[Element, float] = {}
         self.held: list[_Row] = []
         self.size = _size(scene)

@@ -7,9 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
+from clearance.body import ABSOLUTE
 from clearance.elements.element import BLENDED, Element, Spot
 from clearance.laws.law import BoundLaw, DataLaw
-from clearance.mechanism.assembly import ABSOLUTE, Start, assemble
+from clearance.mechanism.assembly import Start, assemble
 from clearance.mechanism.kinematics import Kinematics, Pose
 from clearance.mechanism.layout import Layout
 from clearance.mechanism.loops import check_reach, mode
@@ -55,6 +56,12 @@ class Mechanism:
         """The compiled kernel of a role; compiled on first use only."""
         return self.structure.kernel(role)
 
+    def outputs(self, time: float, y: np.ndarray, work: np.ndarray) -> np.ndarray:
+        """One row of outputs; the work vector stays as it is."""
+        row = np.empty(len(self.layout.channels))
+        self.kernel("observe")(time, y, self.par, work.copy(), row)
+        return row
+
     @cached_property
     def spots(self) -> list[tuple[Element, Spot]]:
         """Places where elements may touch, in the order of the layout."""
@@ -69,7 +76,7 @@ class Mechanism:
     def frequency(self) -> float:
         """A typical angular frequency [rad/s]: of the drives, or of gravity."""
         start = [abs(w[2]) for w in self.start.velocity.values()]
-        start += [abs(nominal) for d in self.scene.loads if (nominal := getattr(d, "nominal", None))]
+        start += [abs(d.nominal) for d in self.scene.drives if d.nominal]
         speeds = [abs(v[0]) / self.start.size for v in self.start.velocity.values()]
         gravity = math.sqrt(math.hypot(*self.scene.gravity) / self.start.size)
         return max([*start, *speeds, gravity]) or 1.0
@@ -141,7 +148,7 @@ def changed(mechanism: Mechanism, changes: dict[str, float], time: float = 0.0) 
     old, new = np.array(before.values), np.array(numbers.values)
     for place in np.flatnonzero((old != new) & ~np.isnan(new)):
         values[place] = numbers.values[place]
-    for drive in (d for d in scene.loads if d.prescribes and d.motion is None):
+    for drive in (d for d in scene.drives if d.prescribes and d.motion is None):
         start, speed = (numbers.index[f"{drive.key}/{name}"] for name in ("start", "speed"))
         values[start] += (old[speed] - new[speed]) * time
     sources = _sources(scene)
@@ -206,7 +213,7 @@ def _data(sources: dict, structure: Structure, values: list[float]) -> list[np.n
 def _values(scene: Scene, structure: Structure, plan: Plan, numbers: Numbers, start: Start) -> list[float]:
     """The scene's numbers, start values of drives, and the assembly modes of its dyads."""
     values = list(numbers.values)
-    for drive in (d for d in scene.loads if f"{d.key}/start" in numbers.index):
+    for drive in (d for d in scene.drives if f"{d.key}/start" in numbers.index):
         values[numbers.index[f"{drive.key}/start"]] = start.coordinate(drive.target)
     all_numbers = {**numbers.constants, **dict(zip(numbers.index, values, strict=True))}
     state = {(j, s.name): (s.start, s.start_rate) for j in scene.joints for s in j.states() if j not in start.measured}

@@ -179,7 +179,7 @@ class Tracing:
             speeds.setdefault(element, []).append(trace.load(f"work[{i}]"))
         motion = Motion(k, self.calls, time, first_order, speeds)
         trace.section = "drives"
-        self.driven = {d: d.motion_at(motion) for d in self.scene.loads if d.prescribes}
+        self.driven = {d: d.motion_at(motion) for d in self.scene.drives if d.prescribes}
         k.coordinate |= self._driven(self.plan, 0)
         k.place(self.plan)
         places = {c.place for g in self.plan.groups for c in g.given} | set(position)

@@ -116,7 +116,7 @@ def cut_plan(scene: Scene) -> Plan:
 class _Planner:
     def __init__(self, scene: Scene, joints: Iterable):
         self.scene, self.joints = scene, list(joints)
-        drives = [load for load in scene.loads if load.prescribes]
+        drives = [d for d in scene.drives if d.prescribes]
         self.angle_of = {d.target: d for d in drives if isinstance(d.target, Body)}
         self.driven = {d.target: d for d in drives if not isinstance(d.target, Body)}
         self.known: set[Body] = {ground}

@@ -4,7 +4,6 @@ import dataclasses
 
 import numpy as np
 
-from clearance.elements import Drive
 from clearance.evidence.variants import idealised
 from clearance.extremes import guides
 from clearance.mechanism.build import build
@@ -27,7 +26,7 @@ def ideal_motion(scene: Scene, span: Span, described: dict) -> dict | None:
     slides = guides(described)
     if not slides:
         return None
-    drives = _drives(scene)
+    drives = scene.drives
     steady = len(drives) == 1 and bool(drives[0].speed)
     rate = abs(drives[0].speed) if steady else 1.0
     # of the same turns at another speed only rounding differs: no run may depend on which was first
@@ -57,12 +56,8 @@ def _kinematics(scene: dict, steady: bool) -> tuple:
 
 def _moving(scene: Scene, rate: float) -> Scene:
     """Joints and drives of the scene, these so many times slower."""
-    drives = [dataclasses.replace(d, speed=d.speed / rate) if d.speed else d for d in _drives(scene)]
+    drives = [dataclasses.replace(d, speed=d.speed / rate) if d.speed else d for d in scene.drives]
     return Scene(*scene.joints, *drives, name=scene.name)
-
-
-def _drives(scene: Scene) -> list[Drive]:
-    return [load for load in scene.loads if isinstance(load, Drive)]
 
 
 def _motion(scene: Scene, span: Span, slides: dict) -> dict | None:
