@@ -63,6 +63,14 @@ def non_negative(field: str, value: object) -> float:
     return number
 
 
+def nonzero(field: str, value: object) -> float:
+    """A number other than 0, as a float. Raises ValueError naming the field and the value."""
+    number = finite(field, value)
+    if number == 0.0:
+        raise ValueError(f"{field} must not be 0, got {value!r}")
+    return number
+
+
 def fraction(field: str, value: object) -> float:
     """A number in [0, 1], as a float. Raises ValueError naming the field and the value."""
     number = finite(field, value)

@@ -4,7 +4,7 @@ import numpy as np
 
 from clearance.mechanism.asking import Answerer
 from clearance.mechanism.closing import last_position, lost_at, no_number
-from clearance.mechanism.dead_centre import Motion, dead_centre
+from clearance.mechanism.dead_centre import SampledMotion, dead_centre
 from clearance.recording import LedgerWatch, Recorder
 from clearance.regimes import FULL_FILM, depth_warning, hole_warning
 from clearance.stepping import status
@@ -54,7 +54,7 @@ class Diagnosis:
             here = np.atleast_1d(state.time), self.run.outputs_here()[None]
             times, rows = (np.concatenate(c) for c in zip(*self.latest, here, strict=True))
             later = np.concatenate([[True], np.diff(times) > 0.0])
-            self.run.dead_centre = dead_centre(Motion(mechanism, state.work, times[later], rows[later]))
+            self.run.dead_centre = dead_centre(SampledMotion(mechanism, state.work, times[later], rows[later]))
             self.dead_centre = self.run.dead_centre.text if self.run.dead_centre else ""
         return self.dead_centre
 
@@ -122,7 +122,7 @@ class Diagnosis:
         suspects, mechanism = [], self.run.mechanism
         if any(g.closures for g in mechanism.plan.groups):
             suspects.append("a loop passed a dead centre and changed its branch")
-        if any(getattr(load, "motion", None) is not None for load in mechanism.scene.loads):
+        if any(d.motion is not None for d in mechanism.scene.drives):
             suspects.append("a prescribed motion jumped")
         return " or ".join([*suspects, "rtol is too loose for this motion"])
 
@@ -163,7 +163,7 @@ class Diagnosis:
 
     def _film_warnings(self, joint) -> list[str]:
         """Limits of a joint's film, its mesh and its transition, from the extremes so far."""
-        group, mechanism = f"joints/{joint.name}", self.run.mechanism
+        group, mechanism = joint.key, self.run.mechanism
         gap, warnings = self.run.extreme(f"{group}/gap_min"), []
         if joint.film is not None and joint.film_joint is not None:
             pressure = self.run.extreme(f"{group}/film_pressure_max")
@@ -179,7 +179,7 @@ class Diagnosis:
     def _depths(self) -> dict:
         """Largest penetration [m] of each clearance joint so far; negative: never touched."""
         joints = self.run.mechanism.scene.clearance_joints if self.run.state.started else ()
-        return {j: -self.run.extreme(f"joints/{j.name}/gap_min") for j in joints}
+        return {j: -self.run.extreme(f"{j.key}/gap_min") for j in joints}
 
     def _too_sharp(self, joint) -> str | None:
         """Friction that turns round within less than the tolerance resolves of the joint's rate."""

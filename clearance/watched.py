@@ -20,7 +20,7 @@ class Watched:
 
     def __init__(self, mechanism: Mechanism, until: float, outputs: bool):
         scene, channels = mechanism.scene, mechanism.layout.channels if outputs else []
-        place = {c.path: i for i, c in enumerate(channels)}
+        place = mechanism.layout.output if outputs else {}
         guided = guides(scene.description()) if channels else {}
         self.quantities = followed(channels, [f"bodies/{b}/a{along(d)[0]}" for b, d in guided.items()])
         self.rows = [(q.channel, q.paired, q.sign, -1) for q in self.quantities]

@@ -9,7 +9,7 @@ import pytest
 
 import clearance as cl
 from clearance.mechanism.build import build
-from clearance.mechanism.dead_centre import Motion, dead_centre
+from clearance.mechanism.dead_centre import SampledMotion, dead_centre
 from clearance.recording import MemorySink
 from clearance.simulation import prepare
 
@@ -87,7 +87,7 @@ def test_M5_the_determinant_of_a_dyad_is_the_sine_between_its_links():
     mechanism = build(parallelogram(speed=5.0))
     row, work = np.empty((1, len(mechanism.layout.channels))), np.append(mechanism.work0, 0.0)
     mechanism.kernel("observe")(0.0, mechanism.y0, mechanism.par, work, row[0])
-    motion = Motion(mechanism, work, np.zeros(1), row)
+    motion = SampledMotion(mechanism, work, np.zeros(1), row)
     (loop,) = (g for g in mechanism.plan.groups if g.closures)
     assert abs(motion.determinants(loop)[0]) == pytest.approx(math.sin(1.0), rel=1e-9)
     assert dead_centre(motion) is None

@@ -89,6 +89,10 @@ class Joint(Element):
         """"b" or "a": the side that a body stands on."""
         return "b" if body is self.b.body else "a"
 
+    def sign(self, body: Body) -> float:
+        """+1 for body b, which relative coordinates move; -1 for body a."""
+        return 1.0 if body is self.b.body else -1.0
+
     @property
     def free(self) -> tuple[str, ...]:
         """Names of the relative coordinates that it leaves free."""

@@ -4,16 +4,13 @@ Efforts are torques [N m] on a rotating coordinate and forces [N] along a slide;
 are then in rad and rad/s, or m and m/s.
 """
 
-from clearance.checks import finite, non_negative, positive
+from clearance.checks import non_negative, nonzero, positive
 from clearance.laws.law import drive_state, effort, signal
 
 
-def nonzero(field: str, value: object) -> float:
-    """A finite number other than 0. Raises ValueError naming the field and the value."""
-    number = finite(field, value)
-    if number == 0.0:
-        raise ValueError(f"{field} must not be 0, got {value!r}")
-    return number
+def ramped(time, run_up):
+    """Share t / t_r of a run-up that is over, 1 after it [-]."""
+    return time / run_up if time < run_up else 1.0
 
 
 @effort(stall=positive, no_load=nonzero)
@@ -56,8 +53,7 @@ def pi_speed(state, time, position, rate, proportional, integral, speed, limit=0
     Raises ValueError for a proportional gain that is not positive and other negative numbers.
     Source: Astroem and Haegglund, Advanced PID Control, ISA 2006, sec. 3.5.
     """
-    share = time / run_up if time < run_up else 1.0
-    error = share * speed - rate
+    error = ramped(time, run_up) * speed - rate
     wanted = proportional * error + integral * state
     if limit > 0.0:
         effort = min(max(wanted, -limit), limit)
@@ -85,8 +81,8 @@ def dc_motor(state, time, position, rate, voltage, resistance, inductance, const
     Raises ValueError for numbers that are not positive and a voltage of 0.
     Source: Leonhard, Control of Electrical Drives, 3rd ed., Springer 2001, ch. 5.
     """
-    share = time / run_up if time < run_up else 1.0
-    return (share * voltage - resistance * state - constant * rate) / inductance, constant * state
+    applied = ramped(time, run_up) * voltage
+    return (applied - resistance * state - constant * rate) / inductance, constant * state
 
 
 dc_motor.own_state = "current", "A", "current"
@@ -95,12 +91,12 @@ dc_motor.size = lambda values: abs(values["voltage"]) / values["resistance"]
 
 def motor_voltage(state, time, position, rate, voltage, resistance, inductance, constant, run_up):
     """Voltage at the motor [V]."""
-    return voltage * (time / run_up if time < run_up else 1.0)
+    return voltage * ramped(time, run_up)
 
 
 def electric_power(state, time, position, rate, voltage, resistance, inductance, constant, run_up):
     """Electric power that the motor takes, V i [W]."""
-    return voltage * (time / run_up if time < run_up else 1.0) * state
+    return voltage * ramped(time, run_up) * state
 
 
 def motor_efficiency(

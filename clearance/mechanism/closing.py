@@ -53,10 +53,8 @@ def _finite(outputs: dict[str, float]) -> bool:
 
 
 def _outputs(mechanism: Mechanism, work: np.ndarray, time: float, y: np.ndarray | None = None) -> dict[str, float]:
-    channels = mechanism.layout.channels
-    out = np.empty(len(channels))
-    mechanism.kernel("observe")(time, mechanism.y0 if y is None else y, mechanism.par, work.copy(), out)
-    return {c.path: float(v) for c, v in zip(channels, out, strict=True)}
+    row = mechanism.outputs(time, mechanism.y0 if y is None else y, work)
+    return dict(zip(mechanism.layout.output, row.tolist(), strict=True))
 
 
 def what_is_lost(mechanism: Mechanism, lost: dict[str, float], known: dict[str, float] | None = None) -> str:

@@ -24,7 +24,7 @@ RATES = {"x": "vx", "y": "vy", "angle": "omega"}
 
 
 @dataclass(frozen=True)
-class Motion:
+class SampledMotion:
     """Outputs of a mechanism at a few times, (times, channels), with its states between them.
 
     work: what an accepted step left for the next.
@@ -36,11 +36,7 @@ class Motion:
     rows: np.ndarray
 
     def column(self, path: str) -> np.ndarray:
-        return self.rows[:, self._places[path]]
-
-    @cached_property
-    def _places(self) -> dict[str, int]:
-        return {c.path: i for i, c in enumerate(self.mechanism.layout.channels)}
+        return self.rows[:, self.mechanism.layout.output[path]]
 
     @cached_property
     def kinematics(self) -> Kinematics:
@@ -107,7 +103,7 @@ class Motion:
         values = [self.coordinate(place_named(self.mechanism.scene, *one))[0] for one in carried]
         return np.array(values).T.reshape(len(self.times), len(carried))
 
-    def between(self, times: np.ndarray) -> "Motion":
+    def between(self, times: np.ndarray) -> "SampledMotion":
         """Outputs at other times, from cubic interpolation of the states."""
         rows = np.empty((len(times), self.rows.shape[1]))
         y, work = self.mechanism.y0.copy(), self.work.copy()
@@ -121,8 +117,8 @@ class Motion:
             y[:size] += s**2 * ((3.0 - 2.0 * s) * values[i + 1] + (s - 1.0) * h * rates[i + 1])
             carried = (1.0 - s) * self.carried[i] + s * self.carried[i + 1]
             work[self.mechanism.layout.carried_places] = carried
-            self.mechanism.kernel("observe")(time, y, self.mechanism.par, work.copy(), row)
-        return Motion(self.mechanism, self.work, times, rows)
+            row[:] = self.mechanism.outputs(time, y, work)
+        return SampledMotion(self.mechanism, self.work, times, rows)
 
     @cached_property
     def dense(self) -> np.ndarray:
@@ -161,12 +157,11 @@ class DeadCentre:
         return tuple(j.name for j in joints if j is not None and j.soft)
 
 
-def dead_centre(motion: Motion) -> DeadCentre | None:
+def dead_centre(motion: SampledMotion) -> DeadCentre | None:
     """The first loop that comes to a dead centre along a motion; None where none does."""
     mechanism = motion.mechanism
-    row, work = np.empty((1, motion.rows.shape[1])), np.append(mechanism.work0, 0.0)
-    mechanism.kernel("observe")(0.0, mechanism.y0, mechanism.par, work, row[0])
-    start = Motion(mechanism, motion.work, np.zeros(1), row)
+    row = mechanism.outputs(0.0, mechanism.y0, np.append(mechanism.work0, 0.0))
+    start = SampledMotion(mechanism, motion.work, np.zeros(1), row[None])
     for group in (g for g in mechanism.plan.groups if g.closures):
         begun, sizes = float(_sizes(start, group)[0]), _sizes(motion, group)
         enough = DEAD * max([begun, *sizes[np.isfinite(sizes)]])
@@ -180,7 +175,7 @@ def dead_centre(motion: Motion) -> DeadCentre | None:
     return None
 
 
-def _lows(motion: Motion, group: Group, sizes: np.ndarray) -> Iterator[float]:
+def _lows(motion: SampledMotion, group: Group, sizes: np.ndarray) -> Iterator[float]:
     """Small sizes of a group's determinant: where it may go to zero, then at the times."""
     for i, size in enumerate(sizes):
         before = i - 1 if i > 0 and motion.dense[i - 1] else i
@@ -191,7 +186,7 @@ def _lows(motion: Motion, group: Group, sizes: np.ndarray) -> Iterator[float]:
     yield float(sizes.min())
 
 
-def _sizes(motion: Motion, group: Group) -> np.ndarray:
+def _sizes(motion: SampledMotion, group: Group) -> np.ndarray:
     """Sizes of a group's determinant along a motion, endless where there is no position."""
     found = np.abs(motion.determinants(group))
     return np.where(np.isfinite(found), found, np.inf)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 
-from clearance.body import ground
+from clearance.body import ABSOLUTE, ground
 from clearance.elements.joint import RELATIVE, TURN
 from clearance.mechanism.branches import folded, product, times
 from clearance.mechanism.kinematics import Propagation
@@ -119,10 +119,10 @@ class Dynamics:
         }
 
     def second_rate(self, place: tuple, acceleration: dict):
-        """Second rate of a coordinate by its place: a body and "x", "y", "angle", or a joint and a relative one."""
+        """Second rate of a coordinate by its place: of a body, or a relative one of a joint."""
         part, what = place
-        if what in ("x", "y", "angle"):
-            return acceleration[part][("x", "y", "angle").index(what)]
+        if what in ABSOLUTE:
+            return acceleration[part][ABSOLUTE.index(what)]
         rates = Rates(self.kinematics, acceleration, self.velocities)
         return rates.measured(part, rates.given(part))[what].a
 
@@ -199,7 +199,7 @@ class Dynamics:
         if parent is not ground:
             carried = (Rates(self.kinematics, {parent: unit}).carried(attachment) for unit in UNITS)
             rest.add(parent, *(self._along(twist, load) for twist in carried))
-        sign = 1.0 if body is joint.b.body else -1.0
+        sign = joint.sign(body)
         fx, fy = -sign * load[0], -sign * load[1]
         if turn is None:
             turn = 0.0 if TURN in joint.free else self._moment_about_point(joint, body, load, sign)

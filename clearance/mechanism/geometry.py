@@ -8,7 +8,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from clearance.elements.joint import ALONG, TURN
+from clearance.body import ABSOLUTE
+from clearance.elements.joint import RELATIVE, TURN
 from clearance.mechanism.emission import function_text
 from clearance.mechanism.function import Function
 from clearance.mechanism.kinematics import Kinematics, Pose
@@ -28,8 +29,8 @@ class Geometry:
     """
 
     def __init__(self, scene: Scene, values: list[float], traced: tuple):
-        self.places = [(j, what) for j in scene.joints for what in (ALONG, "across", TURN)]
-        self.places += [(b, what) for b in scene.bodies for what in ("x", "y", "angle")]
+        self.places = [(j, what) for j in scene.joints for what in RELATIVE]
+        self.places += [(b, what) for b in scene.bodies for what in ABSOLUTE]
         self.place = {place: i for i, place in enumerate(self.places)}
         self.values, (self.function, self.rows, self.columns) = values, traced
         self.count, self.size = 3 * len(scene.joints), 3 * len(scene.bodies)

@@ -179,8 +179,8 @@ class Kinematics:
             self.given(joint, what)[0] if value is None else value
             for what, value in ((ALONG, along), (ACROSS, across))
         )
-        side, other = ("b", "a") if body is joint.b.body else ("a", "b")
-        sign, (x, y) = (1.0 if side == "b" else -1.0), self.joint_point(joint, other)
+        side, sign = joint.side(body), joint.sign(body)
+        x, y = self.joint_point(joint, "a" if side == "b" else "b")
         pose = Pose(0.0, 0.0, *orientation)
         if joint.turns:
             base = self.poses[joint.a.body] if side == "b" else pose

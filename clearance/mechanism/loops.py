@@ -148,7 +148,7 @@ def place_rrp(k, group) -> None:
     (pin,) = group.closures
     p = k.pin(hinge.joint, hinge.joint.side(hinge.body))
     k.place_by(slide, k.orientation(slide), 0.0)
-    sign = 1.0 if slide.body is slide.joint.b.body else -1.0
+    sign = slide.joint.sign(slide.body)
     dx, dy = (sign * d for d in k.axis(slide.joint, slide.parent))
     shift = _shift(k, pin, hinge.body)
     start = k.joint_point(pin, pin.side(slide.body))
@@ -223,7 +223,7 @@ def mode(k, group) -> float:
         value = dx * (t[1] - p[1]) - dy * (t[0] - p[0])
     elif group.form == "RRP":
         hinge, slide = _hinge_and_slide(group)
-        sign = 1.0 if slide.body is slide.joint.b.body else -1.0
+        sign = slide.joint.sign(slide.body)
         dx, dy = k.axis(slide.joint, slide.parent)
         p, t = k.pin(hinge.joint, hinge.joint.side(hinge.body)), k.joint_point(pin, pin.side(hinge.body))
         value = sign * (dx * (t[0] - p[0]) + dy * (t[1] - p[1]))

@@ -155,10 +155,10 @@ class Motion:
         if target.slides:
             return Jet(*self.k.free(target, ALONG, self.velocities))
         a, b = target.bodies()
-        return Jet(self.turned(b) - self.turned(a), self.spin(b) - self.spin(a))
+        return Jet(self.turned(b) - self.turned(a), self.rate(target))
 
     def rate(self, joint: Joint) -> Value:
-        """Rate of the free coordinate of a joint."""
+        """Rate of the free coordinate of a joint; an angle itself would have to be carried from step to step."""
         if joint.slides:
             return self.k.free(joint, ALONG, self.velocities)[1]
         a, b = joint.bodies()

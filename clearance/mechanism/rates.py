@@ -133,10 +133,9 @@ class Rates:
 
     def _carried_by(self, attachment) -> Twist:
         body, joint, parent = attachment.body, attachment.joint, attachment.parent
-        side = joint.side(body)
+        side, sign = joint.side(body), joint.sign(body)
         jets = self.relative(joint)
         absolute = any(c.what == "angle" for c in attachment.coordinates)
-        sign = 1.0 if side == "b" else -1.0
         turn = self.second.get((body, "angle"), 0.0) if absolute else self.spin(parent).a + sign * jets[TURN].a
         self.field[body] = (0.0, 0.0, turn)  # what turns with the body needs its spin only
         local = {end: [self.local(joint, end)] for end in "ab"}

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from clearance.body import ground
+from clearance.body import Body, ground
 from clearance.mechanism.rates import ZERO
 from clearance.mechanism.trace import Value, is_zero
 
@@ -60,7 +60,7 @@ class Work:
 
     def on(self, target, effort) -> None:
         """An effort on the free coordinate of a joint, or a torque on a body."""
-        if not hasattr(target, "free"):
+        if isinstance(target, Body):
             self.add(target, moment=effort)
         elif target.slides:
             dx, dy = self.k.axis(target, target.a.body)

@@ -18,7 +18,7 @@ def put(source, i, target, k):
 
 @inline
 def jumped(pair, places, step, size):
-    """Whether a position is not where its speed takes it, or a speed not where its acceleration does.
+    """True where a position is not where its speed takes it, or a speed not where its acceleration does.
 
     Beside twice what is explained a position may move by a share WAY of the size [m], a speed by CHANGE of itself.
     """
