@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from clearance.mechanism.asking import Answerer
 from clearance.mechanism.closing import last_position, lost_at, no_number
 from clearance.mechanism.dead_centre import SampledMotion, dead_centre
 from clearance.recording import LedgerWatch, Recorder
 from clearance.regimes import FULL_FILM, depth_warning, hole_warning
 from clearance.stepping import status
+from clearance.tracing.asking import Answerer
 
 WORST_LEDGER = 0.5  # share of lost energy at which a run ends itself, however loose its tolerance
 THIN = 1e-6  # film left over the clearance at which a run that cannot go on has run out of film

@@ -11,9 +11,9 @@ import numpy as np
 from clearance import checks
 from clearance.checkpoint import PartsSink, state_of
 from clearance.diagnosis import Diagnosis
-from clearance.mechanism.asking import Answerer
 from clearance.recording import Recorder
 from clearance.stepping import status
+from clearance.tracing.asking import Answerer
 
 
 class Observer:

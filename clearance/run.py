@@ -10,12 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance import observers
+from clearance import observers, store
 from clearance.checkpoint import restore
 from clearance.compiling import announced
 from clearance.interrupts import Held, ended
-from clearance.mechanism import store
-from clearance.mechanism.asking import Answerer
 from clearance.mechanism.build import Mechanism, changed
 from clearance.mechanism.dead_centre import DeadCentre
 from clearance.options import Solver, Span, choose_method, implicit, kernel_roles, longest_step
@@ -40,6 +38,7 @@ from clearance.stepping.state import (
     VALUE,
     State,
 )
+from clearance.tracing.asking import Answerer
 from clearance.watched import Watched
 
 LOG = logging.getLogger("clearance")

@@ -17,7 +17,6 @@ from clearance.checkpoint import PartsSink
 from clearance.compiling import announced
 from clearance.demand import Demand, affordable
 from clearance.interrupts import Held
-from clearance.mechanism.asking import Answerer
 from clearance.mechanism.build import Mechanism, build
 from clearance.options import FINEST, SAMPLES_PER_TURN, Output, Solver, longest_step, span_of
 from clearance.recording import FileSink, Unwritable, chosen
@@ -25,6 +24,7 @@ from clearance.regimes import hole_warning
 from clearance.results import Record, Result
 from clearance.run import Run
 from clearance.scene import Scene
+from clearance.tracing.asking import Answerer
 
 LOG = logging.getLogger("clearance")
 

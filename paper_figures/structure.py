@@ -85,6 +85,9 @@ BOXES = {
         "quantities body elements* scene regimes",
         step=1,
     ),
+    "tracing": Box(
+        "tracing", "expressions to\ncompiled code", 1, 1.15, "#ad1457", "tracing*"
+    ),
     "compiler": Box(
         "compiler", "mechanism/: one\nkernel a scene", 2, 0.0, "#6a1b9a", "mechanism*", step=2
     ),
@@ -131,7 +134,7 @@ BOXES = {
     ),
 }
 #: modules that all parts may use: they are drawn without arrows
-SHARED = "checks units extremes interrupts loading locks demand version compiling"
+SHARED = "checks units extremes interrupts loading locks demand version compiling store"
 #: the package itself: its public names come from all parts
 PUBLIC = "clearance"
 

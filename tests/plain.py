@@ -2,8 +2,8 @@
 
 from functools import cache, lru_cache
 
-from clearance.mechanism.interpreter import traced
-from clearance.mechanism.kernels import evaluated, plain_kernel
+from clearance.tracing.interpreter import traced
+from clearance.tracing.kernels import evaluated, plain_kernel
 
 #: a text is compiled once for all states that it is called at
 written = lru_cache(maxsize=50)(plain_kernel)

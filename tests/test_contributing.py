@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import clearance as cl
-from clearance.mechanism import store
+from clearance import store
 
 ROOT = Path(__file__).parent.parent
 TEXT = (ROOT / "CONTRIBUTING.md").read_text()

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from clearance import laws
 from clearance.laws.law import FilmJoint
-from clearance.mechanism.interpreter import traced
-from clearance.mechanism.kernels import compiled, evaluated
+from clearance.tracing.interpreter import traced
+from clearance.tracing.kernels import compiled, evaluated
 from tests.plain import differentiated
 
 SLOPE = 3.0

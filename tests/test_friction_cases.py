@@ -15,8 +15,8 @@ from scipy.integrate import solve_ivp
 import clearance as cl
 from clearance.catalogue import find_case, load_case
 from clearance.mechanism.build import build
-from clearance.mechanism.interpreter import traced
-from clearance.mechanism.kernels import evaluated
+from clearance.tracing.interpreter import traced
+from clearance.tracing.kernels import evaluated
 from tests.plain import kernel
 from tests.test_mechanics import observed
 

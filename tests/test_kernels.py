@@ -16,8 +16,8 @@ from clearance.evidence.explain import explain
 from clearance.mechanism import build as building
 from clearance.mechanism import structure
 from clearance.mechanism.build import build
-from clearance.mechanism.interpreter import parsed
-from clearance.mechanism.kernels import lanes, plain_kernel
+from clearance.tracing.interpreter import parsed
+from clearance.tracing.kernels import lanes, plain_kernel
 from tests import mechanisms as m
 
 

@@ -10,6 +10,8 @@ ROOT = Path(__file__).parent.parent
 LAYERS = [
     ["clearance.checks", "clearance.units", "clearance.extremes", "clearance.interrupts", "clearance.loading"],
     ["clearance.locks", "clearance.demand", "clearance.version"],
+    ["clearance.store"],
+    ["clearance.tracing"],
     ["clearance.materials"],
     ["clearance.laws"],
     ["clearance.quantities"],
@@ -23,7 +25,7 @@ LAYERS = [
     ["clearance.observers"],
     ["clearance.run"],
     ["clearance.simulation", "clearance.inverse"],
-    ["clearance.choices", "clearance.catalogue", "clearance.evidence", "clearance.sweeping", "clearance.identify"],
+    ["clearance.films", "clearance.choices", "clearance.catalogue", "clearance.evidence", "clearance.sweeping", "clearance.identify"],
     ["clearance", "clearance.cli", "clearance.commands", "cases", "postprocess", "paper_figures"],
 ]
 #: folders beside the package that are installed into it
@@ -31,7 +33,7 @@ BESIDE = ("cases", "postprocess", "paper_figures")
 MODULES = [p for folder in ("clearance", *BESIDE) for p in sorted((ROOT / folder).rglob("*.py"))]
 ONLY_IN = {
     "numba": {
-        "clearance.mechanism.store",
+        "clearance.store",
         "clearance.stepping.parts",
         "clearance.stepping.record",
         "clearance.compiling",
@@ -71,6 +73,9 @@ def name_of(path):
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
+NAMES = {name_of(path) for path in MODULES}
+
+
 @cache
 def tree(path):
     return ast.parse(path.read_text())
@@ -82,6 +87,7 @@ def imports(path):
             yield from (a.name for a in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
             yield node.module
+            yield from (f"{node.module}.{a.name}" for a in node.names if f"{node.module}.{a.name}" in NAMES)
 
 
 def layer(module):

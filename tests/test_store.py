@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import clearance as cl
+from clearance import store
 from clearance.mechanism import build as building
-from clearance.mechanism import store
 from clearance.mechanism.build import build
 from tests import mechanisms as m
 from tests.plain import kernel as plain_kernel

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearance.mechanism.emission import Program, Writer, derive_text, kernel_text
-from clearance.mechanism.kernels import plain, plain_kernel
-from clearance.mechanism.schedule import scheduled
-from clearance.mechanism.trace import Slots, Trace
+from clearance.tracing.emission import Program, Writer, derive_text, kernel_text
+from clearance.tracing.kernels import plain, plain_kernel
+from clearance.tracing.schedule import scheduled
+from clearance.tracing.trace import Slots, Trace
 
 
 def run(trace, outputs, **names):

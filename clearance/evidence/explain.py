@@ -7,12 +7,12 @@ from importlib import import_module
 from clearance.elements.clearance_revolute import SLOTS
 from clearance.elements.joint import Joint
 from clearance.mechanism.build import Mechanism, build
-from clearance.mechanism.function import Opaque
-from clearance.mechanism.store import folder
 from clearance.mechanism.structure import Structure
 from clearance.options import choose_method, kernel_roles
 from clearance.scene import Scene
 from clearance.simulation import foreseen
+from clearance.store import folder
+from clearance.tracing.function import Opaque
 
 PARTS = (*SLOTS, "lubricant", "roughness", "heat")
 #: heavy packages a reader may want to see absent

@@ -16,12 +16,12 @@ from clearance.film.bearing import Bearing
 from clearance.film.tabulated import table_film
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint
 from clearance.mechanism.build import build
-from clearance.mechanism.interpreter import traced
-from clearance.mechanism.kernels import compiled
-from clearance.mechanism.store import njit
 from clearance.options import Solver, Span
 from clearance.results import save_tables
 from clearance.run import Run
+from clearance.store import njit
+from clearance.tracing.interpreter import traced
+from clearance.tracing.kernels import compiled
 
 JOINT = FilmJoint(radius=0.01, clearance=1e-4, length=0.02, viscosity=0.05)  # of the feeder
 STATES = 120

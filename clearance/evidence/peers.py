@@ -14,8 +14,8 @@ from functools import partial
 
 import numpy as np
 
+from clearance import store
 from clearance.evidence.problem import NotSolved, Problem, Solution
-from clearance.mechanism import store
 
 BIGGEST_STEP = 1.0 / 96.0  # of a turn, where contacts must not be jumped over
 FIRST_STEP = 1e-7  # of a turn, after a contact event: a longer one could jump over the whole contact

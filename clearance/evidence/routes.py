@@ -23,10 +23,10 @@ from clearance.inverse.dynamics import inverse_dynamics
 from clearance.inverse.explicit import STRETCH, Explicit
 from clearance.inverse.motion import Geometry, Pairs
 from clearance.mechanism.assembly import assemble
-from clearance.mechanism.emission import kernel_text
 from clearance.mechanism.structure import Structure
 from clearance.results import Record, save_tables
 from clearance.scene import Scene
+from clearance.tracing.emission import kernel_text
 
 REPEATS = 7
 ENOUGH = 3.0  # seconds after which a route is not repeated any more

@@ -16,7 +16,7 @@ import math
 import numpy as np
 
 from clearance.film.bearing import CONTACT, Bearing, FilmSolution, check_mesh, check_state
-from clearance.mechanism.store import njit
+from clearance.store import njit
 
 SHARP = {"contract", "arcp", "nsz", "reassoc"}  # sums of a factorisation may be reordered, nothing else
 LEAST_AROUND, LEAST_ALONG = 24, 3  # cells of the coarsest grid that serves for extrapolation

@@ -26,7 +26,7 @@ import numpy as np
 
 from clearance import checks
 from clearance.film.bearing import Bearing, Groove, check_mesh
-from clearance.mechanism.store import njit
+from clearance.store import njit
 
 FULL, CAVITATED, FIXED = 0, 1, 2  # kinds of cell; pressure and content of a fixed one are given
 COND, GAP, DRAG = (

@@ -49,7 +49,7 @@ from clearance.film.bearing import (
     coarseness,
 )
 from clearance.film.fem import TURN, mass_and_stiffness, quadratic_line, supplied, tensor_lines
-from clearance.mechanism.store import njit
+from clearance.store import njit
 
 REORDERED = {"contract", "arcp", "nsz", "reassoc"}  # sums of a factorisation may be, nothing else
 WIDTH = 0.25  # of the rupture: its pressure is that at sqrt(2 WIDTH) nodes from a sharp one

@@ -2,7 +2,7 @@
 
 `solved` is memoryless and stands where any film law stands. `conserving` has a memory: the oil content of the gap, over
 the bearing, is kept from step to step (implicit Euler between accepted states), and its liner may be elastic. Both are
-answered in Python (mechanism/asking.py), some 1e3 to 1e4 times dearer than the table. The finite elements of a run are
+answered in Python (tracing/asking.py), some 1e3 to 1e4 times dearer than the table. The finite elements of a run are
 those of film/moving.py, smooth in the motion; film/fem.py is their reference.
 """
 
@@ -12,7 +12,7 @@ from collections.abc import Callable
 from clearance import checks
 from clearance.film.bearing import CAVITATIONS, Bearing, Groove, check_mesh, coarseness
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, memory_film, wet_film
-from clearance.mechanism.asking import KEEP, SLOPES, VALUE, Answerer, answered
+from clearance.tracing.asking import KEEP, SLOPES, VALUE, Answerer, answered
 
 USUAL = {"fem": 5000, "fast": 16_000, "conserving": 100_000}  # solutions a turn at rtol 1e-6, of the feeder
 VALUES = 15  # solutions without slopes for one with them, in usual runs

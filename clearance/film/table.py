@@ -35,7 +35,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance import checks
+from clearance import checks, store
 from clearance.film import bands, tabulated
 from clearance.film.bearing import check_mesh, check_nodes
 from clearance.film.tabulated import (
@@ -46,7 +46,6 @@ from clearance.film.tabulated import (
     looked_up_flow,
     looked_up_flow_ambient,
 )
-from clearance.mechanism import store
 
 LOG = logging.getLogger("clearance")
 HALF_WAY = 3.0  # S at tau = 1/2

@@ -13,7 +13,7 @@ import numpy as np
 
 from clearance.checks import finite, non_negative, positive
 from clearance.identify.records import Measurement, Trial
-from clearance.mechanism.store import njit
+from clearance.store import njit
 
 DEGREE = math.pi / 180.0
 AXIS = {"tilt": 0, "tilt_y": 1, "spin": 2}

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearance.mechanism.store import njit
+from clearance.store import njit
 
 TORQUE, STIFFNESS, DAMPING, VISCOUS = range(4)  # functions of the speed that an axis has
 PADDING = 4  # numbers behind the parameters: stiffness and damping of a static law; two that empty slopes fall on

@@ -28,7 +28,7 @@ from clearance.checks import finite, positive
 from clearance.identify import models
 from clearance.identify.estimation import Estimate
 from clearance.identify.models import AXES, Model, Parameter, Values
-from clearance.mechanism.store import njit
+from clearance.store import njit
 
 GATES = 4  # input, forget, candidate, output
 SINCE, TURNED, HELD, UNITS = 0, 1, 4, 7  # state: time [s] and angles [rad] since the last interval; torque; h and c

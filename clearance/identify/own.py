@@ -30,9 +30,9 @@ from clearance.identify.models import FINER, LAG, Model, Parameter, Values, dela
 from clearance.identify.records import Trial
 from clearance.laws.law import Law, joint_bristle, joint_friction
 from clearance.loading import located, module_of
-from clearance.mechanism.interpreter import traced
-from clearance.mechanism.kernels import compiled
-from clearance.mechanism.store import njit
+from clearance.store import njit
+from clearance.tracing.interpreter import traced
+from clearance.tracing.kernels import compiled
 
 DIFFERENCE = 1e-4  # of a parameter (of its range where it may be negative), by which it is moved for slopes
 GROUPS = "tilt", "tilt", "spin"  # whose parameters a law has about x, y, z

@@ -16,7 +16,7 @@ from clearance.identify.bench import Joint, bench, sine
 from clearance.identify.estimation import STARTS
 from clearance.identify.fit import Fit, fit, nrmse
 from clearance.identify.records import Measurement, Trial
-from clearance.mechanism.store import njit
+from clearance.store import njit
 
 #: what the source prints: NRMSE of training and test
 SOURCE = {

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clearance.mechanism import store
+from clearance import store
 from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.closing import last_position, what_is_lost
 from clearance.mechanism.topology import closed_plan

@@ -19,9 +19,9 @@ from clearance.body import Body, Point, as_point, ground
 from clearance.elements import Drive, Prismatic
 from clearance.laws.law import BoundLaw
 from clearance.mechanism.assembly import Start
-from clearance.mechanism.interpreter import traced
-from clearance.mechanism.kernels import evaluated
 from clearance.scene import Scene
+from clearance.tracing.interpreter import traced
+from clearance.tracing.kernels import evaluated
 
 TURN = 2.0 * math.pi
 #: closing errors [rad, sizes of the mechanism]: where Newton stops, and what is accepted where it gets no further

@@ -23,9 +23,9 @@ from clearance.elements.friction_joint import FrictionJoint
 from clearance.inverse.motion import Geometry, Pairs, amount, from_centre, solve
 from clearance.laws.law import BoundLaw
 from clearance.mechanism.assembly import assemble
-from clearance.mechanism.interpreter import traced
-from clearance.mechanism.kernels import evaluated
 from clearance.scene import Scene
+from clearance.tracing.interpreter import traced
+from clearance.tracing.kernels import evaluated
 
 #: samples solved at once: more only take memory
 BLOCK = 2048

@@ -15,11 +15,11 @@ from clearance.body import ABSOLUTE, Body, ground
 from clearance.elements.element import Element
 from clearance.elements.joint import FREE, RELATIVE, TURN, Joint
 from clearance.mechanism.geometry import Geometry
-from clearance.mechanism.interpreter import traced
-from clearance.mechanism.kernels import evaluated
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.topology import closed_plan
 from clearance.scene import Scene
+from clearance.tracing.interpreter import traced
+from clearance.tracing.kernels import evaluated
 
 CLOSURE = 1e-12  # largest closing error accepted, relative to the mechanism's size
 RANK = 1e-9  # singular values below this share of the largest count as zero

@@ -17,8 +17,8 @@ from clearance.mechanism.loops import check_reach, mode
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.structure import Structure, Tracing
 from clearance.mechanism.topology import Plan, closed_plan, cut_plan
-from clearance.mechanism.trace import Trace
 from clearance.scene import Scene
+from clearance.tracing.trace import Trace
 
 _structures: dict[tuple, Structure] = {}
 MOST_STRUCTURES = 100  # that a process keeps; one takes some 3 MB

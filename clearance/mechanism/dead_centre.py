@@ -13,7 +13,7 @@ from clearance.mechanism.kinematics import Kinematics, Pose, Propagation
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.rates import ZERO, Rates
 from clearance.mechanism.topology import Group
-from clearance.mechanism.trace import Trace
+from clearance.tracing.trace import Trace
 
 DEAD = 1e-2  # closing determinant at a dead centre, over the largest of the motion
 STEEP = 4.0  # a determinant may reach zero within this many of its changes between two outputs

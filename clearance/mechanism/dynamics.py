@@ -10,9 +10,9 @@ from clearance.mechanism.motion import Motion
 from clearance.mechanism.rates import UNITS, ZERO, Rates
 from clearance.mechanism.spatial import inertia_across, reactions_across
 from clearance.mechanism.topology import Plan
-from clearance.mechanism.trace import Trace, is_zero
 from clearance.mechanism.work import Work
 from clearance.scene import Scene
+from clearance.tracing.trace import Trace, is_zero
 
 
 @dataclass

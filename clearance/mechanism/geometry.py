@@ -10,12 +10,12 @@ import numpy as np
 
 from clearance.body import ABSOLUTE
 from clearance.elements.joint import RELATIVE, TURN
-from clearance.mechanism.emission import function_text
-from clearance.mechanism.function import Function
 from clearance.mechanism.kinematics import Kinematics, Pose
 from clearance.mechanism.loops import offsets, wrong_turn
 from clearance.mechanism.numbers import Numbers
 from clearance.scene import Scene
+from clearance.tracing.emission import function_text
+from clearance.tracing.function import Function
 
 MOST = 100  # traced statements that a process keeps
 _traced: dict[tuple, tuple[Callable, np.ndarray, np.ndarray]] = {}

@@ -10,10 +10,10 @@ the friction: strong friction can have several solutions, and this is the one th
 import math
 from dataclasses import dataclass, field
 
-from clearance.mechanism.function import Function, Inside, Loop
 from clearance.mechanism.loops import implicit, solve
 from clearance.mechanism.motion import Calls
-from clearance.mechanism.trace import Trace
+from clearance.tracing.function import Function, Inside, Loop
+from clearance.tracing.trace import Trace
 
 #: change of the friction efforts over their sum at which they are found
 TOLERANCE = 1e-13

@@ -13,7 +13,7 @@ from clearance.elements.joint import ACROSS, ALONG, TURN, Joint
 from clearance.mechanism import loops
 from clearance.mechanism.rates import ZERO, Rates
 from clearance.mechanism.topology import Attachment, Group, Plan
-from clearance.mechanism.trace import Trace, Value, is_zero
+from clearance.tracing.trace import Trace, Value, is_zero
 
 Vector = tuple[Value, Value]
 

@@ -5,8 +5,8 @@ import math
 from functools import lru_cache
 
 from clearance.elements.joint import ACROSS, ALONG, TURN
-from clearance.mechanism.function import Function, Inside, Loop
-from clearance.mechanism.trace import Trace
+from clearance.tracing.function import Function, Inside, Loop
+from clearance.tracing.trace import Trace
 
 #: Newton stops when the last correction (rad, m) is below this; the error left is its square
 NEWTON_TOLERANCE = 1e-9

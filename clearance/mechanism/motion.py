@@ -3,10 +3,10 @@
 from clearance.body import Body
 from clearance.elements.joint import ALONG, RELATIVE, Joint
 from clearance.laws.law import BoundLaw
-from clearance.mechanism.interpreter import traced
 from clearance.mechanism.kinematics import Kinematics, Pose
 from clearance.mechanism.rates import Jet, Rates
-from clearance.mechanism.trace import Trace, Value
+from clearance.tracing.interpreter import traced
+from clearance.tracing.trace import Trace, Value
 
 
 class Calls:

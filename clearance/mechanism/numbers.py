@@ -10,9 +10,9 @@ from dataclasses import fields, is_dataclass
 from clearance.body import Body, Point
 from clearance.elements.element import Element
 from clearance.laws.law import BoundLaw
-from clearance.mechanism.interpreter import fingerprint
 from clearance.quantities import ZERO, Row
 from clearance.scene import Scene
+from clearance.tracing.interpreter import fingerprint
 
 
 class Numbers:

@@ -6,7 +6,7 @@ a rule of their own, a = alpha x v - w^2 v + 2 w x r + q: differentiating cosine
 
 from clearance.body import Body
 from clearance.elements.joint import ACROSS, ALONG, FREE, RELATIVE, TURN, Joint
-from clearance.mechanism.trace import is_zero
+from clearance.tracing.trace import is_zero
 
 Twist = tuple  # (x, y, turning): rates of a centre of mass and of an angle
 ZERO: Twist = (0.0, 0.0, 0.0)

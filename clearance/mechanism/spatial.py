@@ -6,7 +6,7 @@ of mass in z, and products of inertia; a joint answers with an axial force and t
 
 from clearance.body import ground
 from clearance.mechanism.rates import ZERO
-from clearance.mechanism.trace import is_zero
+from clearance.tracing.trace import is_zero
 
 
 def inertia_across(k, body, acceleration, turning) -> tuple:

@@ -14,19 +14,19 @@ from dataclasses import dataclass
 from functools import cached_property
 from weakref import WeakValueDictionary
 
-from clearance.mechanism import kernels
 from clearance.mechanism.dynamics import Dynamics
-from clearance.mechanism.emission import Program, derive_text, kernel_text
-from clearance.mechanism.function import Expansion, Opaque
-from clearance.mechanism.interpreter import fingerprint
 from clearance.mechanism.joint_friction import joint_friction
 from clearance.mechanism.kinematics import Columns, Kinematics, Propagation
 from clearance.mechanism.layout import Channel, Layout
 from clearance.mechanism.motion import Calls, Motion
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.topology import Plan
-from clearance.mechanism.trace import Slots, Trace
 from clearance.scene import Scene
+from clearance.tracing import kernels
+from clearance.tracing.emission import Program, derive_text, kernel_text
+from clearance.tracing.function import Expansion, Opaque
+from clearance.tracing.interpreter import fingerprint
+from clearance.tracing.trace import Slots, Trace
 
 #: derivatives of a Jacobian up to which its entries are written down, each by itself
 MOST_DERIVATIVES = 12_000

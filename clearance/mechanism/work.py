@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 from clearance.body import Body, ground
 from clearance.mechanism.rates import ZERO
-from clearance.mechanism.trace import Value, is_zero
+from clearance.tracing.trace import Value, is_zero
 
 
 @dataclass

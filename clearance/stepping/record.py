@@ -18,7 +18,7 @@ from numba.np import linalg
 from numba.np.arrayobj import make_array, populate_array
 from numba.np.numpy_support import from_dtype
 
-from clearance.mechanism.store import COMPILED
+from clearance.store import COMPILED
 
 
 def _load_array_functions() -> None:

@@ -7,9 +7,9 @@ from inspect import signature
 
 import numpy as np
 
-from clearance.mechanism.store import COMPILED
 from clearance.stepping.record import Record, packed, reader
 from clearance.stepping.types import DENSE_ROWS, KERNEL, STEP, VECTOR, inline, shared
+from clearance.store import COMPILED
 
 # columns of `contacts`, the running record of each joint, and of `impacts`, the finished ones
 TOUCHING, SINCE, IMPACT_SPEED, KIND, COORDINATE, CLEARANCE = range(6)

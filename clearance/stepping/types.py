@@ -3,8 +3,8 @@
 import hashlib
 from pathlib import Path
 
-from clearance.mechanism.store import COMPILED, KERNEL, OPTIONS, cached, caller, njit, types
 from clearance.stepping.parts import Part, Whole
+from clearance.store import COMPILED, KERNEL, OPTIONS, cached, caller, njit, types
 
 float64, int64, complex128 = types.float64, types.int64, types.complex128
 VECTOR = float64[::1]

@@ -32,11 +32,11 @@ from clearance.film.fem import FemFilm  # noqa: E402
 from clearance.film.table import Key  # noqa: E402
 from clearance.film.table import build as build_table  # noqa: E402
 from clearance.mechanism.build import build  # noqa: E402
-from clearance.mechanism.interpreter import traced  # noqa: E402
-from clearance.mechanism.kernels import compiled  # noqa: E402
 from clearance.options import Solver, Span  # noqa: E402
 from clearance.run import Run  # noqa: E402
 from clearance.stepping import status  # noqa: E402
+from clearance.tracing.interpreter import traced  # noqa: E402
+from clearance.tracing.kernels import compiled  # noqa: E402
 from tests.augmented import Augmented, augmented  # noqa: E402
 
 MARK = "<!-- benchmark table -->"

@@ -24,6 +24,7 @@ CORE = (
     "clearance/*.py",
     "clearance/laws",
     "clearance/elements",
+    "clearance/tracing",
     "clearance/mechanism",
     "clearance/stepping",
     "clearance/film",

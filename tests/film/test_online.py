@@ -18,12 +18,12 @@ from clearance.film.moving import MovingFilm
 from clearance.film.online import conserving_film, fast_film, fem_film
 from clearance.film.tabulated import table_film
 from clearance.laws.law import FilmJoint
-from clearance.mechanism import asking
-from clearance.mechanism.asking import KEEP, SLOPES, VALUE, Answerer, answered
 from clearance.mechanism.build import build
 from clearance.options import Span
 from clearance.run import Run
 from clearance.simulation import dear
+from clearance.tracing import asking
+from clearance.tracing.asking import KEEP, SLOPES, VALUE, Answerer, answered
 
 C = 1e-4
 JOINT = FilmJoint(radius=0.01, clearance=C, length=0.02, viscosity=0.05)

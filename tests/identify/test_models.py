@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from clearance.identify import kernels, models
 from clearance.identify.models import Curve, lugre1d, lugre3d
 from clearance.identify.records import Trial
-from clearance.mechanism.store import njit
+from clearance.store import njit
 
 AXIS = ("kinetic", "static", "stribeck_speed", "stiffness", "damping", "viscous")
 VALUES = {

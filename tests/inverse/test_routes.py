@@ -11,8 +11,8 @@ from clearance.paper_figures import chain_operations
 import clearance as cl
 from clearance.evidence import routes
 from clearance.inverse.explicit import Explicit
-from clearance.mechanism.emission import function_text
 from clearance.mechanism.loops import solver
+from clearance.tracing.emission import function_text
 from tests import mechanisms
 
 TIMES = np.linspace(0.0, 10.0, 120)

@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
-from clearance.mechanism.function import Answer, Function, Loop, Opaque
-from clearance.mechanism.schedule import Branch, scheduled
-from clearance.mechanism.trace import COMPARISONS, Scalar, derived, live, text
+from clearance.tracing.function import Answer, Function, Loop, Opaque
+from clearance.tracing.schedule import Branch, scheduled
+from clearance.tracing.trace import COMPARISONS, Scalar, derived, live, text
 
 _INFIX = {
     "add": "+",

@@ -10,11 +10,11 @@ from collections.abc import Callable
 
 import llvmlite.ir as ir
 
-from clearance.mechanism.emission import Program, called
-from clearance.mechanism.function import Answer, Function, Loop, Opaque
-from clearance.mechanism.schedule import Branch, scheduled
-from clearance.mechanism.store import for_range
-from clearance.mechanism.trace import Scalar
+from clearance.store import for_range
+from clearance.tracing.emission import Program, called
+from clearance.tracing.function import Answer, Function, Loop, Opaque
+from clearance.tracing.schedule import Branch, scheduled
+from clearance.tracing.trace import Scalar
 
 DOUBLE, INT64, BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 POINTER = DOUBLE.as_pointer()

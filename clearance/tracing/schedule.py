@@ -8,7 +8,7 @@ evaluated there.
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 
-from clearance.mechanism.trace import Scalar, live
+from clearance.tracing.trace import Scalar, live
 
 #: cost of an operation where it is not 1, and of what a branch must save to be worth one
 COSTS = {

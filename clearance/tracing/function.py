@@ -7,8 +7,8 @@ as functions.
 from collections.abc import Callable
 from functools import cached_property
 
-from clearance.mechanism.asking import KEEP, SLOPES, VALUE
-from clearance.mechanism.trace import Scalar, Trace, is_number, live
+from clearance.tracing.asking import KEEP, SLOPES, VALUE
+from clearance.tracing.trace import Scalar, Trace, is_number, live
 
 #: operations up to which a function becomes part of its callers
 SHORT = 150
@@ -217,7 +217,7 @@ def _form(kind: type) -> str:
 
 class Answer:
     """An answer of Python to a kernel, through a block of the parameter vector
-    (mechanism/asking.py).
+    (tracing/asking.py).
 
     Arguments: where the block begins, then its inputs. outputs: how many of its values are wanted;
     by: the inputs that their derivatives are wanted by. With `keep` the block is to remember its

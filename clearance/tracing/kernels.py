@@ -8,11 +8,11 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from clearance.mechanism import store
-from clearance.mechanism.asking import answered
-from clearance.mechanism.emission import Program, called, function_text, kernel_text
-from clearance.mechanism.function import Function, Opaque
-from clearance.mechanism.interpreter import parsed
+from clearance import store
+from clearance.tracing.asking import answered
+from clearance.tracing.emission import Program, called, function_text, kernel_text
+from clearance.tracing.function import Function, Opaque
+from clearance.tracing.interpreter import parsed
 
 #: functions that numpy and math call alike
 SAME = ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "log1p", "expm1")
@@ -38,7 +38,7 @@ def kernel(program: Program) -> Callable:
     if not store.COMPILED:
         return plain_kernel(program)
 
-    from clearance.mechanism.ir import Lowering
+    from clearance.tracing.ir import Lowering
 
     places = addresses(program.functions)
 
@@ -56,7 +56,7 @@ def lanes(program: Program, width: int) -> Callable:
 
     data: the parameter vector of one of them, whose tables all read.
     """
-    from clearance.mechanism.ir import Lowering
+    from clearance.tracing.ir import Lowering
 
     places = addresses(program.functions)
 
@@ -74,7 +74,7 @@ def compiled(function: Function) -> Callable:
     if not store.COMPILED:
         return lambda par, *arguments: evaluated(function)(*arguments, par=par)
 
-    from clearance.mechanism.ir import Lowering
+    from clearance.tracing.ir import Lowering
 
     places = addresses([function, *called(function.outputs)])
 

@@ -21,9 +21,9 @@ from threading import RLock
 from types import ModuleType
 from typing import ClassVar
 
-from clearance.mechanism.asking import KEEP
-from clearance.mechanism.function import Answer, Function, Inside, Loop, Opaque
-from clearance.mechanism.trace import (
+from clearance.tracing.asking import KEEP
+from clearance.tracing.function import Answer, Function, Inside, Loop, Opaque
+from clearance.tracing.trace import (
     BINARY,
     COMPARISONS,
     FLAT,
