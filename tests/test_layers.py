@@ -25,7 +25,8 @@ LAYERS = [
     ["clearance.observers"],
     ["clearance.run"],
     ["clearance.simulation", "clearance.inverse"],
-    ["clearance.films", "clearance.choices", "clearance.catalogue", "clearance.evidence", "clearance.sweeping", "clearance.identify"],
+    ["clearance.films", "clearance.choices", "clearance.catalogue"],
+    ["clearance.evidence", "clearance.sweeping", "clearance.identify"],
     ["clearance", "clearance.cli", "clearance.commands", "cases", "postprocess", "paper_figures"],
 ]
 #: folders beside the package that are installed into it
