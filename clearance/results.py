@@ -18,7 +18,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 
 import h5py
@@ -55,19 +55,26 @@ LIBVER = ("v108", "v108")
 
 def provenance() -> dict:
     """Format, versions of what made a file, and when (UTC); attributes of every file."""
-    versions = {"version_clearance": VERSION}
-    for package in PACKAGES:
-        try:
-            versions[f"version_{package}"] = importlib.metadata.version(package)
-        except importlib.metadata.PackageNotFoundError:
-            versions[f"version_{package}"] = "not installed"
     return {
         "format": FORMAT,
         "format_version": FORMAT_VERSION,
         "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         "version_python": platform.python_version(),
-        **versions,
+        "version_clearance": VERSION,
+        **_versions(),
     }
+
+
+@cache
+def _versions() -> dict[str, str]:
+    """Versions of the packages, looked up once a process."""
+    versions = {}
+    for package in PACKAGES:
+        try:
+            versions[f"version_{package}"] = importlib.metadata.version(package)
+        except importlib.metadata.PackageNotFoundError:
+            versions[f"version_{package}"] = "not installed"
+    return versions
 
 
 def check_replaceable(path: Path) -> None:

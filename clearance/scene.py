@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, is_dataclass, replace
+from functools import cached_property
 
 from clearance import checks
 from clearance.body import Body, Point, ground
@@ -139,7 +140,11 @@ class Scene:
         return scene
 
     def description(self) -> dict:
-        """The scene as plain data: bodies, joints, loads with every number."""
+        """The scene as plain data: bodies, joints, loads with every number. Made once: leave it as it is."""
+        return self._description
+
+    @cached_property
+    def _description(self) -> dict:
         return {
             "name": self.name,
             "gravity": self.gravity,
@@ -150,11 +155,21 @@ class Scene:
 
     def to_json(self) -> str:
         """The scene's description as a JSON document, for provenance."""
+        return self._json
+
+    @cached_property
+    def _json(self) -> str:
         return json.dumps(self.description())
 
     def __repr__(self) -> str:
         kinds = ", ".join(f"{j.name}:{type(j).__name__}" for j in self.joints)
         return f"Scene({self.name!r}: {len(self.bodies)} bodies; {kinds})"
+
+
+def counterparts(before: Scene, after: Scene) -> dict[Body | Element, Body | Element]:
+    """The parts of one scene by those of another with the same names; the ground is that of both."""
+    parts = {p.key: p for p in (*after.bodies, *after.elements)}
+    return {p: parts[p.key] for p in (*before.bodies, *before.elements)} | {ground: ground}
 
 
 def _changed(part: Body | Element, changes: dict[str, float]) -> Body | Element:

@@ -6,7 +6,10 @@ from itertools import permutations
 import pytest
 
 import clearance as cl
+from clearance.mechanism import assembly
+from clearance.mechanism import build as building
 from clearance.mechanism.assembly import assemble
+from clearance.mechanism.build import build
 from tests import mechanisms as m
 
 CRANK, ROD, GROUND = 0.05, 0.15, 0.13
@@ -90,3 +93,22 @@ def test_out_of_reach():
     far = math.hypot(0.1 * math.cos(angle) - GROUND, 0.1 * math.sin(angle))
     assert far <= 0.22 + 1e-12
     assert abs(angle - (math.pi - 0.2)) > 0.1
+
+
+@pytest.mark.parametrize("values", [{"angle": 0.5}, {"speed": 20.0}])
+def test_shared_positions(values):
+    """A scene of a structure seen before starts as it does in a fresh process, bit by bit; another angle moves it."""
+
+    def built(angle=0.4, speed=10.0):
+        scene = engine(range(4), lambda crank, _: cl.Drive(crank, speed=speed), angle=angle)
+        return build(scene)
+
+    first = built()
+    shared = built(**values)
+    for memory in (assembly._positions, building._planned):
+        memory.clear()
+    alone = built(**values)
+    assert [*shared.start.pose.values()] == [*alone.start.pose.values()]
+    assert [*shared.start.velocity.values()] == [*alone.start.velocity.values()]
+    assert shared.par.tolist() == alone.par.tolist()
+    assert [*shared.start.pose.values()] != [*first.start.pose.values()] or "angle" not in values

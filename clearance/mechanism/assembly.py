@@ -7,6 +7,7 @@ Works on absolute coordinates of all bodies (numpy, once per run).
 """
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,7 @@ from clearance.elements.joint import FREE, RELATIVE, TURN, Joint
 from clearance.mechanism.geometry import Geometry
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.topology import closed_plan
-from clearance.scene import Scene
+from clearance.scene import Scene, counterparts
 from clearance.tracing.interpreter import traced
 from clearance.tracing.kernels import evaluated
 
@@ -25,6 +26,10 @@ CLOSURE = 1e-12  # largest closing error accepted, relative to the mechanism's s
 RANK = 1e-9  # singular values below this share of the largest count as zero
 ITERATIONS = 200
 LARGEST_TURN = 0.5  # rad a single correction may turn a body
+MOST_POSITIONS = 100  # that a process keeps
+
+#: closed positions and their measured joints, by all that they depend on: points of a sweep mostly share them
+_positions: dict[tuple, tuple[np.ndarray, list[str]]] = {}
 
 
 @dataclass(frozen=True)
@@ -56,8 +61,7 @@ class Start:
 
     def followed(self, before: Scene, after: Scene) -> "Start":
         """The same start for a scene whose parts are others with the same names."""
-        parts = {p.key: p for p in (*after.bodies, *after.elements)}
-        new = {p: parts[p.key] for p in (*before.bodies, *before.elements)} | {ground: ground}
+        new = counterparts(before, after)
         return Start(
             {new[b]: pose for b, pose in self.pose.items()},
             {new[b]: rate for b, rate in self.velocity.items()},
@@ -78,14 +82,16 @@ def assemble(scene: Scene, numbers: Numbers | None = None) -> Start:
     Raises ValueError naming the joint for a loop that cannot close (and by how much), a locked mechanism or a redundant
     loop, a drive that fights another.
     """
-    system = _System(scene, numbers or Numbers(scene))
-    q = system.rough()
-    system.take_start_values(q)
-    guilty, freedom = system.choose_measured(system.beside(q))
-    if freedom and not guilty:
-        system.hold(q)
-    q = system.closed(q)
-    system.report_dependent(*system.choose_measured(q))
+    numbers = numbers or Numbers(scene)
+    system = _System(scene, numbers)
+    key = numbers.signature, system.given()
+    if key not in _positions:
+        if len(_positions) >= MOST_POSITIONS:
+            del _positions[next(iter(_positions))]  # the oldest
+        q = system.position()
+        _positions[key] = q, [j.name for j in system.measured]
+    q, measured = _positions[key]
+    system.measure(measured)
     system.check_measured(q)
     velocity = system.velocities(q)
     poses = {b: tuple(map(float, q[3 * i : 3 * i + 3])) for i, b in enumerate(scene.bodies)}
@@ -119,6 +125,33 @@ class _System:
         self.start: dict[Element, float] = {}
         self.held: list[_Row] = []
         self.size = _size(scene)
+
+    # --- position
+    def given(self) -> tuple:
+        """All that the closed position depends on, beside the structure of the scene."""
+        bodies = [(b.com, b.angle, b.position) for b in self.scene.bodies]
+        points = [(p.x, p.y) for j in self.scene.joints for p in (j.a, j.b)]
+        kept = [j for j in self.scene.joints if TURN not in j.free and j.turn.number]
+        turns = [getattr(j, j.turn.number) for j in kept]
+        states = [(s.start, s.start_rate) for j in self.scene.joints for s in j.states()]
+        drives = [d.start if d.motion is None else float(d.motion(0.0)) for d in self.drives]
+        return (self.size, self.geometry.read, *map(tuple, (bodies, points, turns, states, drives)))
+
+    def position(self) -> np.ndarray:
+        """The closed position, with the joints that are measured there."""
+        q = self.rough()
+        self.take_start_values(q)
+        guilty, freedom = self.choose_measured(self.beside(q))
+        if freedom and not guilty:
+            self.hold(q)
+        q = self.closed(q)
+        self.report_dependent(*self.choose_measured(q))
+        return q
+
+    def measure(self, names: Collection[str]) -> None:
+        """Have the joints of these names measured, in this order."""
+        self.measured = [next(j for j in self.scene.joints if j.name == name) for name in names]
+        self.joints = [j for j in self.scene.joints if j not in self.measured]
 
     # --- rough start
     def rough(self) -> np.ndarray:

@@ -17,10 +17,11 @@ from clearance.mechanism.loops import check_reach, mode
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.structure import Structure, Tracing
 from clearance.mechanism.topology import Plan, closed_plan, cut_plan
-from clearance.scene import Scene
+from clearance.scene import Scene, counterparts
 from clearance.tracing.trace import Trace
 
 _structures: dict[tuple, Structure] = {}
+_planned: dict[tuple, tuple[Scene, Plan, Plan]] = {}
 MOST_STRUCTURES = 100  # that a process keeps; one takes some 3 MB
 
 
@@ -113,7 +114,7 @@ def build(scene: Scene, ledger: bool = True, opened: Collection[str] = ()) -> Me
     start = assemble(scene, numbers)
     more = (j for j in scene.clearance_joints if j.name in opened and j not in start.measured)
     start = replace(start, measured=(*start.measured, *more))
-    plan, cut = closed_plan(scene, start.measured), cut_plan(scene)
+    plan, cut = _plans(scene, numbers, start.measured)
     for group in plan.groups:
         check_reach(group, start.size)
     measured = tuple(j.name for j in start.measured)
@@ -132,6 +133,21 @@ def build(scene: Scene, ledger: bool = True, opened: Collection[str] = ()) -> Me
         if spot.kind == BLENDED:  # no first touch: a typical speed instead
             mechanism.work0[i] = max(mechanism.work0[i], spot.reach * mechanism.frequency)
     return mechanism
+
+
+def _plans(scene: Scene, numbers: Numbers, measured: tuple) -> tuple[Plan, Plan]:
+    """Plans with the clearance joints closed and cut; scenes of one structure and the same lengths share them."""
+    lengths = tuple((p.x, p.y) for j in scene.joints for p in (j.a, j.b))
+    key = numbers.signature, tuple(j.name for j in measured), lengths
+    if key not in _planned:
+        if len(_planned) >= MOST_STRUCTURES:
+            del _planned[next(iter(_planned))]  # the oldest
+        _planned[key] = scene, closed_plan(scene, measured), cut_plan(scene)
+    before, *plans = _planned[key]
+    if before is scene:
+        return tuple(plans)
+    new = counterparts(before, scene)
+    return tuple(plan.followed(new) for plan in plans)
 
 
 def changed(mechanism: Mechanism, changes: dict[str, float], time: float = 0.0) -> Mechanism:

@@ -16,23 +16,25 @@ from clearance.mechanism.numbers import Numbers
 from clearance.scene import Scene
 from clearance.tracing.emission import function_text
 from clearance.tracing.function import Function
+from clearance.tracing.trace import live
 
 MOST = 100  # traced statements that a process keeps
-_traced: dict[tuple, tuple[Callable, np.ndarray, np.ndarray]] = {}
+_traced: dict[tuple, tuple] = {}
 
 
 class Geometry:
     """Values and slopes of coordinates at positions q, (x, y, angle) of each body.
 
     places: (joint, name) of the relative coordinates, known ones less the numbers that joints keep them at,
-    then (body, "x"), (body, "y"), (body, "angle").
+    then (body, "x"), (body, "y"), (body, "angle"). read: the scene's numbers that they depend on.
     """
 
     def __init__(self, scene: Scene, values: list[float], traced: tuple):
         self.places = [(j, what) for j in scene.joints for what in RELATIVE]
         self.places += [(b, what) for b in scene.bodies for what in ABSOLUTE]
         self.place = {place: i for i, place in enumerate(self.places)}
-        self.values, (self.function, self.rows, self.columns) = values, traced
+        self.function, self.rows, self.columns, read = traced
+        self.values, self.read = values, tuple(values[i] for i in read)
         self.count, self.size = 3 * len(scene.joints), 3 * len(scene.bodies)
 
     @classmethod
@@ -58,11 +60,12 @@ class Geometry:
         return self(q)[0][self.place[place]]
 
 
-def _trace(scene: Scene, numbers: Numbers) -> tuple[Callable, np.ndarray, np.ndarray]:
-    """Function of q and the scene's numbers: values, then slopes at the places rows, columns."""
+def _trace(scene: Scene, numbers: Numbers) -> tuple[Callable, np.ndarray, np.ndarray, list[int]]:
+    """Function of q and the scene's numbers: values, then slopes at the places rows, columns; numbers that it reads."""
     function = Function("geometry")
     q = [function.argument() for _ in range(3 * len(scene.bodies))]
-    given = numbers.constants | {name: function.argument() for name in numbers.index}
+    free = {name: function.argument() for name in numbers.index}
+    given = numbers.constants | free
     trace = function.trace
     k = Kinematics(trace, given.__getitem__, {}, {})
     k.poses |= {
@@ -71,14 +74,15 @@ def _trace(scene: Scene, numbers: Numbers) -> tuple[Callable, np.ndarray, np.nda
     }
     values = [v for joint in scene.joints for v in _relative(k, joint)]
     if not values:
-        return lambda par, *numbers: (), *np.zeros((2, 0), dtype=int)
+        return lambda par, *numbers: (), *np.zeros((2, 0), dtype=int), []
     slopes = trace.tangent(values, {leaf: {i: 1.0} for i, leaf in enumerate(q)})
     places = [(i, j) for i, slope in enumerate(slopes) for j in slope]
     function.outputs = [*values, *(slopes[i][j] for i, j in places)]
     scope: dict = {"math": math}
     exec(function_text(function), scope)  # noqa: S102
     rows, columns = np.array(places, dtype=int).reshape(-1, 2).T
-    return scope[function.name], rows, columns
+    alive = set(live(function.outputs))
+    return scope[function.name], rows, columns, [i for i, leaf in enumerate(free.values()) if leaf in alive]
 
 
 def _relative(k: Kinematics, joint) -> list:

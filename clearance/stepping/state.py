@@ -126,6 +126,8 @@ def layout(
     return np.dtype([(name, float) for name in FLOATS] + [(name, int) for name in INTEGERS] + arrays)
 
 
+#: number of rows in use -> arrays of output that have so many
+BUFFERS = {"rows_filled": ("times", "rows"), "log_filled": ("log",), "impacts_filled": ("impacts",)}
 NUMBERS = {*FLOATS, *INTEGERS}
 STEPPER, KERNELS = ("step", "interpolant"), ("rhs", "jacobian", "events", "commit", "observe")
 FUNCTIONS = dict.fromkeys(STEPPER, STEP) | dict.fromkeys(KERNELS, KERNEL)
@@ -155,10 +157,11 @@ class State:
             super().__setattr__(name, value)
 
     def resized(self, **sizes: int) -> "State":
-        """The same numbers and arrays, those that change their size all zero."""
+        """The same numbers and arrays; those that change their size, and output that is in use nowhere, all zero."""
         other = State(**self.sizes | sizes)
+        empty = [n for filled, names in BUFFERS.items() if not getattr(self, filled) for n in names]
         for name in other.memory.dtype.names:
-            if other.memory[name].shape == self.memory[name].shape:
+            if name not in empty and other.memory[name].shape == self.memory[name].shape:
                 other.memory[name] = self.memory[name]
         return other
 
