@@ -9,7 +9,7 @@ ROOT = Path(__file__).parent.parent
 #: lowest first; a module may import its own layer and those before it
 LAYERS = [
     ["clearance.checks", "clearance.units", "clearance.extremes", "clearance.interrupts", "clearance.loading"],
-    ["clearance.locks", "clearance.demand", "clearance.version"],
+    ["clearance.locks", "clearance.demand", "clearance.version", "clearance.series"],
     ["clearance.store"],
     ["clearance.tracing"],
     ["clearance.materials"],
@@ -42,6 +42,7 @@ ONLY_IN = {
     },
     "skfem": {"clearance.film.fem"},
     "scipy": {
+        "clearance.series",
         "clearance.evidence.peers",
         "clearance.film.fem",
         "clearance.sweeping.points",

@@ -1,0 +1,254 @@
+"""Means and quantiles of series whose values depend on those before, with intervals that hold the truth in 95 of 100.
+
+A series is stationary but for a transient at its start; series of several runs of the same length stand in the rows of
+one array. Intervals come from the means of batches, which are nearly independent (Law and Kelton, Simulation Modeling
+and Analysis, chapter 9); they are widened where short series are known to make them too narrow.
+"""
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+CONFIDENCE = 0.95
+FEWEST = 4  # values needed for a sampling error
+BATCHES = 10
+MORE_BATCHES, LONG = 20, 400  # batches of series with at least so many values
+#: factor on the interval by the number of values: measured on the turns of a dry slider-crank, whose bursts of hard
+#: impacts last several turns (tests/benchmarks/statistics.py)
+WIDENING = ((40, 1.9), (100, 1.6), (150, 1.4), (200, 1.15), (280, 1.0))
+TRUNCATION = 5  # values of which MSER-5 takes means
+EARLY, LATE = 0.1, 0.5  # shares of a series whose means Geweke's test compares
+FIRST_LOOK, GROWTH = 40, 1.25  # numbers of values at which a series that grows is judged
+FEWEST_BEYOND = 5  # values that a quantile should leave on its outer side
+DISTINCT = 0.99  # confidence with which motions are told apart
+
+
+@dataclass(frozen=True)
+class Mean:
+    """Mean of a series and half the width of its 95 % interval; batches: that the width comes from."""
+
+    value: float
+    half_width: float
+    count: int
+    batches: int
+
+    @property
+    def error(self) -> float:
+        """Standard error: half the width over the quantile of Student's t."""
+        return self.half_width / student(self.batches - 1)
+
+    @property
+    def share(self) -> float:
+        """Half the width over the mean; 0 for a series of zeros."""
+        return abs(self.half_width / self.value) if self.value else math.inf if self.half_width else 0.0
+
+    def needed(self, share: float) -> int:
+        """Values after which half the width is this share of the mean: it falls with the root of their number."""
+        grown = self.count * (self.share / share) ** 2
+        return math.ceil(max(grown, self.count)) if math.isfinite(grown) else 0
+
+    def __str__(self) -> str:
+        return f"{self.value:.4g} +- {self.half_width:.2g}"
+
+
+@dataclass(frozen=True)
+class Quantile:
+    """A value that a share of a series stays below, and its 95 % interval; an end that the series cannot tell is nan."""
+
+    share: float
+    value: float
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        return f"{self.value:.4g} ({self.low:.4g} .. {self.high:.4g})"
+
+
+def student(freedom: int, confidence: float = CONFIDENCE) -> float:
+    """Two-sided quantile of Student's t."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(freedom, 0.5 * (1.0 + confidence)))
+
+
+def mean(values: np.ndarray, widened: bool = True) -> Mean:
+    """Mean of stationary series, (values,) or (runs, values), with its interval from batch means.
+
+    half width = t_{b-1} s_b / sqrt(b), s_b the standard deviation of the means of b batches of equal length; never
+    less than that of independent values, nor than that of b = 10; widened as `WIDENING` says. Raises ValueError for
+    fewer than 4 values.
+    """
+    rows = np.atleast_2d(np.asarray(values, float))
+    count = rows.size
+    if count < FEWEST:
+        raise ValueError(f"the mean of a series needs at least {FEWEST} values, got {count}")
+    batches = batch_means(rows).ravel()
+    half = _half_width(batches)
+    if widened:
+        half = max(half, _half_width(rows.ravel())) * widening(count)
+    return Mean(float(rows.mean()), half, count, batches.size)
+
+
+def batch_means(rows: np.ndarray) -> np.ndarray:
+    """Means of batches of equal length, (runs, batches); what does not fill a batch is left out at the start."""
+    runs, count = rows.shape
+    wanted = MORE_BATCHES if rows.size >= LONG else BATCHES
+    each = min(max(math.ceil(wanted / runs), 2), count)
+    length = count // each
+    return rows[:, count - each * length :].reshape(runs, each, length).mean(axis=2)
+
+
+def _half_width(values: np.ndarray) -> float:
+    """Of the mean of independent values."""
+    return student(values.size - 1) * float(values.std(ddof=1)) / math.sqrt(values.size)
+
+
+def widening(count: int) -> float:
+    """Factor by which intervals of so many values are too narrow."""
+    counts, factors = zip(*WIDENING, strict=True)
+    return float(np.interp(count, counts, factors))
+
+
+def quantile(values: np.ndarray, share: float) -> Quantile:
+    """Quantile of stationary series, (values,) or (runs, values), with its interval.
+
+    The interval is between the values whose ranks bound the binomial share of n' independent ones (Clopper and Pearson,
+    Biometrika 26 (1934) 404). n' is the number of values over the variance of the share's mean by batches, as a
+    multiple of that of independent values. Raises ValueError for a share outside (0, 1).
+    """
+    from scipy.special import betaincinv
+
+    if not 0.0 < share < 1.0:
+        raise ValueError(f"the share of a quantile must lie between 0 and 1, got {share!r}")
+    rows = np.atleast_2d(np.asarray(values, float))
+    ranked = np.sort(rows, axis=None)
+    value = float(np.quantile(ranked, share))
+    independent = _independent(rows > value, share)
+    below, tail = share * independent, 0.5 * (1.0 - CONFIDENCE)
+    low = betaincinv(below, independent - below + 1.0, tail)
+    high = betaincinv(below + 1.0, independent - below, 1.0 - tail)
+    return Quantile(share, value, _ranked(ranked, low), _ranked(ranked, high))
+
+
+def _independent(beyond: np.ndarray, share: float) -> float:
+    """Number of independent values that would leave the share of those beyond as uncertain as these do."""
+    batches = batch_means(beyond.astype(float)).ravel()
+    each = share * (1.0 - share)
+    variance = float(batches.var(ddof=1)) / batches.size
+    return min(each / variance, float(beyond.size)) if variance > 0.0 else float(beyond.size)
+
+
+def _ranked(ranked: np.ndarray, share: float) -> float:
+    """The value of a share of the ranks; nan where it lies beyond the outermost."""
+    place = share * (ranked.size + 1.0) - 1.0
+    if not 0.0 <= place <= ranked.size - 1.0:
+        return math.nan
+    return float(np.interp(place, np.arange(ranked.size), ranked))
+
+
+def told(count: int, share: float) -> bool:
+    """True where so many values leave some on the outer side of a quantile."""
+    return round(count * min(share, 1.0 - share), 9) >= FEWEST_BEYOND
+
+
+# --- the transient
+def transient(series: Iterable[np.ndarray], least: int = 5) -> int:
+    """Values to leave out at the start of all series, each (values,) or (runs, values).
+
+    The largest truncation of MSER-5 (White, Cobb and Spratt, Proc. Winter Simulation Conf. (2000) 755), at least
+    `least`; doubled while Geweke's test sees a trend in what is left. Half of the values are always left.
+    """
+    series = [np.atleast_2d(np.asarray(s, float)) for s in series]
+    count = min(s.shape[1] for s in series)
+    cut = max(least, *(mser(row) for s in series for row in s))
+    while cut < count // 2 and not all(settled(s[:, cut:], len(series)) for s in series):
+        cut *= 2
+    return min(cut, count // 2)
+
+
+def mser(values: np.ndarray) -> int:
+    """Truncation of MSER-5: the number of first values that leaves the mean of the others the least standard error."""
+    count = len(values) // TRUNCATION
+    if count < 4:
+        return 0
+    means = np.asarray(values[: count * TRUNCATION], float).reshape(count, TRUNCATION).mean(axis=1)
+    cuts = np.arange(count // 2 + 1)
+    errors = [float(((means[d:] - means[d:].mean()) ** 2).sum()) / (count - d) ** 2 for d in cuts]
+    return int(np.argmin(errors)) * TRUNCATION
+
+
+def settled(rows: np.ndarray, series: int = 1) -> bool:
+    """Geweke's test: the means of the first tenth and of the last half differ by no more than chance makes them.
+
+    rows: (runs, values). series: how many are tested at once; all pass by chance in 95 of 100.
+    """
+    from scipy.special import ndtri
+
+    count = rows.shape[1]
+    first, last = rows[:, : max(int(EARLY * count), 1)], rows[:, -max(int(LATE * count), 2) :]
+    if last.size < FEWEST:
+        return True
+    variance = mean(last).error ** 2
+    difference = float(first.mean() - last.mean())
+    error = math.sqrt(variance * (1.0 + last.size / first.size))
+    level = float(ndtri(1.0 - 0.5 * (1.0 - CONFIDENCE) / series))
+    return abs(difference) <= level * error + 1e-12 * abs(float(last.mean()))
+
+
+# --- growing series
+def looks() -> Iterator[int]:
+    """Numbers of values at which a growing series is judged: 40, 50, 63, 79, ..."""
+    number = float(FIRST_LOOK)
+    while True:
+        yield math.ceil(number)
+        number *= GROWTH
+
+
+# --- several motions
+def motions(series: Iterable[np.ndarray], least: float = 0.0) -> list[list[int]]:
+    """Runs that show the same motion, in groups; series: one for each quantity, (runs, values).
+
+    Two groups differ where the variance between their runs exceeds that within them by more than chance does
+    (analysis of variance of batch means, F at 99 % over all quantities and cuts), and their means by more than the
+    share `least`. Groups are cut at the widest step of the ordered means until none differ.
+    """
+    series = [np.atleast_2d(np.asarray(s, float)) for s in series]
+    groups, todo = [], [list(range(len(series[0])))]
+    while todo:
+        group = todo.pop()
+        split = _split(series, group, least)
+        todo += split
+        groups += [] if split else [group]
+    return sorted(groups)
+
+
+def _split(series: list[np.ndarray], group: list[int], least: float) -> list[list[int]]:
+    """A group in two where some quantity tells them apart; else none. The quantity that does so most clearly counts."""
+    found, clearest = [], 1.0
+    for rows in series:
+        batches = batch_means(rows[group])
+        means = batches.mean(axis=1)
+        order = np.argsort(means)
+        steps = np.diff(means[order])
+        if not steps.size or steps.max() <= least * abs(float(means.mean())):
+            continue
+        cut = int(steps.argmax()) + 1
+        clear = _clearness(batches, [order[:cut], order[cut:]], len(series) * len(steps))
+        if clear > clearest:
+            clearest, found = clear, [sorted(group[i] for i in part) for part in (order[:cut], order[cut:])]
+    return found
+
+
+def _clearness(batches: np.ndarray, parts: list[np.ndarray], tests: int) -> float:
+    """Variance between two parts over that within the runs, over its quantile: above 1 the two are different."""
+    from scipy.special import fdtri
+
+    runs, each = batches.shape
+    within = float(batches.var(axis=1, ddof=1).mean())
+    sizes = [p.size * each for p in parts]
+    means = [float(batches[p].mean()) for p in parts]
+    between = (means[0] - means[1]) ** 2 / (1.0 / sizes[0] + 1.0 / sizes[1])
+    allowed = float(fdtri(1, runs * (each - 1), 1.0 - (1.0 - DISTINCT) / tests)) * within
+    return between / allowed if allowed > 0.0 else math.inf

@@ -1,0 +1,143 @@
+"""Means, quantiles and transients of correlated series, against processes whose errors are known."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from clearance import series
+
+SEEDS = 400
+
+
+def correlated(rho: float, count: int, runs: int = SEEDS, seed: int = 1) -> np.ndarray:
+    """First-order autoregressive processes of variance 1, stationary from the start, (runs, count)."""
+    rng = np.random.default_rng(seed)
+    noise = rng.normal(size=(runs, count)) * math.sqrt(1.0 - rho**2)
+    x = np.empty((runs, count))
+    x[:, 0] = rng.normal(size=runs)
+    for i in range(1, count):
+        x[:, i] = rho * x[:, i - 1] + noise[:, i]
+    return x
+
+
+def variance_of_mean(rho: float, count: int) -> float:
+    """Of a first-order process of variance 1: sum over all pairs, in closed form."""
+    rest = 2.0 * rho * (1.0 - rho**count) / (count * (1.0 - rho) ** 2)
+    return ((1.0 + rho) / (1.0 - rho) - rest) / count
+
+
+class TestMean:
+    @pytest.mark.parametrize(("rho", "count"), [(0.0, 400), (0.5, 400), (0.9, 4000)])
+    def test_intervals_hold_the_mean(self, rho, count):
+        """95 of 100: two standard deviations of 400 seeds are 2.2 %; batches are a little correlated still."""
+        found = [series.mean(x, widened=False) for x in correlated(rho, count)]
+        share = np.mean([abs(m.value) <= m.half_width for m in found])
+        assert 0.92 < share < 0.98
+
+    @pytest.mark.parametrize(("rho", "count"), [(0.5, 400), (0.9, 4000)])
+    def test_the_variance_of_the_mean(self, rho, count):
+        """Closed form; the mean of 400 variances of 20 batches scatters by sqrt(2 / 19 / 400) = 1.6 %.
+
+        What batches have in common makes them up to 10 % too small for batches of ten correlation times.
+        """
+        found = np.mean([series.mean(x, widened=False).error ** 2 for x in correlated(rho, count)])
+        assert found == pytest.approx(variance_of_mean(rho, count), rel=0.12)
+        scatter = np.var(correlated(rho, count).mean(axis=1), ddof=1)
+        assert scatter == pytest.approx(variance_of_mean(rho, count), rel=0.25)  # sqrt(2 / 400) = 7 %, three times
+
+    def test_several_runs_are_one_long_one(self):
+        """Four runs of 100 turns tell as much as one of 400, within the scatter of 5 % of the means of 100 widths."""
+        x = correlated(0.5, 400, 100)
+        one = [series.mean(row).half_width for row in x]
+        four = [series.mean(row).half_width for row in correlated(0.5, 100, 400).reshape(100, 4, 100)]
+        assert np.mean(four) == pytest.approx(np.mean(one), rel=0.1)
+
+    def test_constants_and_recurrences(self):
+        """A series that repeats itself has an error that falls with its length, not with the root of it."""
+        assert series.mean([2.0] * 5) == series.Mean(2.0, 0.0, 5, 5)
+        short, long = (series.mean(np.tile([1.0, 3.0], n), widened=False) for n in (200, 800))
+        assert (short.value, long.value) == (2.0, 2.0)
+        assert long.half_width == short.half_width == 0.0  # batches of whole periods
+        assert series.mean(np.tile([1.0, 3.0], 200)).half_width > 0.0  # never less than independent values
+
+    def test_widened_where_short(self):
+        assert series.widening(40) == 1.9
+        assert series.widening(1000) == 1.0
+        x = correlated(0.0, 40, 1)
+        assert series.mean(x).half_width >= 1.9 * series.mean(x, widened=False).half_width
+
+    def test_needed(self):
+        """The width falls with the root of the number of values."""
+        found = series.Mean(2.0, 0.2, 100, 10)
+        assert found.share == pytest.approx(0.1)
+        assert found.needed(0.05) == 400
+        assert found.needed(0.2) == 100
+
+    def test_too_few(self):
+        with pytest.raises(ValueError, match="at least 4 values, got 3"):
+            series.mean([1.0, 2.0, 3.0])
+
+
+class TestQuantile:
+    @pytest.mark.parametrize(("share", "rho"), [(0.9, 0.0), (0.9, 0.5), (0.99, 0.5)])
+    def test_intervals_hold_the_quantile(self, share, rho):
+        """Normal values: 95 of 100, two standard deviations of 400 seeds are 2.2 %; ranks make intervals wider."""
+        from scipy.special import ndtri
+
+        found = [series.quantile(x, share) for x in correlated(rho, 1000)]
+        held = np.mean([q.low <= ndtri(share) and not ndtri(share) > q.high for q in found])
+        assert 0.91 < held <= 0.99
+
+    def test_an_end_that_cannot_be_told(self):
+        """One in a hundred of 50 values: nothing bounds it from above."""
+        found = series.quantile(np.arange(50.0), 0.99)
+        assert math.isnan(found.high)
+        assert found.low < found.value <= 49.0
+        assert not series.told(50, 0.99)
+        assert series.told(50, 0.9)
+        with pytest.raises(ValueError, match="between 0 and 1"):
+            series.quantile(np.arange(50.0), 1.0)
+
+
+class TestTransient:
+    def test_a_decay_is_left_out(self):
+        """exp(-i / 20) of 30 standard deviations: below one of the mean after 20 log(30 sqrt(n)) values."""
+        x = correlated(0.0, 500, 20) + 30.0 * np.exp(-np.arange(500) / 20.0)
+        cuts = [series.transient([row]) for row in x]
+        assert min(cuts) >= 50
+        assert max(cuts) <= 250
+        assert max(abs(row[cut:].mean()) for row, cut in zip(x, cuts, strict=True)) < 0.3  # 6 standard errors
+
+    def test_nothing_is_left_out_of_a_stationary_one(self):
+        """At most a quarter in 9 of 10, and always 5."""
+        cuts = [series.transient([row]) for row in correlated(0.5, 300, 100)]
+        assert min(cuts) == 5
+        assert np.quantile(cuts, 0.9) <= 75
+
+    def test_a_trend_is_seen(self):
+        assert not series.settled(correlated(0.0, 200, 1) + np.linspace(0.0, 5.0, 200))
+        assert series.settled(np.full((1, 50), 3.0))
+
+
+class TestMotions:
+    def test_one_motion_is_not_taken_apart(self):
+        """Of 300 sets of four runs of one process and five quantities at most 2 %; 1 % expected."""
+        x = correlated(0.5, 100, 6000).reshape(300, 5, 4, 100)
+        apart = sum(len(series.motions(list(sets))) > 1 for sets in x)
+        assert apart <= 6
+
+    def test_several_are_told_apart(self):
+        x = correlated(0.5, 100, 4) + np.array([[0.0], [3.0], [0.0], [3.0]])
+        assert series.motions([correlated(0.0, 100, 4), x]) == [[0, 2], [1, 3]]
+        assert series.motions([10.0 + 0.01 * x], least=0.05) == [[0, 1, 2, 3]]
+
+    def test_constants(self):
+        """Periodic motions: the same in all runs, or not."""
+        assert series.motions([np.full((3, 50), 2.0)]) == [[0, 1, 2]]
+        assert series.motions([np.repeat([[2.0], [2.0], [5.0]], 50, axis=1)]) == [[0, 1], [2]]
+
+
+def test_looks():
+    assert list(itertools.islice(series.looks(), 5)) == [40, 50, 63, 79, 98]
