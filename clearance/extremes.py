@@ -1,7 +1,7 @@
 """Extremes of a run: which quantities have theirs located, and what came of it, stretch by stretch.
 
 The time loop locates them on the dense output of its steps (stepping/locating.py), with their times. A stretch is a
-turn, several in runs of more than a hundred, a hundredth of a run without turns, so that start-ups can be left out.
+turn, several in runs of more than 100,000, a hundredth of a run without turns, so that start-ups can be left out.
 """
 
 import math
@@ -13,7 +13,8 @@ import numpy as np
 
 #: types of joints along which a body slides
 SLIDES = ("Prismatic", "ClearancePrismatic")
-STRETCHES = 100  # of a run that have extremes of their own, at most
+STRETCHES = 100  # of a run without turns that have extremes of their own
+TURNS = 100_000  # that have extremes of their own, at most
 ROUNDING = 1e-9  # share of a stretch that rounding may move its ends by
 LOW, HIGH = ("min",), ("max",)
 BOTH = ("min", "max")
@@ -104,7 +105,7 @@ def stretch_length(until: float, turn: float | None) -> float:
     """Length of the stretches of a run [s]; turn: of a turn, None where nothing turns."""
     if turn is None:
         return until / STRETCHES
-    return min(turn * math.ceil(until / turn / STRETCHES), until)
+    return min(turn * math.ceil(until / turn / TURNS), until)
 
 
 def stretches(until: float, length: float) -> int:

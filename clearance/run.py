@@ -280,10 +280,11 @@ class Run:
         state.rows_filled = state.impacts_filled = state.log_filled = 0
         for observer in self.observers:
             observer.samples(*samples)
-            observer.contacts(self._labels(), contacts)
+            observer.contacts(self.labels(), contacts)
             observer.steps(log)
 
-    def _labels(self) -> list[str]:
+    def labels(self) -> list[str]:
+        """Names of the spots where elements may touch."""
         return [spot.label(element) for element, spot in self.mechanism.spots]
 
     def _next_stop(self) -> float:
@@ -364,7 +365,7 @@ class Run:
     def _close(self, recording, finished: str, wall: float) -> None:
         """End the record; finished: its status."""
         recorder, state = recording.recorder, self.state
-        recorder.impacts(self._labels(), self._open_contacts(), "open_contact")
+        recorder.impacts(self.labels(), self.open_contacts(), "open_contact")
         summary = self._summary(wall) | {"energy_residual_share": recorder.residual_share()}
         for joint, source in self.mechanism.sources.items():
             recorder.know(f"joints/{joint.name}", **source.facts())
@@ -374,7 +375,7 @@ class Run:
         recorder.know("state", **end_state(self.mechanism, state.y, state.work, state.time))
         recorder.close(finished, summary, recording.diagnosis.warnings(), self.extremes)
 
-    def _open_contacts(self) -> np.ndarray:
+    def open_contacts(self) -> np.ndarray:
         """Contacts that the end of the run cuts off."""
         rows, state = [], self.state
         for j, c in enumerate(state.contacts):

@@ -55,7 +55,7 @@ class Mean:
 
 @dataclass(frozen=True)
 class Quantile:
-    """A value that a share of a series stays below, and its 95 % interval; an end that the series cannot tell is nan."""
+    """A value that a share of a series stays below, and its 95 % interval; nan: an end beyond all values."""
 
     share: float
     value: float
@@ -157,12 +157,12 @@ def told(count: int, share: float) -> bool:
 def transient(series: Iterable[np.ndarray], least: int = 5) -> int:
     """Values to leave out at the start of all series, each (values,) or (runs, values).
 
-    The largest truncation of MSER-5 (White, Cobb and Spratt, Proc. Winter Simulation Conf. (2000) 755), at least
-    `least`; doubled while Geweke's test sees a trend in what is left. Half of the values are always left.
+    The largest truncation of MSER-5 (White, Cobb and Spratt, Proc. Winter Simulation Conf. (2000) 755) of the means
+    over the runs, at least `least`; doubled while Geweke's test sees a trend in what is left. Half is always left.
     """
     series = [np.atleast_2d(np.asarray(s, float)) for s in series]
     count = min(s.shape[1] for s in series)
-    cut = max(least, *(mser(row) for s in series for row in s))
+    cut = max([least, *(mser(s.mean(axis=0)) for s in series)])
     while cut < count // 2 and not all(settled(s[:, cut:], len(series)) for s in series):
         cut *= 2
     return min(cut, count // 2)

@@ -25,9 +25,11 @@ def test_stretches_hold_their_extremes():
     assert cut.of("a_max", 3.6, 4.0) is None
 
 
-@pytest.mark.parametrize(("until", "turn", "count"), [(1.0, None, 100), (6.0, 1.0, 6), (6.5, 1.0, 7), (250.0, 1.0, 84)])
+@pytest.mark.parametrize(
+    ("until", "turn", "count"), [(1.0, None, 100), (6.0, 1.0, 6), (6.5, 1.0, 7), (2.5e5, 1.0, 83_334)]
+)
 def test_stretches_are_turns_or_hundredths(until, turn, count):
-    """At most a hundred; whole turns where something turns."""
+    """A hundred, or a turn each, several in runs of more than 100,000."""
     length = stretch_length(until, turn)
     assert stretches(until, length) == count
     assert turn is None or length % turn == 0.0

@@ -22,10 +22,13 @@ LAYERS = [
     ["clearance.mechanism", "clearance.stepping", "clearance.film", "clearance.compiling"],
     ["clearance.reading", "clearance.results", "clearance.recording", "clearance.checkpoint"],
     ["clearance.starting", "clearance.fields", "clearance.options", "clearance.watched", "clearance.diagnosis"],
+    ["clearance.turns"],
     ["clearance.observers"],
     ["clearance.run"],
     ["clearance.simulation", "clearance.inverse"],
     ["clearance.films", "clearance.choices", "clearance.catalogue"],
+    ["clearance.ensemble"],
+    ["clearance.chaos"],
     ["clearance.evidence", "clearance.sweeping", "clearance.identify"],
     ["clearance", "clearance.cli", "clearance.commands", "cases", "postprocess", "paper_figures"],
 ]
