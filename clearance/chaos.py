@@ -220,10 +220,7 @@ def _line(name: str, statistic: Statistic) -> str:
 
 
 def _plain(s: Statistic) -> dict:
-    return {
-        "mean": s.mean.value, "half_width": s.mean.half_width, "count": s.mean.count, "batches": s.mean.batches,
-        "units": s.units, "quantiles": [vars(q) for q in s.quantiles],
-    }  # fmt: skip
+    return s.mean.plain() | {"units": s.units, "quantiles": [vars(q) for q in s.quantiles]}
 
 
 def _columns(motion: Motion) -> Table:

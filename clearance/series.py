@@ -49,6 +49,11 @@ class Mean:
         grown = self.count * (self.share / share) ** 2
         return math.ceil(max(grown, self.count)) if math.isfinite(grown) else 0
 
+    def plain(self) -> dict[str, float]:
+        """As plain data."""
+        numbers = {"mean": self.value, "half_width": self.half_width, "standard_error": self.error}
+        return numbers | {"count": self.count, "batches": self.batches}
+
     def __str__(self) -> str:
         return f"{self.value:.4g} +- {self.half_width:.2g}"
 
@@ -100,9 +105,14 @@ def batch_means(rows: np.ndarray) -> np.ndarray:
     return rows[:, count - each * length :].reshape(runs, each, length).mean(axis=2)
 
 
-def _half_width(values: np.ndarray) -> float:
+def standard_error(values: np.ndarray) -> float:
     """Of the mean of independent values."""
-    return student(values.size - 1) * float(values.std(ddof=1)) / math.sqrt(values.size)
+    return float(np.std(values, ddof=1)) / math.sqrt(np.size(values))
+
+
+def _half_width(values: np.ndarray) -> float:
+    """Half the 95 % interval of the mean of independent values."""
+    return student(values.size - 1) * standard_error(values)
 
 
 def widening(count: int) -> float:

@@ -19,8 +19,10 @@ import numpy as np
 
 from clearance.extremes import along, guides
 from clearance.results import Record
+from clearance.series import FEWEST, Mean, mean
 
 ROUNDING = 1e-9  # of a turn
+TRANSIENT = 1  # turns of a start-up
 EFFORTS = {"torque": "N m", "force": "N"}
 
 
@@ -49,6 +51,12 @@ def by_turn(record: Record, first: int = 0, last: int | None = None) -> dict[str
     return {name: Series(*about) for part in parts for name, *about in part(record, edges)}
 
 
+def means(record: Record, first: int = TRANSIENT) -> dict[str, Mean]:
+    """Means over the turns from `first` on, with their 95 % intervals; none of fewer than four turns."""
+    found = by_turn(record, first)
+    return {name: mean(s.values) for name, s in found.items() if len(s.values) >= FEWEST}
+
+
 Found = Iterator[tuple[str, np.ndarray, str, str]]
 
 
@@ -62,7 +70,7 @@ def _bodies(record: Record, edges: np.ndarray) -> Found:
 
 
 def _drives(record: Record, edges: np.ndarray) -> Found:
-    place = np.digitize(record.time, edges) - 1
+    place = np.digitize(record.time, edges - ROUNDING * record.turn) - 1
     for drive in record.names("drives"):
         for quantity, units in EFFORTS.items():
             path, name = f"drives/{drive}/{quantity}", f"drive_{drive}_{quantity}"

@@ -13,7 +13,7 @@ in the motion itself, have panels of their own.
 
 Assumed: all lengths, masses and inertias, joint dimensions, material, oil, roughness 0.8 um, restitution 0.9 and
 friction coefficient 0.1 (parameter set feeder-A), memberships (half-cosines at film thickness ratios 0.4, 1, 3). The
-dry motion is irregular: its curves are one sample of many, its means carry their standard error.
+dry motion is irregular: its curves are one sample of many, its means carry half their 95 % interval.
 
 Not comparable: amplitudes and peaks; of lengths, speeds and clearances the part of the source we had gives
 none but the distances of the pivots A and D.
@@ -26,7 +26,7 @@ from clearance.paper_figures import workshop
 from clearance.postprocess.channels import abscissa, kept
 from clearance.postprocess.figures import STROKES, degrees, finish, legend_below, line, sheet
 
-from clearance.evidence.statistics import mean
+from clearance.series import mean
 
 #: oil of both wet models [Pa s] and radial clearance [m] of the studies, unless they vary it
 OIL = 0.005
@@ -207,10 +207,10 @@ def peaks(runs: dict) -> tuple[list[str], list[list]]:
 
 
 def by_turns(values: np.ndarray, turns: int) -> str:
-    """Mean over turns of the largest value of each, with its standard error where turns differ."""
+    """Mean over turns of the largest value of each, with half its 95 % interval where turns differ."""
     largest = values[: len(values) // turns * turns].reshape(turns, -1).max(axis=1)
     found = mean(largest)
-    return str(found) if found.error > SAME * abs(found.value) else f"{found.value:.4g}"
+    return str(found) if found.half_width > SAME * abs(found.value) else f"{found.value:.4g}"
 
 
 def rms(values: np.ndarray) -> float:

@@ -12,7 +12,7 @@ import pytest
 import clearance as cl
 from clearance import cli
 from clearance.catalogue import find_case
-from clearance.evidence import ablation, physics, pictures, statistics, work_precision
+from clearance.evidence import ablation, physics, pictures, work_precision
 from clearance.evidence.peers import PEERS
 from clearance.evidence.problem import NotSolved, Problem, horizon
 from clearance.evidence.variants import reduced
@@ -75,7 +75,7 @@ class TestWorkPrecision:
         assert own.error[-1] < 1e5 * own.rtol[-1]
         assert len(study.statistics) == 3
         for found in study.statistics.values():
-            assert found["C contacts a turn"].error > 0.0
+            assert found["joint_C_impacts_per_turn"].error > 0.0
 
     def test_bad_spans(self):
         scene = cl.load_case("double_pendulum")
@@ -152,41 +152,7 @@ class TestHorizon:
         text = capsys.readouterr().out
         assert "comparable until turn" in text
         assert " contacts" in text
-        assert "mean and standard error over 5 turns" in text
-
-
-class TestStatistics:
-    def test_independent_samples(self):
-        """Standard error of white noise: s / sqrt(N), within 10 % for N = 4000 (correlation is estimated too)."""
-        values = np.random.default_rng(1).normal(2.0, 3.0, 4000)
-        found = statistics.mean(values)
-        assert found.error == pytest.approx(3.0 / math.sqrt(4000), rel=0.1)
-        assert abs(found.value - 2.0) < 4.0 * found.error
-
-    def test_correlated_samples_count_for_less(self):
-        """A first-order process with r = 0.8 has (1 + r) / (1 - r) = 9 times the variance of the mean, within 25 %."""
-        rng, x = np.random.default_rng(2), [0.0]
-        for noise in rng.normal(size=20000):
-            x.append(0.8 * x[-1] + noise)
-        naive = np.std(x) / math.sqrt(len(x))
-        assert statistics.mean(x).error == pytest.approx(3.0 * naive, rel=0.25)
-
-    def test_constant_values_have_no_error(self):
-        assert statistics.mean([2.0] * 5) == statistics.Mean(2.0, 0.0, 5)
-
-    def test_counts_are_those_of_the_events(self):
-        scene = cl.load_case("slider_crank")
-        result = cl.simulate(scene, turns=6, rtol=1e-5)
-        found = statistics.over_turns(result, scene.turn)
-        times = np.asarray(result.events["time"])
-        inside = (times >= scene.turn) & (times < 6 * scene.turn)
-        assert found["C contacts a turn"].value * 5 == pytest.approx(inside.sum())
-        dissipated = np.interp([scene.turn, 6 * scene.turn], result.time, result.energy.dissipated)
-        assert found["dissipated a turn [J]"].value * 5 == pytest.approx(np.diff(dissipated)[0])
-
-    def test_too_short_for_a_sampling_error(self):
-        scene = cl.load_case("slider_crank")
-        assert statistics.over_turns(cl.simulate(scene, turns=2, rtol=1e-4), scene.turn) == {}
+        assert "mean and 95 % interval over 5 turns" in text
 
 
 class TestAblation:

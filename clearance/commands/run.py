@@ -159,18 +159,18 @@ def _simulated(options, case, scene, output: Path):
 
 def _comparable(scene, result, rtol: float) -> dict:
     """How far the run can be compared with another, and statistics where that ends before the run does."""
-    from clearance.evidence.statistics import over_turns
+    from clearance.turns import TRANSIENT, means
 
     horizon = _horizon(scene, result, rtol)
     if horizon is None:
         return {}
     said, chaotic = horizon
-    means = over_turns(result, scene.turn) if chaotic else {}
-    if not means:
+    found = means(result) if chaotic else {}
+    if not found:
         return {"horizon": said}
     return {
-        "horizon": said, "statistics": {n: {"mean": m.value, "standard_error": m.error} for n, m in means.items()},
-        "statistics_turns": next(iter(means.values())).turns,
+        "horizon": said, "statistics": {n: m.plain() for n, m in found.items()},
+        "statistics_turns": next(iter(found.values())).count, "statistics_left_out": TRANSIENT,
     }  # fmt: skip
 
 
@@ -339,8 +339,8 @@ def _readable(summary: dict, parameters: list[str]) -> str:
     if "horizon" in s:
         lines.append(f"  horizon      {s['horizon']}")
     if "statistics" in s:
-        lines.append(f"  statistics   mean and standard error over {s['statistics_turns']} turns, the first left out")
-        lines += [f"    {n:<32} {m['mean']:.5g} +- {m['standard_error']:.2g}" for n, m in s["statistics"].items()]
+        lines.append(f"  statistics   mean and 95 % interval over {s['statistics_turns']} turns, the first left out")
+        lines += [f"    {n:<32} {m['mean']:.5g} +- {m['half_width']:.2g}" for n, m in s["statistics"].items()]
     lines += [f"  warning      {w}" for w in s["warnings"]]
     replaced = " (it replaced an earlier one)" if s["replaced"] else ""
     lines.append(f"  file         {s['file']}{replaced}")

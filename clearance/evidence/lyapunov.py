@@ -18,12 +18,12 @@ import numpy as np
 from clearance import checks
 from clearance.demand import Demand, affordable
 from clearance.evidence.problem import NotSolved
-from clearance.evidence.statistics import FEWEST, mean
 from clearance.mechanism.build import Mechanism, build
 from clearance.options import Solver, Span
 from clearance.results import save_tables
 from clearance.run import Run
 from clearance.scene import Scene
+from clearance.series import FEWEST, standard_error
 from clearance.stepping import status
 from clearance.stepping.state import CONTACT, KIND, SINCE, TOUCHING
 
@@ -123,7 +123,7 @@ def _sampling(growth: np.ndarray) -> float:
     length = STRETCH * max(len(growth) // (STRETCH * STRETCHES), 1)
     count = max(len(growth) // length, FEWEST)
     length = len(growth) // count
-    return mean(growth[-count * length :].reshape(count, length).mean(axis=1)).error
+    return standard_error(growth[-count * length :].reshape(count, length).mean(axis=1))
 
 
 def lyapunov(

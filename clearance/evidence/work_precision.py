@@ -19,11 +19,12 @@ from clearance.demand import Demand, affordable
 from clearance.evidence.exudyn import EXUDYN_STEPS, Exudyn
 from clearance.evidence.peers import PEERS
 from clearance.evidence.problem import DISPLACEMENT, NotSolved, Problem, parting
-from clearance.evidence.statistics import Mean, over_turns
 from clearance.options import LARGEST_SHARE, METHODS, choose_method
 from clearance.results import save_tables
 from clearance.scene import Scene
+from clearance.series import Mean
 from clearance.simulation import SimulationError, simulate
+from clearance.turns import means
 
 RTOLS = tuple(10.0**-k for k in range(3, 13))
 LEVELS = tuple(10.0**-k for k in range(2, 9))
@@ -151,7 +152,7 @@ def _statistics(scene: Scene, progress: Callable[[str], None]) -> dict[float, di
             if reason.result is None:
                 raise
             result = reason.result
-        found[rtol] = over_turns(result, scene.turn)
+        found[rtol] = means(result)
         result.close()
     return found
 
@@ -283,9 +284,9 @@ def describe(study: Study) -> list[str]:
 
 
 def statistics_table(study: Study) -> list[str]:
-    """Means over turns and their standard errors at several tolerances: they should agree within their errors."""
+    """Means over turns at several tolerances: they should agree within their 95 % intervals."""
     tolerances = list(study.statistics)
-    title = f"| mean over {STATISTICS_TURNS - 1} turns +- its standard error | "
+    title = f"| mean over {STATISTICS_TURNS - 1} turns +- half its 95 % interval | "
     lines = [title + " | ".join(f"rtol {r:.0e}" for r in tolerances) + " |", "|---" * (len(tolerances) + 1) + "|"]
     for name in next(iter(study.statistics.values())):
         cells = (str(study.statistics[r].get(name, "-")) for r in tolerances)
@@ -299,7 +300,7 @@ def plain(study: Study) -> dict:
         "title": study.title, "measure": study.measure, "until_s": study.until, "turns": study.turns,
         "reference": list(study.reference), "reference_doubt": study.doubt, "remarks": study.remarks,
         "statistics": [
-            {"rtol": r, "means": {n: {"mean": m.value, "standard_error": m.error} for n, m in found.items()}}
+            {"rtol": r, "means": {n: m.plain() for n, m in found.items()}}
             for r, found in study.statistics.items()
         ],
         "curves": [

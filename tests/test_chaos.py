@@ -1,0 +1,140 @@
+"""Statistics of chaotic motion: runs that go on, intervals that agree, errors that are asked for."""
+
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance import chaos, turns
+from clearance.ensemble import Ensemble
+from clearance.mechanism.build import build
+from clearance.options import Solver
+
+SCENE = cl.load_case("slider_crank")
+FORCE = "joint_C_force_peak"
+
+
+@pytest.fixture(scope="module")
+def found():
+    return cl.statistics(SCENE, {FORCE: 0.3, "drive_*_rms": 0.1}, max_turns=1000)
+
+
+def test_a_run_goes_on_where_it_stopped():
+    """Its first two turns are those of `simulate`: within the horizon, at 1e-9 of the tolerance times growth."""
+    ensemble = Ensemble(build(SCENE), 50, Solver(1e-10), 2, 0)
+    for count in (1, 2):
+        ensemble.extend(count)
+    whole = turns.by_turn(cl.simulate(SCENE, turns=2, rtol=1e-10))
+    assert set(whole) == set(ensemble.values)
+    for name, one in whole.items():
+        assert ensemble.values[name][0] == pytest.approx(one.values, rel=1e-5), name
+    assert ensemble.values[FORCE][1, 1] != ensemble.values[FORCE][0, 1]  # starts differ
+
+
+def test_reached(found):
+    """Both that were asked for; nothing else need be."""
+    assert found.reached
+    assert set(found.asked) == {FORCE, "drive_crank_torque_rms"}
+    assert found[FORCE].mean.share <= 0.3
+    assert found.verdict.startswith("+- 0.3 asked for, +- 0.")
+    starts, turns = found.shape
+    assert starts == 4
+    assert found[FORCE].mean.count == starts * (turns - found.left_out)
+    assert found.check.agrees
+    assert found.check.rtol == pytest.approx(1e-8)
+
+
+def test_other_starts_give_the_same(found):
+    """Intervals of 95 %: means differ by less than both half widths together."""
+    other = cl.statistics(SCENE, {FORCE: 0.3}, max_turns=1000, seed=7, check=False)
+    for name in (FORCE, "dissipated_per_turn", "joint_C_impacts_per_turn"):
+        one, two = found[name].mean, other[name].mean
+        assert abs(one.value - two.value) < one.half_width + two.half_width, name
+
+
+def test_quantiles(found):
+    """One turn in ten is above; one in a hundred needs 500 turns."""
+    kept = found.values[FORCE][:, found.left_out :]
+    q = found[FORCE].quantiles[0]
+    assert np.mean(kept > q.value) == pytest.approx(0.1, abs=1.0 / kept.size)
+    assert q.low < q.value < q.high
+    assert found["drive_crank_torque_rms"].quantiles == ()
+
+
+def test_not_reached():
+    """Says what it would take: four times the turns for half the width."""
+    result = cl.statistics(SCENE, 0.01, max_turns=160, check=False)
+    assert not result.reached
+    assert result.turns == 160
+    name, share = result.widest
+    mean = result[name].mean
+    assert result.needed == pytest.approx(mean.count * (share / 0.01) ** 2, rel=0.1)
+    assert f"only +- {share:.2g} for {name} over 160 turns: needs about" in result.verdict
+
+
+def test_files(found, tmp_path):
+    """Series turn by turn, means and intervals; the same group in the file of a run, twice."""
+    with h5py.File(found.save(tmp_path / "s.h5")) as file:
+        assert file.attrs["format"] == "clearance-statistics"
+        np.testing.assert_array_equal(file[f"by_turn/{FORCE}"], found.values[FORCE])
+        assert file[f"by_turn/{FORCE}"].attrs["units"] == "N"
+        assert file["by_turn"].attrs["left_out"] == found.left_out
+        at = list(file["motion_1/quantity"].asstr()).index(FORCE)
+        assert file["motion_1/half_width"][at] == found[FORCE].mean.half_width
+        assert file["motion_1/q90"][at] == found[FORCE].quantiles[0].value
+    cl.simulate(SCENE, turns=1, path=tmp_path / "run.h5").close()
+    for _ in range(2):
+        found.append(tmp_path / "run.h5")
+    with cl.open_result(tmp_path / "run.h5") as run, h5py.File(tmp_path / "run.h5") as file:
+        assert run.complete
+        assert file["statistics/by_turn"].attrs["reached"]
+
+
+def test_shown(found):
+    text = "\n".join(found.lines())
+    assert f"the first {found.left_out} of each left out" in text
+    assert "1 turn in 10 above" in text
+    assert "means over" in text
+    assert "agree" in text
+    plain = found.plain()
+    assert plain["motions"][0]["quantities"][FORCE]["mean"] == found[FORCE].mean.value
+    assert plain["check"]["agrees"] is True
+
+
+def test_several_motions_are_not_averaged(found):
+    """Starts of other size are another motion; each has its statistics."""
+    ensemble = Ensemble(build(SCENE), 50, Solver(1e-4), 4, 0)
+    ensemble.extend(1)
+    rng = np.random.default_rng(3)
+    factor = np.array([[1.0], [1.0], [2.0], [1.0]])
+    ensemble.values = {n: factor * rng.normal(5.0, 1.0, (4, 60)) for n in ensemble.values}
+    motions = chaos._motions(ensemble, 0, {FORCE: 0.05})
+    assert [m.starts for m in motions] == [(0, 1, 3), (2,)]
+    assert motions[1].quantities[FORCE].mean.value == pytest.approx(10.0, abs=1.0)
+    several = replace(found, motions=motions, asked={FORCE: 0.05})
+    assert "motion 2 of 2: start 3" in "\n".join(several.lines())
+    with pytest.raises(ValueError, match="2 motions were seen"):
+        several[FORCE]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"error": 0.0}, "error must be positive"),
+        ({"error": {"no_*": 0.1}}, "there is no 'no_"),
+        ({"max_turns": 159}, r"max_turns must lie in \[160,"),
+        ({"starts": 0}, "starts must be a whole number"),
+    ],
+)
+def test_bad_arguments(options, message):
+    with pytest.raises(ValueError, match=message):
+        cl.statistics(SCENE, **options)
+
+
+def test_scenes_without_turns_or_freedom():
+    with pytest.raises(ValueError, match="no drive of constant"):
+        cl.statistics(cl.load_case("double_pendulum"))
+    with pytest.raises(ValueError, match="nothing is free"):
+        cl.statistics(cl.load_case("slider_crank", model="ideal"))
