@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 CONFIDENCE = 0.95
-FEWEST = 4  # values needed for a sampling error
+FEWEST = 8  # values needed for a sampling error
 BATCHES = 10
 MORE_BATCHES, LONG = 20, 400  # batches of series with at least so many values
 #: factor on the interval by the number of values: measured on the turns of a dry slider-crank, whose bursts of hard
-#: impacts last several turns (tests/benchmarks/statistics.py)
-WIDENING = ((40, 1.9), (100, 1.6), (150, 1.4), (200, 1.15), (280, 1.0))
+#: impacts last several turns (tests/benchmarks/turn_statistics.py)
+WIDENING = ((8, 2.0), (20, 1.6), (40, 1.35), (150, 1.25), (200, 1.12), (280, 1.05), (400, 1.0))
 TRUNCATION = 5  # values of which MSER-5 takes means
 EARLY, LATE = 0.1, 0.5  # shares of a series whose means Geweke's test compares
 FIRST_LOOK, GROWTH = 40, 1.25  # numbers of values at which a series that grows is judged
@@ -83,7 +83,7 @@ def mean(values: np.ndarray, widened: bool = True) -> Mean:
 
     half width = t_{b-1} s_b / sqrt(b), s_b the standard deviation of the means of b batches of equal length; never
     less than that of independent values, nor than that of b = 10; widened as `WIDENING` says. Raises ValueError for
-    fewer than 4 values.
+    fewer than 8 values.
     """
     rows = np.atleast_2d(np.asarray(values, float))
     count = rows.size

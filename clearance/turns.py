@@ -52,7 +52,7 @@ def by_turn(record: Record, first: int = 0, last: int | None = None) -> dict[str
 
 
 def means(record: Record, first: int = TRANSIENT) -> dict[str, Mean]:
-    """Means over the turns from `first` on, with their 95 % intervals; none of fewer than four turns."""
+    """Means over the turns from `first` on, with their 95 % intervals; none of fewer than eight turns."""
     found = by_turn(record, first)
     return {name: mean(s.values) for name, s in found.items() if len(s.values) >= FEWEST}
 

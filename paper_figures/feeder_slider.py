@@ -26,7 +26,7 @@ from clearance.paper_figures import workshop
 from clearance.postprocess.channels import abscissa, kept
 from clearance.postprocess.figures import STROKES, degrees, finish, legend_below, line, sheet
 
-from clearance.series import mean
+from clearance.series import FEWEST, mean
 
 #: oil of both wet models [Pa s] and radial clearance [m] of the studies, unless they vary it
 OIL = 0.005
@@ -209,8 +209,9 @@ def peaks(runs: dict) -> tuple[list[str], list[list]]:
 def by_turns(values: np.ndarray, turns: int) -> str:
     """Mean over turns of the largest value of each, with half its 95 % interval where turns differ."""
     largest = values[: len(values) // turns * turns].reshape(turns, -1).max(axis=1)
-    found = mean(largest)
-    return str(found) if found.half_width > SAME * abs(found.value) else f"{found.value:.4g}"
+    if turns < FEWEST or np.ptp(largest) <= SAME * largest.mean():
+        return f"{largest.mean():.4g}"
+    return str(mean(largest))
 
 
 def rms(values: np.ndarray) -> float:

@@ -109,7 +109,8 @@ BOXES = {
         4,
         0.0,
         "#c62828",
-        "simulation run run.* options watched diagnosis observers starting fields inverse*",
+        "simulation run run.* options watched diagnosis observers starting fields inverse* "
+        "turns ensemble chaos",
         step=3,
     ),
     "files": Box(
@@ -134,7 +135,7 @@ BOXES = {
     ),
 }
 #: modules that all parts may use: they are drawn without arrows
-SHARED = "checks units extremes interrupts loading locks demand version compiling store"
+SHARED = "checks units extremes interrupts loading locks demand version compiling store series"
 #: the package itself: its public names come from all parts
 PUBLIC = "clearance"
 

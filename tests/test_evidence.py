@@ -148,11 +148,11 @@ class TestHorizon:
         assert "comparable throughout" in found.sentence(None)
 
     def test_run_reports_it(self, tmp_path, capsys):
-        assert cli.main(["run", "slider_crank", "--turns", "6", "-o", str(tmp_path / "r.h5")]) == 0
+        assert cli.main(["run", "slider_crank", "--turns", "10", "-o", str(tmp_path / "r.h5")]) == 0
         text = capsys.readouterr().out
         assert "comparable until turn" in text
         assert " contacts" in text
-        assert "mean and 95 % interval over 5 turns" in text
+        assert "mean and 95 % interval over 9 turns" in text
 
 
 class TestAblation:

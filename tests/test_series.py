@@ -56,17 +56,17 @@ class TestMean:
 
     def test_constants_and_recurrences(self):
         """A series that repeats itself has an error that falls with its length, not with the root of it."""
-        assert series.mean([2.0] * 5) == series.Mean(2.0, 0.0, 5, 5)
+        assert series.mean([2.0] * 9) == series.Mean(2.0, 0.0, 9, 9)
         short, long = (series.mean(np.tile([1.0, 3.0], n), widened=False) for n in (200, 800))
         assert (short.value, long.value) == (2.0, 2.0)
         assert long.half_width == short.half_width == 0.0  # batches of whole periods
         assert series.mean(np.tile([1.0, 3.0], 200)).half_width > 0.0  # never less than independent values
 
     def test_widened_where_short(self):
-        assert series.widening(40) == 1.9
+        assert series.widening(20) == 1.6
         assert series.widening(1000) == 1.0
-        x = correlated(0.0, 40, 1)
-        assert series.mean(x).half_width >= 1.9 * series.mean(x, widened=False).half_width
+        x = correlated(0.0, 20, 1)
+        assert series.mean(x).half_width >= 1.6 * series.mean(x, widened=False).half_width
 
     def test_needed(self):
         """The width falls with the root of the number of values."""
@@ -76,7 +76,7 @@ class TestMean:
         assert found.needed(0.2) == 100
 
     def test_too_few(self):
-        with pytest.raises(ValueError, match="at least 4 values, got 3"):
+        with pytest.raises(ValueError, match="at least 8 values, got 3"):
             series.mean([1.0, 2.0, 3.0])
 
 

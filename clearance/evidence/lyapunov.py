@@ -23,7 +23,7 @@ from clearance.options import Solver, Span
 from clearance.results import save_tables
 from clearance.run import Run
 from clearance.scene import Scene
-from clearance.series import FEWEST, standard_error
+from clearance.series import standard_error
 from clearance.stepping import status
 from clearance.stepping.state import CONTACT, KIND, SINCE, TOUCHING
 
@@ -33,6 +33,7 @@ LASTING = 5.0  # turns after which the impact speed of a contact is a constant, 
 FAR = 1e-2  # a companion this far away takes over the contacts of the motion, whether or not it has met them itself
 STRETCH, STRETCHES = 8, 20  # turns (or a multiple of them) whose mean growth is one sample, samples wanted of long runs
 SLIVER = 1e-6  # step over the largest that counts as one cut short by a stop
+FEWEST = 4  # stretches of which a sampling error is told
 SURE = 2.0  # errors by which an exponent must differ from zero
 
 
