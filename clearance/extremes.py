@@ -135,7 +135,7 @@ class Extremes:
         """Column of each quantity."""
         return {name: i for i, name in enumerate(self.names)}
 
-    def _inside(self, begin: float, end: float, column: int) -> np.ndarray | slice:
+    def inside(self, begin: float, end: float, column: int) -> np.ndarray | slice:
         """Stretches whose extreme lies between two times; where no times are kept, those that lie whole there."""
         times, slack = self.times[:, column], ROUNDING * self.length
         if np.isnan(times).any():
@@ -154,7 +154,7 @@ class Extremes:
 
         In a stretch that the times cut, an extreme beside them hides those between them.
         """
-        inside, column = self._inside(begin, end, self.columns[name]), self.columns[name]
+        inside, column = self.inside(begin, end, self.columns[name]), self.columns[name]
         values, times = self.values[inside, column], self.times[inside, column]
         if not np.isfinite(values).any():
             return None

@@ -51,11 +51,11 @@ FACT_UNITS = {
 TEXT, NUMBER, ROW = "a text", "a number", "a row of numbers"
 _TEXTS = (
     "case parameters scene kernel status created units long_name method method_reason key known kind axis role "
-    "definition model options facts doubts"
+    "definition model options facts doubts errors_left_out"
 )
 _NUMBERS = (
     "rtol wall_s loop_s stretch_s energy_residual_share order steps rejected evaluations jacobians factorisations "
-    "journal_bytes format_version"
+    "journal_bytes format_version companion_rtol spread begin_s end_s"
 )
 _ROWS = "actual_range lowest highest force_highest atol"
 #: what attributes of these names must be

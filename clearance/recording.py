@@ -18,6 +18,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from clearance.errors import Errors, ExtremeErrors
 from clearance.extremes import JOINT_EXTREMES, Extremes
 from clearance.locks import Lock
 from clearance.reading import CHECKED, FACT_UNITS
@@ -490,10 +491,7 @@ def write_extremes(file: h5py.File, extremes: Extremes) -> None:
         "when": extremes.times,
     }
     for name, values in columns.items():
-        data = create_column(group, name, values)
-        data.attrs["units"], data.attrs["long_name"] = EXTREME_COLUMNS[name]
-        if name in ("quantity", "units_of"):
-            data.attrs["_Encoding"] = "utf-8"  # for xarray
+        _column(group, name, values, EXTREME_COLUMNS[name])
     for scale in ("quantity", "stretch"):
         group[scale].make_scale(scale)
     group["units_of"].dims[0].attach_scale(group["quantity"])
@@ -501,6 +499,67 @@ def write_extremes(file: h5py.File, extremes: Extremes) -> None:
         group[name].dims[0].attach_scale(group["stretch"])
         group[name].dims[1].attach_scale(group["quantity"])
     group.attrs["stretch_s"] = extremes.length
+
+
+#: tables of stated errors in /errors: name of a column -> (units, what it is); those of extremes stand in /extremes
+ERROR_COLUMNS = {
+    "name": ("1", "name of a metric, of a located extreme, or trajectory (over the clearance)"),
+    "units_of": ("1", "units of value, stated and film"),
+    "value": ("1", "value of the run, in units_of"),
+    "stated": ("1", "stated error of the integration, in units_of"),
+    "film": ("1", "change by the largest error of the film tables, in units_of"),
+    "kind": ("1", "way in which the error was found"),
+    "channel": ("1", "path of a channel"),
+    "share": ("1", "largest difference of a channel from the companion over its range"),
+}
+EXTREME_ERRORS = {
+    "stated": ("1", "stated error of each value by the integration, in units_of"),
+    "film": ("1", "change of each value by the largest error of the film tables, in units_of"),
+}
+
+
+def write_errors(file: h5py.File, errors: Errors) -> None:
+    """The group /errors, and errors of the located extremes in /extremes; only the reason, where nothing is stated."""
+    if errors.reason:
+        file.attrs["errors_left_out"] = errors.reason
+        return
+    group, rows = file.create_group("errors"), errors.rows.values()
+    columns = {
+        "name": np.array(list(errors.rows), dtype=str),
+        "units_of": np.array([e.units for e in rows], dtype=str),
+        "kind": np.array([e.kind for e in rows], dtype=str),
+        "channel": np.array(list(errors.channels), dtype=str),
+        "share": np.array(list(errors.channels.values()), dtype=float),
+    }
+    columns |= {n: np.array([getattr(e, n) for e in rows]) for n in ("value", "stated", "film")}
+    for name, values in columns.items():
+        _column(group, name, values, ERROR_COLUMNS[name])
+    for scale in ("name", "channel"):
+        group[scale].make_scale(scale)
+    for name in columns.keys() - {"name", "channel"}:
+        group[name].dims[0].attach_scale(group["channel" if name == "share" else "name"])
+    rtol, companion_rtol = errors.rtol
+    group.attrs.update({
+        "rtol": rtol, "companion_rtol": companion_rtol, "spread": errors.spread, "begin_s": errors.begin,
+        "end_s": errors.end,
+    })  # fmt: skip
+    _add_extreme_errors(file["extremes"], errors.extremes)
+
+
+def _add_extreme_errors(group: h5py.Group, errors: ExtremeErrors) -> None:
+    for name, about in EXTREME_ERRORS.items():
+        data = _column(group, name, getattr(errors, name), about)
+        data.dims[0].attach_scale(group["stretch"])
+        data.dims[1].attach_scale(group["quantity"])
+
+
+def _column(group: h5py.Group, name: str, values: np.ndarray, about: tuple[str, str]) -> h5py.Dataset:
+    """A column of a table with its units and what it is."""
+    data = create_column(group, name, values)
+    data.attrs["units"], data.attrs["long_name"] = about
+    if values.dtype.kind == "U":
+        data.attrs["_Encoding"] = "utf-8"  # for xarray
+    return data
 
 
 class ImageSink(FileSink):

@@ -24,6 +24,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from clearance.errors import Error, Errors, ExtremeErrors
 from clearance.extremes import ROUNDING, SLIDES, Extreme, Extremes, better
 from clearance.locks import Lock
 from clearance.reading import FACT_UNITS, Damaged, Entries, Reader, open_checked
@@ -230,7 +231,7 @@ class Record(ABC):
 
     Subclasses say where it is (in a file, in memory) by `attributes`, `solver`, `warnings`, `events`, `located`,
     `names`, `values`, `facts` and `units`. `located`: extremes that were located as the run went; None where only
-    samples were seen.
+    samples were seen. `errors`: stated errors of its metrics and channels, see errors.py.
     """
 
     attributes: dict
@@ -238,6 +239,7 @@ class Record(ABC):
     warnings: list[str]
     events: dict[str, np.ndarray]
     located: Extremes | None = None
+    errors: Errors = Errors(reason="this run has none")
 
     @abstractmethod
     def names(self, group: str) -> tuple[str, ...]:
@@ -363,6 +365,20 @@ class Record(ABC):
         if (found := better(name, [sampled, located])) is None:
             raise ValueError(f"extreme {name}: the run has nothing between {begin:g} and {end:g} s")
         return found
+
+    def error(self, name: str, begin: float = 0.0, end: float = math.inf) -> Error:
+        """The extreme of this name between two times [s], as `extreme` has it, with its stated error.
+
+        The error is the largest of those of the stretches that lie there. Raises KeyError where none is stated.
+        """
+        errors, located = self.errors, self.located
+        if errors.extremes is None or located is None or name not in located:
+            raise KeyError(f"no stated error of {name!r}: {errors.reason or 'it is no located extreme'}")
+        inside, column = located.inside(begin, end, located.columns[name]), located.columns[name]
+        value, units = self.extreme(name, begin, end).value, located.units[column]
+        parts = errors.extremes.stated, errors.extremes.film
+        stated, film = (float(part[inside, column].max(initial=0.0)) for part in parts)
+        return Error(value, stated, units, film=film)
 
     def _located_extreme(self, name: str, begin: float, end: float) -> Extreme | None:
         """A located extreme; of the ratios of a gap, that of the gap."""
@@ -514,6 +530,38 @@ class Result(Record):
         if not 0.0 < length < math.inf:
             raise Damaged(f"{self.path}: /extremes: attribute stretch_s must be positive, got {length!r}")
         return Extremes(length, tuple(map(str, names)), tuple(map(str, units)), values, times)
+
+    @cached_property
+    def errors(self) -> Errors:
+        """Stated errors of metrics, extremes and channels; none in files of versions before 0.2."""
+        if not self.reader.has("errors"):
+            return Errors(reason=str(self.reader.attributes().get("errors_left_out", "none was asked for")))
+        texts = [self._errors_column(n, "U") for n in ("name", "units_of", "kind", "channel")]
+        value, stated, film, share = (self._errors_column(n, "f") for n in ("value", "stated", "film", "share"))
+        (names, units, kinds, channels), about = texts, self.reader.attributes("errors")
+        if not len(names) == len(units) == len(kinds) == len(value) == len(stated) == len(film):
+            raise Damaged(f"{self.path}: /errors holds columns that do not fit one another")
+        rows = zip(value.tolist(), stated.tolist(), map(str, units), map(str, kinds), film.tolist(), strict=True)
+        return Errors(
+            dict(zip(map(str, names), (Error(*row) for row in rows), strict=True)),
+            dict(zip(map(str, channels), share.tolist(), strict=False)), "",
+            (float(about["rtol"]), float(about["companion_rtol"])), float(about["spread"]), float(about["begin_s"]),
+            float(about["end_s"]), self._extreme_errors(),
+        )  # fmt: skip
+
+    def _errors_column(self, name: str, kind: str) -> np.ndarray:
+        found = self.reader.column(f"errors/{name}")
+        if found.dtype.kind != kind or found.ndim != 1:
+            raise Damaged(f"{self.path}: /errors/{name} is a column of another kind")
+        return found
+
+    def _extreme_errors(self) -> ExtremeErrors | None:
+        if self.located is None or not self.reader.has("extremes/stated"):
+            return None
+        found = [self.reader.column(f"extremes/{n}") for n in ("stated", "film")]
+        if any(f.dtype.kind != "f" or f.shape != self.located.values.shape for f in found):
+            raise Damaged(f"{self.path}: /extremes holds errors that do not fit its values")
+        return ExtremeErrors(*found)
 
     @property
     def events(self) -> dict[str, np.ndarray]:

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from clearance import fields
 from clearance.checkpoint import PartsSink
+from clearance.companion import Statement, reason_without
 from clearance.compiling import announced
 from clearance.demand import Demand, affordable
 from clearance.interrupts import Held
@@ -27,6 +28,7 @@ from clearance.scene import Scene
 from clearance.tracing.asking import Answerer
 
 LOG = logging.getLogger("clearance")
+STATE = "state"  # the errors of a run
 
 
 class SimulationError(RuntimeError):
@@ -57,6 +59,8 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     start: Record | str | Path | None = None,
     pressure_fields: int | None = None,
+    error: str | None = "state",
+    settle: float | None = None,
 ) -> Result:
     """Integrate a scene and return its result.
 
@@ -77,10 +81,15 @@ def simulate(
     states; or "quasi-static": journals at rest where their films carry the joint forces (default: as the scene says).
     pressure_fields: how many pressure fields of its films a turn the file shall hold (of the run, where nothing turns),
     solved after the run from its motion, see fields.py; none unless asked for.
+    error: "state" states how far the numbers are from those of an exact integration, from a second run at ten times the
+    tolerance (`Result.errors`; not where trajectories part at impacts or films are solved as the run goes); None: not.
+    settle: turns (seconds, where nothing turns) left out of the metrics whose errors are stated (default one of two).
     Raises ValueError for bad arguments and impossible scenes before anything runs, SimulationError for a run that fails
     part-way, with time, joint and state in the message and the partial result attached, also where the disk is full;
     KeyboardInterrupt once what was computed is kept, with a note that says where.
     """
+    if error not in (None, STATE):
+        raise ValueError(f'error must be "{STATE}" or None, got {error!r}')
     output = Output(path, channels, compression, checkpoint, pressure_fields)
     if pressure_fields is not None:
         fields.check(scene.description(), pressure_fields, channels)
@@ -105,7 +114,7 @@ def simulate(
         LOG.warning(warning)
     while True:
         try:
-            return write(run, output, progress)
+            return write(run, output, progress, *_statement(run, output, error, settle))
         except SimulationError as error:
             dead = run.dead_centre
             if error.result is None or checkpoint is not None or dead is None or not dead.soft_joints:
@@ -162,9 +171,19 @@ def prepare(
     return run
 
 
-def write(run: Run, output: Output, progress: Callable[[float], None] | None = None) -> Result:
+def _statement(run: Run, output: Output, error: str | None, settle: float | None) -> tuple[Statement | None, str]:
+    """What states the errors of a run, None where they are not stated, and why that is."""
+    reason = "none was asked for" if error is None else reason_without(run, output.checkpoint)
+    return (None if reason else Statement(run, settle)), reason
+
+
+def write(
+    run: Run, output: Output, progress: Callable[[float], None] | None = None, statement: Statement | None = None,
+    reason: str = "none was asked for",
+) -> Result:  # fmt: skip
     """Run to the end, streaming into the file; a signal and a full disk end it early, the file kept.
 
+    statement: of the errors of its numbers; reason: why there is none.
     Raises SimulationError, and KeyboardInterrupt with a note that says what is kept.
     """
     path, folder, sink = output.path, None, None
@@ -173,7 +192,8 @@ def write(run: Run, output: Output, progress: Callable[[float], None] | None = N
         path = Path(folder) / "run.h5"
     try:
         with Held() as held:
-            sink = _sink(run, output, path)
+            sink = _sink(run, output, path, reason)
+            sink = sink if statement is None else statement.remembering(sink)
             failure = run.record(sink, progress, output.checkpoint, held.check)
     except Unwritable as error:
         failure = f"at t = {run.state.time:.9g} s: {error}; {_left(sink, path)}"
@@ -184,6 +204,8 @@ def write(run: Run, output: Output, progress: Callable[[float], None] | None = N
         raise
     if output.pressure_fields is not None and failure is None:
         fields.keep(path, output.pressure_fields)
+    if statement is not None and failure is None:
+        statement.add(path)
     result = Result(path)
     if folder is not None:
         weakref.finalize(result, shutil.rmtree, folder, ignore_errors=True)
@@ -192,10 +214,11 @@ def write(run: Run, output: Output, progress: Callable[[float], None] | None = N
     return result
 
 
-def _sink(run: Run, output: Output, path: str | Path) -> FileSink | PartsSink:
-    """Sink of a run's output in a file, with checkpoints on request."""
+def _sink(run: Run, output: Output, path: str | Path, reason: str) -> FileSink | PartsSink:
+    """Sink of a run's output in a file, with checkpoints on request; reason: why no errors are stated."""
     channels, compression = output.channels, output.compression
-    options = path, run.mechanism.layout.channels, run.attributes(), channels, compression
+    attributes = run.attributes() | ({"errors_left_out": reason} if reason else {})
+    options = path, run.mechanism.layout.channels, attributes, channels, compression
     if output.checkpoint is None:
         return FileSink(*options, run.span.samples)
     chosen_output = {"channels": channels and list(channels), "compression": compression}

@@ -9,7 +9,7 @@ ROOT = Path(__file__).parent.parent
 #: lowest first; a module may import its own layer and those before it
 LAYERS = [
     ["clearance.checks", "clearance.units", "clearance.extremes", "clearance.interrupts", "clearance.loading"],
-    ["clearance.locks", "clearance.demand", "clearance.version", "clearance.series"],
+    ["clearance.locks", "clearance.demand", "clearance.version", "clearance.series", "clearance.errors"],
     ["clearance.store"],
     ["clearance.tracing"],
     ["clearance.materials"],
@@ -24,7 +24,8 @@ LAYERS = [
     ["clearance.starting", "clearance.fields", "clearance.options", "clearance.watched", "clearance.diagnosis"],
     ["clearance.turns"],
     ["clearance.observers"],
-    ["clearance.run"],
+    ["clearance.run", "clearance.sweeping.metrics"],
+    ["clearance.companion"],
     ["clearance.simulation", "clearance.inverse"],
     ["clearance.films", "clearance.choices", "clearance.catalogue"],
     ["clearance.ensemble"],

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from clearance import checks
+from clearance.commands.accuracy import add_error, document, error_line, prefixed, with_error
 from clearance.commands.common import (
     DONE,
     FAILED,
@@ -37,6 +38,7 @@ def add(commands) -> argparse.ArgumentParser:
     add_case(p)
     add_length(p)
     p.add_argument("--rtol", type=number, default=1e-6, metavar="R", help="local error tolerance (default 1e-6)")
+    add_error(p)
     p.add_argument("--method", default="auto", help="auto, dop853, rodas5p, radau5, radau9 or radau (default auto)")
     p.add_argument("--max-step", type=quantity_of("s"), metavar="S", help="longest step, where loads act briefly")
     p.add_argument(
@@ -147,7 +149,7 @@ def _simulated(options, case, scene, output: Path):
             max_step=options.max_step, samples_per_turn=options.samples_per_turn, path=output, progress=bar,
             channels=channel_patterns(options.channels), compression=options.compression,
             checkpoint=options.checkpoint, force=options.force, start=options.start,
-            pressure_fields=options.pressure_fields,
+            pressure_fields=options.pressure_fields, error=options.error, settle=options.settle,
         )  # fmt: skip
     except SimulationError as error:
         return error.result, str(error)
@@ -213,7 +215,7 @@ def _summary(case, values: dict, result, began: tuple[float, float], settle: flo
     """Costs and results of a run, as plain data."""
     from clearance.sweeping.metrics import Window, metrics, startup
 
-    solver, events, window = result.solver, result.events, Window.of(result, settle)
+    solver, events, window, errors = result.solver, result.events, Window.of(result, settle), result.errors
     begin, end = (0.0, math.inf) if window is None else window.bounds(result)
     contacts: dict[str, int] = {}
     for spot in events["joint"]:
@@ -243,6 +245,8 @@ def _summary(case, values: dict, result, began: tuple[float, float], settle: flo
         "settled": None if window is None else {"begin_s": window.begin, "end_s": window.end, "turns": window.turns},
         "joints": _joints(result, begin, end),
         "drives": _drives(result, begin, end),
+        "errors": document(errors),
+        "clearances": list(result.clearances),
         "metrics": _metrics(metrics, result, settle),
         "startup": _metrics(startup, result, settle),
         "warnings": result.warnings,
@@ -259,6 +263,16 @@ def _metrics(of, result, settle: float | None) -> dict:
     return {name: {"value": m.value, "units": m.units} | times[name] for name, m in given.items()}
 
 
+def _stated(result, names: list[str], summary_name: str) -> dict:
+    """Stated errors of a number, the largest of those of some extremes; none where none are stated."""
+    errors = [result.errors[name] for name in names if name in result.errors]
+    if not errors:
+        return {}
+    film = max(e.film for e in errors)
+    found = {f"{summary_name}_error": max(e.stated for e in errors)}
+    return found | ({f"{summary_name}_film_error": film} if film else {})
+
+
 SHARES = {"share_full_film": "full film", "share_mixed": "mixed", "share_dry": "dry"}
 #: attributes of joints that a summary states of the whole run
 JOINT_FACTS = (
@@ -272,6 +286,7 @@ def _two(result, name: str, summary_name: str, begin: float, end: float) -> dict
     """An extreme of the settled motion with its time, and that of the start-up where there is one."""
     settled = result.extreme(name, begin, end)
     both = {summary_name: settled.value, f"{summary_name}_time": settled.time}
+    both |= _stated(result, [name], summary_name)
     if begin > 0.0:
         both[f"startup_{summary_name}"] = result.extreme(name, 0.0, begin).value
     return both
@@ -314,6 +329,7 @@ def _drives(result, begin: float, end: float) -> dict:
         for kind in kinds:
             path = f"drives/{name}/{kind}"
             found[name] = {"units": EFFORTS[kind], "peak": peak(result, path, begin, end)}
+            found[name] |= _stated(result, [f"{path}_min", f"{path}_max"], "peak")
             if begin > 0.0:
                 found[name]["startup_peak"] = peak(result, path, 0.0, begin)
             if _is_there(result, f"{path}_ideal_max"):
@@ -330,6 +346,7 @@ def _readable(summary: dict, parameters: list[str]) -> str:
         f"  method       {s['method']} ({s['method_reason']}), rtol {s['rtol']:g}",
         f"  steps        {s['steps']} ({s['rejected']} rejected), {s['evaluations']} evaluations, "
         f"{s['jacobians']} jacobians",
+        error_line(s),
         f"  energy       residual {s['energy_residual']:.3g} J of {s['energy_turned_over']:.3g} J turned over",
     ]
     lines += _settled_lines(s)
@@ -357,7 +374,9 @@ def _settled_lines(s: dict) -> list[str]:
     for name, joint in s["joints"].items():
         lines.append(f"  joint {name:<6} {_joint_line(joint)}" + _counted(s["contacts"].get(name)))
     for name, drive in s["drives"].items():
-        line = f"  drive {name:<6} peak effort {drive['peak']:.6g}{_bracket(drive, 'startup_peak')} {drive['units']}"
+        bracket = _bracket(drive, "startup_peak")
+        effort = with_error(drive["peak"], drive.get("peak_error"), drive["units"], bracket)
+        line = f"  drive {name:<6} peak effort {effort}"
         lines.append(line + (f", {drive['peak_ideal']:.6g} without joint friction" if "peak_ideal" in drive else ""))
     return lines
 
@@ -370,18 +389,28 @@ def _counted(contacts: int | None) -> str:
     return "" if contacts is None else f", {contacts} contacts"
 
 
+def _film_part(joint: dict) -> str:
+    """What the film table's own error makes of the numbers before."""
+    found = [(joint.get(f"{name}_film_error"), units) for name, units in (("peak_force", "N"), ("smallest_gap", "m"))]
+    texts = [f"+- {prefixed(error, units)}" for error, units in found if error]
+    return f" of its force: {', '.join(texts)}" if texts else ""
+
+
 def _joint_line(joint: dict) -> str:
-    parts = [f"peak force {joint.get('peak_force', 0.0):.6g}{_bracket(joint, 'startup_peak_force')} N"]
+    bracket = _bracket(joint, "startup_peak_force")
+    force = with_error(joint.get("peak_force", 0.0), joint.get("peak_force_error"), "N", bracket)
+    parts = [f"peak force {force}"]
     if "smallest_gap" in joint:
-        bracket = _bracket(joint, "startup_smallest_gap", 1e6, ".4g")
-        parts.append(f"smallest gap {joint['smallest_gap'] * 1e6:.4g}{bracket} um")
+        bracket, error = _bracket(joint, "startup_smallest_gap", 1e6, ".4g"), joint.get("smallest_gap_error")
+        gap = with_error(joint["smallest_gap"] * 1e6, error and error * 1e6, "um", bracket)
+        parts.append(f"smallest gap {gap}")
     if "smallest_film_thickness_ratio" in joint:
         parts.append(f"film thickness ratio down to {joint['smallest_film_thickness_ratio']:.3g}")
     if "share_full_film" in joint:
         shares = (f"{text} {joint[n]:.0%}" for n, text in SHARES.items() if joint[n] >= 0.005)
         parts += [*shares, f"{joint['mean_asperity_share']:.0%} of the load on the solids"]
     if "film_table_error_closing" in joint:
-        parts.append(f"film table within {joint['film_table_error_closing']:.1e}")
+        parts.append(f"film table within {joint['film_table_error_closing']:.1e}{_film_part(joint)}")
     if "peak_friction" in joint:
         parts.append(f"friction up to {joint['peak_friction']:.4g} {joint['friction_units']}")
     return ", ".join(parts)

@@ -82,6 +82,13 @@ class Table:
     def errors(self) -> tuple[float, ...]:
         return tuple(value for name, value in vars(self).items() if name != "numbers")
 
+    def stronger(self, factor: float) -> np.ndarray:
+        """Its numbers with all forces and the friction of the film times a factor."""
+        numbers = self.numbers.copy()
+        numbers[0] *= factor
+        numbers[HEAD : int(numbers[6])] *= factor
+        return numbers
+
     def facts(self) -> dict:
         """Facts of it in the report of a run."""
         return {f"film_table_{name}": value for name, value in vars(self).items() if name != "numbers"}

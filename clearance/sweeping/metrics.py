@@ -346,7 +346,7 @@ def periodicity(record: Record, window: Window) -> Found:
     of a cubic, and too few of them tell nothing.
     """
     joints, time = record.clearances, record.time
-    offsets = [pair for joint in record.scene["joints"] if joint["name"] in joints for pair in _offsets(joint)]
+    moving = [pair for joint in record.scene["joints"] if joint["name"] in joints for pair in offsets(joint)]
     if not joints or window.turns is None or window.turns < FEWEST:
         return
     per_turn = record.turn * (time.size - 1) / float(time[-1])
@@ -354,7 +354,7 @@ def periodicity(record: Record, window: Window) -> Found:
         return
     x, y = (
         np.stack([_evenly(record, path, window) / size for path, size in part])
-        for part in (offsets[0::2], offsets[1::2])
+        for part in (moving[0::2], moving[1::2])
     )
     period, least = math.inf, math.inf
     for turns in range(1, (int(window.turns) + 1) // 3 + 1):
@@ -370,7 +370,7 @@ def periodicity(record: Record, window: Window) -> Found:
     yield "settling_ratio", last / first if first > 0.0 else 0.0, "1", "change from turn to turn, last over first"
 
 
-def _offsets(joint: dict) -> Iterator[tuple[str, float]]:
+def offsets(joint: dict) -> Iterator[tuple[str, float]]:
     """The two channels that say where a body is in its clearance, and their natural sizes."""
     name, clearance = joint["name"], joint["clearance"]
     if joint["type"] == "ClearancePrismatic":

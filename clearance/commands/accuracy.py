@@ -1,0 +1,86 @@
+"""Stated errors in what commands print: options, numbers with their errors, the line that sums them up."""
+
+import argparse
+import math
+
+#: units with prefixes, and the power of ten of each
+PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M"}
+MOST_DIGITS = 9  # of a number with its error
+
+
+def add_error(command: argparse.ArgumentParser) -> None:
+    """--no-error."""
+    command.add_argument(
+        "--no-error", dest="error", action="store_const", const=None, default="state",
+        help="no stated errors: without the second run, at ten times the tolerance, that they come from",
+    )  # fmt: skip
+
+
+def with_error(value: float, error: float | None, units: str, after: str = "") -> str:
+    """A number with its error in the same units, to the last digit that the error leaves: "128.3252 +- 0.0008 N".
+
+    after: what stands between the numbers and the units.
+    """
+    if not error or not math.isfinite(error):
+        return f"{value:.6g}{after} {units}"
+    error = rounded_up(error)
+    decimals = -math.floor(math.log10(error))
+    whole = math.floor(math.log10(abs(value))) + 1 if value else 1
+    if decimals + whole > MOST_DIGITS:
+        return f"{value:.{MOST_DIGITS}g}{after} {units} +- {prefixed(error, units)}"
+    decimals = max(decimals, 0)
+    return f"{value:.{decimals}f} +- {error:.{decimals}f}{after} {units}"
+
+
+def rounded_up(error: float) -> float:
+    """An error with one digit, not smaller than it is."""
+    power = 10.0 ** math.floor(math.log10(error))
+    return math.ceil(error / power * (1.0 - 1e-12)) * power
+
+
+def prefixed(error: float, units: str) -> str:
+    """An error with one digit and a prefix of its units: "0.02 mN" is 20 uN."""
+    error = rounded_up(error) if error > 0.0 else 0.0
+    if error == 0.0 or not units or not units[0].isalpha():
+        return f"{error:.0e} {units}".rstrip()
+    power = min(max(3 * math.floor(math.log10(error * (1.0 + 1e-12)) / 3), min(PREFIXES)), max(PREFIXES))
+    return f"{error / 10.0**power:.3g} {PREFIXES[power]}{units}"
+
+
+def document(errors) -> dict:
+    """Stated errors as plain data."""
+    if errors.reason:
+        return {"reason": errors.reason}
+    numbers = {
+        name: {"value": e.value, "stated": e.stated, "film": e.film, "units": e.units, "kind": e.kind}
+        for name, e in errors.items()
+    }
+    rtol, companion = errors.rtol
+    return {"rtol": rtol, "companion_rtol": companion, "numbers": numbers, "channels": dict(errors.channels)}
+
+
+def error_line(summary: dict) -> str:
+    """The largest of the stated errors that are printed, the trajectory's, and the runs that they come from."""
+    errors = summary["errors"]
+    if "reason" in errors:
+        return f"  error        not stated: {errors['reason']}"
+    shares = {text: share for text, share in printed(summary) if math.isfinite(share)}
+    parts = []
+    if shares:
+        worst = max(shares, key=shares.get)
+        parts.append(f"at most {shares[worst]:.1e} of a number ({worst})")
+    if "trajectory" in errors["numbers"]:
+        measure = "the clearance" if summary["clearances"] else "their size"
+        parts.append(f"trajectories {errors['numbers']['trajectory']['stated']:.1e} of {measure}")
+    return f"  error        {', '.join(parts)}; from runs at rtol {errors['rtol']:g} and {errors['companion_rtol']:g}"
+
+
+def printed(summary: dict):
+    """Relative errors of the numbers that a summary prints, with their names."""
+    for name, joint in summary["joints"].items():
+        for key, text in (("peak_force", "peak force"), ("smallest_gap", "smallest gap")):
+            if joint.get(f"{key}_error") and joint[key]:
+                yield f"{text} of joint {name}", joint[f"{key}_error"] / abs(joint[key])
+    for name, drive in summary["drives"].items():
+        if drive.get("peak_error") and drive["peak"]:
+            yield f"peak effort of drive {name}", drive["peak_error"] / drive["peak"]

@@ -1,0 +1,291 @@
+"""Companions of a run: the same motion at another tolerance, in memory, from which the errors of its numbers follow.
+
+A run at tolerance r has a companion at 10 r. With M of the run and M' of the companion, the stated error of a metric is
+
+    e(M) = 2 max(|M - M'|, g |M|),   g = geometric mean of |M - M'| / |M| over the located extremes,
+
+and of a channel the largest difference at a sample over its range. The difference of two runs is nearly the error of
+the looser one. That of one scalar may be small by chance, which g and the factor of 2 make up for.
+
+A film table is wrong by up to a known share of its force. Where there are tables, one more companion has all of their
+forces larger by that share, a hundredth at least, and the change of a metric, scaled back, is its error of the table.
+
+Validity: motions that forget their start. Where trajectories part, the difference says so and states no error of means.
+Source: benchmarks/errors.py in the tests has stated beside true errors.
+"""
+
+import logging
+import math
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from clearance.errors import TRAJECTORY, Error, Errors, ExtremeErrors
+from clearance.extremes import Extremes
+from clearance.film.table import Table
+from clearance.interrupts import Held
+from clearance.mechanism.build import Mechanism
+from clearance.recording import MemoryRecord, MemorySink, write_errors
+from clearance.results import Record, appending
+from clearance.run import Run
+from clearance.sweeping.metrics import Metric, Window, metrics, offsets
+from clearance.tracing.asking import Answerer
+
+LOG = logging.getLogger("clearance")
+LOOSER = 10.0  # tolerance of a companion over that of its run
+LOOSEST = 0.1  # tolerance of a run, at most
+SAFETY = 2.0  # stated error over the larger of difference and spread
+STRONGER = 0.01  # share by which a companion's film forces are larger than those of the tables
+LARGEST = 20_000_000  # numbers of a run that is compared, at most: they are kept in memory
+ROOM = 2**22  # bytes that stated errors may add to a file
+ROUNDING = 1e-9  # of the size of a channel: ranges below it are those of a constant
+#: ends of the names of metrics that count, or are differences themselves: their relative errors have no common size
+COUNTS = ("period", "period_error", "settling_ratio", "impacts_per_turn", "impacts_per_second", "contact_fraction")
+
+#: metrics of a record by name
+Summed = Callable[[Record], dict[str, Metric]]
+
+
+class Parted(RuntimeError):
+    """A companion did not come to its end; the message says why."""
+
+
+def reason_without(run: Run, checkpoint: float | None = None) -> str:
+    """Why the numbers of a run get no stated error by default; "" where they do."""
+    mechanism, numbers = run.mechanism, run.span.samples * len(run.mechanism.layout.channels)
+    if any(j.impacts for j in mechanism.scene.clearance_joints):
+        return "trajectories part at impacts"
+    if any(isinstance(s, Answerer) for s in mechanism.sources.values()):
+        return "its films are solved as the run goes: a second run would cost as much again"
+    if checkpoint is not None:
+        return "a run with checkpoints has no companion"
+    if numbers > LARGEST:
+        return f"the run has {numbers:.2g} numbers, and at most {LARGEST:.0g} are compared"
+    return ""
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a run began: its state and the work vector of its kernels."""
+
+    y: np.ndarray
+    work: np.ndarray
+
+    @classmethod
+    def of(cls, run: Run) -> "Start":
+        """Of a run that has not begun."""
+        return cls(run.state.y.copy(), run.state.work.copy())
+
+
+def companion(run: Run, start: Start, rtol: float, mechanism: Mechanism | None = None) -> MemoryRecord:
+    """The motion of a run from the same start at another tolerance. Raises Parted where it fails."""
+    other = Run(mechanism or run.mechanism, run.span, replace(run.solver, rtol=rtol))
+    if not run.mechanism.size:  # nothing is integrated: other steps show how well extremes are located
+        other.state.longest_step /= math.sqrt(2.0)
+    other.state.y[:], other.state.work[:] = start.y, start.work
+    sink = MemorySink(other.mechanism.layout.channels, run.attributes())
+    with Held() as held:
+        failure = other.record(sink, check=held.check)
+    if failure is not None:
+        raise Parted(f"the companion at rtol {rtol:g} failed {failure}")
+    return sink.record
+
+
+def beside(run: Run, start: Start) -> tuple[float, MemoryRecord]:
+    """A companion at ten times the tolerance, or where there is none at a tenth, and its tolerance. Raises Parted."""
+    looser, tighter = LOOSER * run.solver.rtol, run.solver.rtol / LOOSER
+    if looser > LOOSEST:
+        return tighter, companion(run, start, tighter)
+    try:
+        return looser, companion(run, start, looser)
+    except Parted:
+        return tighter, companion(run, start, tighter)
+
+
+def stronger(mechanism: Mechanism) -> tuple[Mechanism, float] | None:
+    """The mechanism with larger forces of its film tables, and how many times their own errors that is; None without.
+
+    Raises nothing; tables that several joints share are made stronger once.
+    """
+    tables = {j: s for j, s in mechanism.sources.items() if isinstance(s, Table)}
+    largest = max((t.error_closing for t in tables.values()), default=0.0)
+    if largest == 0.0:
+        return None
+    times, par = max(STRONGER / largest, 1.0), mechanism.par.copy()
+    for joint, table in tables.items():
+        begin = int(par[mechanism.layout.parameters[f"{joint.key}/film/start"]])
+        par[begin : begin + table.numbers.size] = table.stronger(1.0 + times * table.error_closing)
+    return replace(mechanism, par=par), times
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A run, its companion, and where there are film tables one with stronger films, at the companion's tolerance.
+
+    rtol: of the first two. times: how many times their own errors the tables of the third are stronger.
+    """
+
+    run: Record
+    other: Record
+    rtol: tuple[float, float]
+    film: Record | None = None
+    times: float = 1.0
+
+
+def paired(run: Run, start: Start, main: Record) -> Pair:
+    """The companions of a run that has come to its end. Raises Parted where one fails."""
+    rtol, other = beside(run, start)
+    film = stronger(run.mechanism)
+    if film is None:
+        return Pair(main, other, (run.solver.rtol, rtol))
+    mechanism, times = film
+    return Pair(main, other, (run.solver.rtol, rtol), companion(run, start, rtol, mechanism), times)
+
+
+def stated(pair: Pair, summed: Summed, settle: float | None, size: float | None, safety: float = SAFETY) -> Errors:
+    """Errors of a run's numbers from a pair.
+
+    summed: its metrics; settle: turns left out of them; size: of the mechanism [m], None where nothing is integrated.
+    """
+    window = Window.of(pair.run, settle)
+    begin, end = (0.0, math.inf) if window is None else window.bounds(pair.run)
+    g = spread(pair.run.located, pair.other.located, begin, end)
+    rows = {}
+    for name, (value, other, film, units) in _numbers(pair, summed, begin, end).items():
+        difference = abs(value - other)
+        floor = 0.0 if name.endswith(COUNTS) else g * abs(value)
+        off = abs(film - other) / pair.times
+        rows[name] = Error(value, safety * max(difference, floor), units, film=off)
+    if size is not None:
+        film = 0.0 if pair.film is None else distance(pair.other, pair.film, size) / pair.times
+        rows[TRAJECTORY] = Error(0.0, distance(pair.run, pair.other, size), film=film)
+    return Errors(rows, channels(pair.run, pair.other), "", pair.rtol, g, begin, end, extremes(pair, g, safety))
+
+
+def _numbers(pair: Pair, summed: Summed, begin: float, end: float) -> dict[str, tuple[float, float, float, str]]:
+    """Metrics and located extremes by name: of the run, its companion and that with stronger films, and units."""
+    film = pair.other if pair.film is None else pair.film
+    mine, others, films = (summed(record) for record in (pair.run, pair.other, film))
+    found = {}
+    for name, metric in mine.items():
+        if name in others and name in films:
+            found[name] = metric.value, others[name].value, films[name].value, metric.units
+    located = pair.run.located
+    for name, units in zip(located.names, located.units, strict=True):
+        three = [record.located.of(name, begin, end) for record in (pair.run, pair.other, film)]
+        if all(three):
+            found[name] = *(extreme.value for extreme in three), units
+    return {name: row for name, row in found.items() if np.isfinite(row[:3]).all()}
+
+
+def spread(one: Extremes, other: Extremes, begin: float = 0.0, end: float = math.inf) -> float:
+    """Geometric mean of the relative differences of located extremes; those that agree to the last digit left out."""
+    logarithms = []
+    for name in one.names:
+        a, b = one.of(name, begin, end), other.of(name, begin, end)
+        if a and b and a.value not in (0.0, b.value):
+            logarithms.append(math.log(abs(a.value - b.value) / abs(a.value)))
+    return math.exp(float(np.mean(logarithms))) if logarithms else 0.0
+
+
+def extremes(pair: Pair, g: float, safety: float) -> ExtremeErrors:
+    """Stated errors of the located extremes, stretch by stretch."""
+    value, other = pair.run.located.values, pair.other.located.values
+    film = other if pair.film is None else pair.film.located.values
+    with np.errstate(invalid="ignore"):  # stretches that were not reached hold infinite values
+        bound = safety * np.maximum(np.abs(value - other), g * np.abs(value))
+        off = np.abs(film - other) / pair.times
+    return ExtremeErrors(np.where(np.isfinite(bound), bound, 0.0), np.where(np.isfinite(off), off, 0.0))
+
+
+def channels(one: Record, other: Record) -> dict[str, float]:
+    """Largest difference at a sample over the range, of each channel."""
+    found = {}
+    for path in paths(one):
+        if path == "energy/residual":  # an error itself
+            continue
+        a, b = one.values(path), other.values(path)
+        size = max(float(np.ptp(a)), ROUNDING * float(np.abs(a).max()))
+        found[path] = float(np.abs(a - b).max()) / size if size > 0.0 else 0.0
+    return found
+
+
+def paths(record: Record, group: str = "") -> Iterator[str]:
+    """Paths of the channels along time."""
+    for name in record.names(group):
+        path = f"{group}/{name}".strip("/")
+        if record.names(path):
+            yield from paths(record, path)
+        elif name != "time":
+            yield path
+
+
+def distance(one: Record, other: Record, size: float) -> float:
+    """Largest difference of trajectories: of offsets over the clearance, where there is none of angles [rad] and places
+    over the size of the mechanism.
+    """
+    clear = [pair for joint in one.scene["joints"] if joint["name"] in one.clearances for pair in offsets(joint)]
+    clear = [(path, c) for path, c in clear if path in one]
+    units = {"x": size, "y": size, "theta": 1.0}
+    sizes = clear or [(f"bodies/{b}/{c}", s) for b in one.names("bodies") for c, s in units.items()]
+    return max(float(np.abs(one.values(p) - other.values(p)).max()) / s for p, s in sizes)
+
+
+class Statement:
+    """Stated errors of a run that writes a file: what it puts out is remembered, compared, and added to the file."""
+
+    def __init__(self, run: Run, settle: float | None = None):
+        self.run, self.settle, self.start = run, settle, Start.of(run)
+        self.memory = MemorySink(run.mechanism.layout.channels, run.attributes())
+
+    def remembering(self, sink) -> "Remembering":
+        """A sink that also keeps what it is given here."""
+        return Remembering(sink, self.memory)
+
+    def add(self, path: str | Path) -> None:
+        """Add the stated errors to a finished file; where there are none, or no room, a warning says why."""
+        try:
+            pair = paired(self.run, self.start, self.memory.record)
+            found = stated(pair, partial(metrics, settle=self.settle), self.settle, size_of(self.run.mechanism))
+        except Parted as reason:
+            found = Errors(reason=str(reason))
+        except KeyboardInterrupt as request:
+            request.add_note(f"what was computed is kept in {path}, without stated errors")
+            raise
+        if shutil.disk_usage(Path(path).parent).free < os.path.getsize(path) + ROOM:
+            LOG.warning("%s has no stated errors: there is no room for them", path)
+            return
+        with appending(path) as file:
+            write_errors(file, found)
+
+
+def size_of(mechanism: Mechanism) -> float | None:
+    """Size of a mechanism [m]; None where nothing is integrated."""
+    return mechanism.start.size if mechanism.size else None
+
+
+class Remembering:
+    """A sink that keeps in memory what it hands on."""
+
+    def __init__(self, sink, memory: MemorySink):
+        self.sink, self.memory = sink, memory
+
+    def __getattr__(self, name: str):
+        return getattr(self.sink, name)
+
+    def rows(self, times: np.ndarray, rows: np.ndarray) -> None:
+        self.sink.rows(times, rows)
+        self.memory.rows(times, rows)
+
+    def impacts(self, joints: list[str], rows: np.ndarray, kind: str) -> None:
+        self.sink.impacts(joints, rows, kind)
+        self.memory.impacts(joints, rows, kind)
+
+    def close(self, *summary) -> None:
+        self.sink.close(*summary)
+        self.memory.close(*summary)
