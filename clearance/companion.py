@@ -4,14 +4,14 @@ A run at tolerance r has a companion at 10 r. With M of the run and M' of the co
 
     e(M) = 2 max(|M - M'|, g |M|),   g = geometric mean of |M - M'| / |M| over the located extremes,
 
-and of a channel the largest difference at a sample over its range. The difference of two runs is nearly the error of
-the looser one. That of one scalar may be small by chance, which g and the factor of 2 make up for.
+and of a channel twice the largest difference at a sample over its range, of the trajectory over the clearance. The
+difference of two runs is nearly the error of the looser one. That of one scalar may be small by chance, which g and
+the factor of 2 make up for.
 
 A film table is wrong by up to a known share of its force. Where there are tables, one more companion has all of their
 forces larger by that share, a hundredth at least, and the change of a metric, scaled back, is its error of the table.
 
-Validity: motions that forget their start. Where trajectories part, the difference says so and states no error of means.
-Source: benchmarks/errors.py in the tests has stated beside true errors.
+Validity: until trajectories part. Stated beside true errors: tests/benchmarks/errors.py.
 """
 
 import logging
@@ -163,8 +163,8 @@ def stated(pair: Pair, summed: Summed, settle: float | None, size: float | None,
         rows[name] = Error(value, safety * max(difference, floor), units, film=off)
     if size is not None:
         film = 0.0 if pair.film is None else distance(pair.other, pair.film, size) / pair.times
-        rows[TRAJECTORY] = Error(0.0, distance(pair.run, pair.other, size), film=film)
-    return Errors(rows, channels(pair.run, pair.other), "", pair.rtol, g, begin, end, extremes(pair, g, safety))
+        rows[TRAJECTORY] = Error(0.0, safety * distance(pair.run, pair.other, size), film=film)
+    return Errors(rows, channels(pair.run, pair.other, safety), "", pair.rtol, g, begin, end, extremes(pair, g, safety))
 
 
 def _numbers(pair: Pair, summed: Summed, begin: float, end: float) -> dict[str, tuple[float, float, float, str]]:
@@ -203,15 +203,15 @@ def extremes(pair: Pair, g: float, safety: float) -> ExtremeErrors:
     return ExtremeErrors(np.where(np.isfinite(bound), bound, 0.0), np.where(np.isfinite(off), off, 0.0))
 
 
-def channels(one: Record, other: Record) -> dict[str, float]:
-    """Largest difference at a sample over the range, of each channel."""
+def channels(one: Record, other: Record, safety: float = SAFETY) -> dict[str, float]:
+    """Largest difference at a sample over the range, of each channel, times a safety."""
     found = {}
     for path in paths(one):
         if path == "energy/residual":  # an error itself
             continue
         a, b = one.values(path), other.values(path)
         size = max(float(np.ptp(a)), ROUNDING * float(np.abs(a).max()))
-        found[path] = float(np.abs(a - b).max()) / size if size > 0.0 else 0.0
+        found[path] = safety * float(np.abs(a - b).max()) / size if size > 0.0 else 0.0
     return found
 
 

@@ -60,10 +60,10 @@ class Errors(Mapping):
     """Stated errors of a run by name: of its metrics ("joint_B_force_max"), of its located extremes over the same
     part of the run ("joints/B/force_max"), and of the "trajectory", over the clearance.
 
-    channels: largest difference of the two runs over a channel's range, by path. reason: why nothing is stated, ""
-    where something is. rtol: tolerances of the run and of its companion. spread: geometric mean of the relative
-    differences of the extremes. begin, end: the part of the run that metrics are about [s]. extremes: errors stretch by
-    stretch.
+    channels: twice the largest difference of the two runs over a channel's range, by path. reason: why nothing is
+    stated, "" where something is. rtol: tolerances of the run and of its companion. spread: geometric mean of the
+    relative differences of the extremes. begin, end: the part of the run that metrics are about [s]. extremes: errors
+    stretch by stretch.
     """
 
     rows: Mapping[str, Error] = field(default_factory=dict)

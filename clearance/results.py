@@ -602,6 +602,11 @@ class Result(Record):
             starts = located.length * np.arange(len(located.values))
             names = {"stretch": starts, "quantity": list(located.names), "units_of": ("quantity", list(located.units))}
             found["/extremes"] = xarray.Dataset(columns, names)
+        if errors := self.errors:
+            columns = {n: ("name", [getattr(e, n) for e in errors.values()]) for n in ("value", "stated", "film")}
+            columns["units_of"] = "name", [e.units for e in errors.values()]
+            columns["share"] = "channel", list(errors.channels.values())
+            found["/errors"] = xarray.Dataset(columns, {"name": list(errors), "channel": list(errors.channels)})
         return xarray.DataTree.from_dict(found)
 
     def save(self, path: str | Path) -> Path:

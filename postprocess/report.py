@@ -230,12 +230,40 @@ def _summary(run: Result, settle: float | None) -> list[Markup]:
             return [missing(f"There are no summary metrics: {error.args[0]}."), _ranges(run)]
     if not found:
         return [missing("There is nothing to sum up.")]
-    shown = {name: measured(m.value, m.units) for name, m in found.items()}
+    shown, errors = {name: measured(m.value, m.units) for name, m in found.items()}, _errors(run, found)
+    titles = ["what", "value", "units", "at time [s]", "in the start-up", *([*ERROR_TITLES] if errors else []), "name"]
     rows = [
-        (m.text, valued(m.value, shown[n][0]), shown[n][1], _at(m), _before(before.get(n), m.units), breakable(n))
+        (m.text, valued(m.value, shown[n][0]), shown[n][1], _at(m), _before(before.get(n), m.units),
+         *errors.get(n, [""] * len(ERROR_TITLES) if errors else ()), breakable(n))
         for n, m in found.items()
-    ]
-    return [element("p", said), table(["what", "value", "units", "at time [s]", "in the start-up", "name"], rows)]
+    ]  # fmt: skip
+    return [element("p", said), element("p", _stated(run)), table(titles, rows)]
+
+
+ERROR_TITLES = ("stated error", "by the film table")
+
+
+def _errors(run: Result, found: dict[str, Metric]) -> dict[str, list[str]]:
+    """Stated errors of the metrics that they were stated of, and of these the parts of film tables."""
+    errors = {n: run.errors[n] for n, m in found.items() if n in run.errors and run.errors[n].value == m.value}
+    return {n: [_error(e.stated, e.units), _error(e.film, e.units)] for n, e in errors.items()}
+
+
+def _error(error: float, units: str) -> str:
+    """An error with two digits."""
+    unit, factor = scaled(units, error)
+    return f"{number(error * factor, 2)} {unit}".rstrip() if error else ""
+
+
+def _stated(run: Result) -> str:
+    """A sentence about the stated errors."""
+    errors = run.errors
+    if errors.reason:
+        return f"No errors of these numbers are stated: {errors.reason}."
+    loose = f"from a second run at rtol {number(errors.rtol[1])}"
+    moved = "over the clearance" if run.clearances else "over their size"
+    trajectory = f"; trajectories within {number(errors.trajectory, 2)} {moved}" if "trajectory" in errors else ""
+    return f"Errors of the integration are stated, {loose}{trajectory}. Those of film tables are apart."
 
 
 def _at(metric: Metric) -> str:

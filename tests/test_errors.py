@@ -1,0 +1,193 @@
+"""Stated errors: above the true ones, from the same start, in the file, and left out where they would mean nothing."""
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance import companion
+from clearance.commands.accuracy import prefixed, with_error
+from clearance.errors import Error, Errors
+from clearance.results import open_result
+from clearance.simulation import prepare
+
+SAMPLES = {"samples_per_turn": 100}
+
+
+@pytest.fixture(scope="module")
+def feeder():
+    return cl.load_case("six_bar_feeder")
+
+
+@pytest.fixture(scope="module")
+def stated(feeder, tmp_path_factory):
+    return cl.simulate(feeder, turns=2, path=tmp_path_factory.mktemp("stated") / "run.h5", **SAMPLES)
+
+
+@pytest.fixture(scope="module")
+def exact(feeder):
+    return cl.simulate(feeder, turns=2, rtol=1e-12, error=None, **SAMPLES)
+
+
+def test_numbers_with_their_errors():
+    """The last digit is that of the error, which is rounded up; one below nine digits stands in units of its own."""
+    assert with_error(128.32521, 8.03e-4, "N") == "128.3252 +- 0.0009 N"
+    assert with_error(128.32521, 8.03e-4, "N", " (144.661)") == "128.3252 +- 0.0009 (144.661) N"
+    assert with_error(128.32521, 3.0, "N") == "128 +- 3 N"
+    assert with_error(128.3252111, 3e-9, "N") == "128.325211 N +- 3 nN"
+    assert with_error(128.3252105, None, "N") == with_error(128.3252105, 0.0, "N") == "128.325 N"
+    assert [prefixed(e, "m") for e in (9.7e-10, 2.01e-9, 1.0, 0.0)] == ["1 nm", "3 nm", "1 m", "0e+00 m"]
+    assert prefixed(1.5e-3, "1") == "2e-03 1"
+
+
+def test_stated_errors_cover_the_true_ones(stated, exact):
+    """All extremes and means of the feeder, against rtol 1e-12: stated is above true, and by less than 1000 times for
+    most; the trajectory's by less than 100, for it is twice that of a run that is some ten times worse.
+    """
+    errors, covered, factors = stated.errors, [], []
+    for name, error in errors.items():
+        if name.startswith(("joints/", "drives/")):
+            true = abs(error.value - exact.extreme(name, errors.begin).value)
+            covered.append(true <= error.stated)
+            factors.append(error.stated / true)
+    assert len(covered) >= 10
+    assert all(covered)
+    assert np.median(factors) < 1000.0
+    c = stated.clearances["B"]
+    true = np.abs(stated.joint("B").eccentricity - exact.joint("B").eccentricity).max() / c
+    assert true < errors.trajectory < 100.0 * true
+    for path, share in errors.channels.items():
+        one, two = stated.values(path), exact.values(path)
+        assert np.abs(one - two).max() <= max(share, 1e-12) * max(np.ptp(one), 1e-9 * np.abs(one).max())
+
+
+def test_extremes_of_any_stretch_have_their_errors(stated, exact):
+    """Of the start-up and of the settled motion, covered both; a name that is none of a located extreme raises."""
+    turn = stated.turn
+    for begin, end in ((0.0, turn), (turn, 2 * turn), (0.0, np.inf)):
+        error = stated.error("joints/B/force_max", begin, end)
+        assert abs(error.value - exact.extreme("joints/B/force_max", begin, end).value) <= error.stated
+    with pytest.raises(KeyError, match="no located extreme"):
+        stated.error("joints/B/power_loss_max")
+    with pytest.raises(KeyError, match="the run has no such number"):
+        stated.errors["joint_Z_force_max"]
+
+
+def test_the_films_part(stated, feeder):
+    """Against films of larger viscosity, to which their force is proportional: within 10 % of the change, whose
+    difference is taken at rtol 1e-9.
+    """
+    share = stated.facts("joints/B")["film_table_error_closing"]
+    thick = cl.load_case("six_bar_feeder", viscosity=0.05 * (1.0 + 0.01))
+    one, two = (cl.simulate(s, turns=2, rtol=1e-9, error=None, **SAMPLES) for s in (feeder, thick))
+    for name in ("joints/B/gap_min", "joints/B/film_pressure_max"):
+        change = abs(two.extreme(name, stated.turn).value - one.extreme(name, stated.turn).value) * share / 0.01
+        assert stated.errors[name].film == pytest.approx(change, rel=0.1)
+
+
+def test_errors_in_the_file(stated):
+    """Plain h5py reads them, with units; a second opening gives the same."""
+    with h5py.File(stated.path) as file:
+        names = [n.decode() for n in file["errors/name"]]
+        i = names.index("joint_B_force_max")
+        assert file["errors/units_of"][i].decode() == "N"
+        assert file["errors/stated"][i] == stated.errors["joint_B_force_max"].stated
+        assert file["extremes/stated"].shape == file["extremes/value"].shape
+        assert file["errors"].attrs["companion_rtol"] == pytest.approx(1e-5)
+    with open_result(stated.path) as again:
+        assert dict(again.errors) == dict(stated.errors)
+        assert float(again.to_xarray()["errors/stated"].sel(name="trajectory")) == stated.errors.trajectory
+
+
+def test_what_gets_no_errors(tmp_path, feeder):
+    """Impacts, checkpoints, what was not asked for: the file says why, and the mapping is empty."""
+    dry = cl.simulate(cl.load_case("slider_crank", model="dry"), turns=0.1, **SAMPLES)
+    assert (len(dry.errors), dry.errors.reason) == (0, "trajectories part at impacts")
+    none = cl.simulate(feeder, turns=0.1, error=None, **SAMPLES)
+    assert none.errors.reason == "none was asked for"
+    kept = cl.simulate(feeder, turns=0.1, path=tmp_path / "run.h5", checkpoint=60.0, **SAMPLES)
+    assert kept.errors.reason == "a run with checkpoints has no companion"
+    assert np.isnan(kept.errors.trajectory)
+    with pytest.raises(KeyError, match="checkpoints"):
+        kept.errors["trajectory"]
+    with pytest.raises(ValueError, match="error must be"):
+        cl.simulate(feeder, turns=0.1, error="exact")
+
+
+def test_a_companion_begins_where_its_run_began(feeder):
+    """Also where that is not the scene's start: nearly the same first sample."""
+    run = prepare(feeder, turns=0.1, start="quasi-static", **SAMPLES)
+    start = companion.Start.of(run)
+    first = companion.companion(run, start, 1e-5).joint("B").eccentricity[0]
+    plain = companion.companion(prepare(feeder, turns=0.1, **SAMPLES), companion.Start.of(run), 1e-5)
+    scene = cl.simulate(feeder, turns=0.1, error=None, **SAMPLES).joint("B").eccentricity[0]
+    assert np.array_equal(first, plain.joint("B").eccentricity[0])
+    assert np.abs(first - scene).max() > 1e-3 * 1e-4
+
+
+def test_a_companion_that_fails(feeder, monkeypatch):
+    """The next tighter one takes its place; where that fails too, the run is kept and says why it states nothing."""
+    asked, plain = [], companion.companion
+
+    def failing(run, start, rtol, mechanism=None, least=0.0):
+        asked.append(rtol)
+        if rtol > least:
+            raise companion.Parted(f"the companion at rtol {rtol:g} failed")
+        return plain(run, start, rtol, mechanism)
+
+    monkeypatch.setattr(companion, "companion", lambda *a: failing(*a, least=1e-6))
+    found = cl.simulate(feeder, turns=0.1, **SAMPLES)
+    assert asked == pytest.approx([1e-5, 1e-7, 1e-7])
+    assert found.errors.rtol == pytest.approx((1e-6, 1e-7))
+    monkeypatch.setattr(companion, "companion", failing)
+    found = cl.simulate(feeder, turns=0.1, **SAMPLES)
+    assert found.complete
+    assert found.errors.reason == "the companion at rtol 1e-07 failed"
+
+
+def test_an_interrupt_keeps_the_run(feeder, tmp_path, monkeypatch):
+    """What was computed is whole; only its errors are missing."""
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(companion, "companion", interrupted)
+    with pytest.raises(KeyboardInterrupt) as request:
+        cl.simulate(feeder, turns=0.1, path=tmp_path / "run.h5", **SAMPLES)
+    assert "without stated errors" in request.value.__notes__[0]
+    with open_result(tmp_path / "run.h5") as kept:
+        assert kept.complete
+        assert not kept.errors
+
+
+def test_motions_that_do_not_forget_their_start():
+    """A double pendulum loses digits as it goes: the stated error of its trajectory says so, and is above the true."""
+    scene = cl.load_case("double_pendulum")
+    found, exact = (cl.simulate(scene, until=4.0, rtol=r, error=e) for r, e in ((1e-4, "state"), (1e-12, None)))
+    true = max(np.abs(found[b].theta - exact[b].theta).max() for b in found.names("bodies"))
+    assert true < found.errors.trajectory
+
+
+def test_shares_and_sums():
+    """Relative to the value, of nothing infinite; the total has both parts."""
+    error = Error(-4.0, 0.2, "N", film=0.1)
+    assert (error.relative, error.total) == (0.05, pytest.approx(0.3))
+    assert (Error(0.0, 0.1).relative, Error(0.0, 0.0).relative) == (np.inf, 0.0)
+    assert "none was asked" in repr(Errors(reason="none was asked for"))
+
+
+def test_json(tmp_path, capsys):
+    """The command's document has them beside its numbers; --no-error leaves them out."""
+    from clearance.cli import main
+
+    out = ["--turns", "0.1", "-o", str(tmp_path / "r.h5"), "--json", "--samples-per-turn", "100"]
+    assert main(["run", "six_bar_feeder", *out]) == 0
+    found = json.loads(capsys.readouterr().out)
+    numbers = found["errors"]["numbers"]
+    assert found["joints"]["B"]["peak_force_error"] == numbers["joints/B/force_max"]["stated"] > 0.0
+    assert main(["run", "six_bar_feeder", "--no-error", *out]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["errors"] == {"reason": "none was asked for"}
+    assert "peak_force_error" not in found["joints"]["B"]
