@@ -75,6 +75,7 @@ class Run:
         self.changes: list[tuple[float, dict[str, float]]] = []  # times and changes so far
         self.wall, self.cpu, self.contact_count, self.code = 0.0, 0.0, 0, status.RUNNING
         self.started = "as the scene says"
+        self.facts: dict[str, dict] = {}  # of the result, group by group
         self.opened: tuple[str, ...] = ()  # joints with clearance whose loops are opened, see `build`
         self.dead_centre: DeadCentre | None = None  # of a loop, once the run has failed there
 
@@ -114,6 +115,15 @@ class Run:
         values, carried, self.started = state_from(self.mechanism, start)
         self.state.y[: values.size] = values
         self.state.work[self.mechanism.layout.carried_places] = carried
+
+    def place(self, place) -> None:
+        """Begin in a state amidst a motion, see `periodic.maps.Place`."""
+        state = self.state
+        state.y[: place.y.size] = place.y
+        state.work[self.mechanism.layout.carried_places] = place.carried
+        for i in np.flatnonzero(place.touching):
+            state.contacts[i, TOUCHING], state.contacts[i, SINCE] = 1.0, state.time - place.ages[i]
+            state.contacts[i, IMPACT_SPEED] = state.work[i] = place.speeds[i]
 
     def take(self, method: str) -> None:
         """Use a stepper: its functions, the kernels it needs, its scratch."""
@@ -372,6 +382,8 @@ class Run:
         if self.changes:
             times, changes = zip(*self.changes, strict=True)
             recorder.know("changes", times=np.array(times), numbers=[json.dumps(c, sort_keys=True) for c in changes])
+        for group, facts in self.facts.items():
+            recorder.know(group, **facts)
         recorder.know("state", **end_state(self.mechanism, state.y, state.work, state.time))
         recorder.close(finished, summary, recording.diagnosis.warnings(), self.extremes)
 

@@ -31,6 +31,7 @@ LAYERS = [
     ["clearance.ensemble"],
     ["clearance.chaos"],
     ["clearance.evidence", "clearance.sweeping", "clearance.identify"],
+    ["clearance.periodic"],
     ["clearance", "clearance.cli", "clearance.commands", "cases", "postprocess", "paper_figures"],
 ]
 #: folders beside the package that are installed into it

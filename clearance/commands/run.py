@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from clearance import checks
+from clearance.commands import steady
 from clearance.commands.accuracy import add_error, document, error_line, prefixed, with_error
 from clearance.commands.common import (
     DONE,
@@ -69,6 +70,7 @@ def add(commands) -> argparse.ArgumentParser:
         "the joint forces",
     )  # fmt: skip
     p.add_argument("--plot", action="store_true", help="draw a picture beside the result file")
+    steady.add_options(p)
     return p
 
 
@@ -79,18 +81,22 @@ def run(options) -> int:
     """
     with terminable():
         case, values, scene = scene_of(options)
+        steady.check(options)
         _check_settle(options, case, scene)
         output = _output(options, case)
         replaced = output.exists()
         began = time.perf_counter(), time.process_time()
         with _noted(f"{output} was not written"):
-            result, failure = _simulated(options, case, scene, output)
+            simulated = _simulated if options.steady is None else steady.solved
+            result, failure = simulated(options, case, scene, output)
         if result is None:
             return complain(options, failure, FAILED)
         with _noted(f"the run is kept in {output}"):
             summary = _summary(case, values, result, began, options.settle) | {"replaced": replaced}
             summary["resolved"] = resolved = json.loads(scene.origin["resolved"])
-            if failure is None:
+            if options.steady is not None:
+                summary |= steady.summary(result)
+            elif failure is None:
                 summary |= _comparable(scene, result, options.rtol)
             if options.plot:
                 summary["plot"] = str(_plot(result, output, options.settle))
@@ -349,7 +355,7 @@ def _readable(summary: dict, parameters: list[str]) -> str:
         error_line(s),
         f"  energy       residual {s['energy_residual']:.3g} J of {s['energy_turned_over']:.3g} J turned over",
     ]
-    lines += _settled_lines(s)
+    lines += steady.lines(s.get("steady")) + _settled_lines(s)
     if s["contacts"]:
         still = f" ({s['open_contacts']} not over at the end)" if s["open_contacts"] else ""
         lines.append(f"  events       {sum(s['contacts'].values())} contacts{still}")

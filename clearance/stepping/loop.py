@@ -387,12 +387,15 @@ def change_phase(s, event, t):
 # --- the loop
 @shared
 def begin(s):
-    """First evaluation, contacts that exist at the start, first output row, first step."""
+    """First evaluation, contacts that exist at the start, first output row, first step.
+
+    A joint that is given in contact began it before, and remembers its impact speed.
+    """
     t = s.time
     if s.contacts.shape[0] > 0:
         s.events(t, s.y, s.par, s.work, s.before)
         for j in range(s.contacts.shape[0]):
-            if s.contacts[j, KIND] == CONTACT:
+            if s.contacts[j, KIND] == CONTACT and s.contacts[j, TOUCHING] == 0.0:
                 s.work[j] = FREE
                 if s.before[3 * j] > 0.0:
                     switch(s, j, t, s.before)

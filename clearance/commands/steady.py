@@ -1,0 +1,131 @@
+"""`clearance run --steady`: the periodic motion of a case in place of a run from its start."""
+
+import argparse
+import logging
+from collections.abc import Iterable
+from pathlib import Path
+
+from clearance.commands.common import Line, channel_patterns, number
+
+#: options of a run from its start, and their defaults
+OTHERS = {
+    "turns": None,
+    "until": None,
+    "max_step": None,
+    "checkpoint": None,
+    "settle": None,
+    "pressure_fields": None,
+}
+DEFAULT_RTOL = 1e-6  # of `clearance run`; a periodic motion has a finer one
+LISTED = 6  # multipliers in print, at most
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    """--steady and the most turns it may wait."""
+    command.add_argument(
+        "--steady",
+        type=number,
+        metavar="TOL",
+        help="solve for the periodic motion, to this distance in natural sizes, such as 1e-6; the "
+        "file holds one period",
+    )
+    command.add_argument(
+        "--most-turns",
+        type=int,
+        default=400,
+        metavar="N",
+        help="of --steady: turns after which no periodic motion is expected any more (default 400)",
+    )
+
+
+def check(options) -> None:
+    """Raises ValueError for options that belong to a run from its start. Numbers are then those
+    of the period.
+    """
+    if options.steady is None:
+        return
+    for name, default in OTHERS.items():
+        if getattr(options, name) != default:
+            raise ValueError(
+                f"--{name.replace('_', '-')} has no meaning beside --steady: "
+                "the file holds one period"
+            )
+    options.settle = 0.0
+
+
+def solved(options, case, scene, output: Path):
+    """The result with one period, None where there is none, and why."""
+    from clearance.evidence.problem import NotSolved
+    from clearance.periodic.maps import NotPeriodic
+    from clearance.periodic.steady import steady
+
+    if not options.json:
+        logging.basicConfig(level=logging.INFO, format="clearance: %(message)s")
+        logging.getLogger("skfem").setLevel(logging.WARNING)
+    line = Line(options)
+    try:
+        found = steady(
+            scene,
+            options.steady,
+            most_turns=options.most_turns,
+            start=options.start,
+            method=options.method,
+            rtol=None if options.rtol == DEFAULT_RTOL else options.rtol,
+            path=output,
+            progress=line,
+            samples_per_turn=int(options.samples_per_turn),
+            channels=channel_patterns(options.channels),
+            compression=options.compression,
+        )
+    except (NotPeriodic, NotSolved) as error:
+        return None, str(error)
+    finally:
+        line.clear()
+    return found.orbit, None
+
+
+def summary(result) -> dict:
+    """What the file of a periodic motion says of it."""
+    facts = {
+        name: getattr(value, "item", lambda v=value: v)()
+        for name, value in result.facts("steady").items()
+        if not name.startswith("multipliers")
+    }
+    return {"steady": facts | {"multipliers": [[m.real, m.imag] for m in multipliers(result)]}}
+
+
+def multipliers(result) -> list[complex]:
+    """Floquet multipliers of a periodic motion's file, the largest first."""
+    facts = result.facts("steady")
+    return [
+        complex(*pair)
+        for pair in zip(facts["multipliers_real"], facts["multipliers_imaginary"], strict=True)
+    ]
+
+
+def lines(facts: dict | None) -> list[str]:
+    """A periodic motion in print."""
+    if facts is None:
+        return []
+    turns = f"{facts['period']} turns" if facts["period"] > 1 else "one turn"
+    solved = f"{facts['turns_spent']:.0f} turns in all"
+    text = [
+        f"  steady       period {turns}, {facts['duration']:.9g} s; periodic to "
+        f"{facts['change']:.1e} of the natural sizes, {facts['distance']:.1e} away",
+        f"  turns        {facts['waited']} plain ones, {solved}",
+    ]
+    if facts["slow"]:
+        waiting = f"; waiting: about {facts['plain_turns']:.0f}" if facts.get("plain_turns") else ""
+        text.append(f"  solved for   {facts['slow']}{waiting}")
+    values = [complex(*pair) for pair in facts["multipliers"]]
+    return [*text, f"  multipliers  {', '.join(shown(values))}"]
+
+
+def shown(values: Iterable[complex]) -> list[str]:
+    """Multipliers as texts, conjugate pairs as one; the smallest ones of many are left out."""
+    texts = [
+        f"{m.real:.4g}" if m.imag == 0.0 else f"{m.real:.4g} +- {m.imag:.4g} i"
+        for m in values
+        if m.imag >= 0.0
+    ]
+    return texts if len(texts) <= LISTED else [*texts[:LISTED], "..."]

@@ -1,0 +1,1 @@
+"""Periodic motion: solved for, its stability, and how it changes with a parameter."""

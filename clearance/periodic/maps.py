@@ -1,0 +1,369 @@
+"""The map of a section: where a motion stands one period later, and the derivative of that by
+differences.
+
+The state is the whole one. A contact law that looks at the impact speed remembers it while the
+contact lasts, so a section inside a contact has that speed as a coordinate more; a section in free
+flight has none.
+"""
+
+import dis
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from clearance.evidence.problem import NotSolved
+from clearance.mechanism.build import Mechanism, build
+from clearance.options import Solver, Span, longest_step
+from clearance.run import Run
+from clearance.scene import Scene
+from clearance.starting import state_from
+from clearance.stepping import status
+from clearance.stepping.state import CONTACT, KIND, SINCE, TOUCHING
+
+FREE = -1.0  # in the place of an impact speed: no contact
+PROBED = (
+    0.0,
+    0.13,
+    0.41,
+    0.77,
+)  # of a period: where the forces are compared with those of later periods
+LATER = (1, 7)  # periods later
+EQUAL = 1e-7  # of the rates: difference that the rounding of large times may make
+LONGEST = 1e6  # turns that a trajectory may be long
+LEFT = 1e-7  # rad before or behind the section's angle from which on the way to it is straight
+CHUNK = 24  # parts of a nominal turn that an autonomous motion advances at once
+TRIES = 400  # such advances to one passage, at most
+STEP_OVER_TOLERANCE = 1e5  # step of a difference over the local tolerance
+
+
+class NotPeriodic(RuntimeError):
+    """No periodic motion was reached; the message says what was."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a motion stands. y: states; carried: what Newton's method in the kernel begins with;
+    touching: which spots are in a contact that began with a touch; speeds: the impact speeds
+    that they remember [m/s]; ages: how long their contacts have lasted [s].
+    """
+
+    y: np.ndarray
+    carried: np.ndarray
+    touching: np.ndarray
+    speeds: np.ndarray
+    ages: np.ndarray
+
+
+class Motion:
+    """Trajectories of a scene from any place at any time. spent: time integrated so far [s]."""
+
+    def __init__(self, scene: Scene, rtol: float, method: str = "auto", turn: float | None = None):
+        self.mechanism: Mechanism = build(scene, ledger=False)
+        self.scene, self.rtol, self.spent = scene, rtol, 0.0
+        _check(self.mechanism)
+        self.turn = turn or scene.turn
+        if self.turn is None:
+            raise ValueError(
+                f"{scene.name} has no drive of constant or nominal speed, which would give its "
+                "period: give period=SECONDS"
+            )
+        timeless = not _repeats(self.mechanism, self.turn)
+        self.autonomous = timeless and turn is None and any(d.nominal for d in scene.drives)
+        self._use(method)
+        self.remembers = np.array(
+            [_remembers(element, spot) for element, spot in self.mechanism.spots], dtype=bool
+        )
+
+    def _use(self, method: str) -> None:
+        """A run of a method, and its memory before it begins."""
+        span = Span(self.turn, 401)
+        solver = Solver(self.rtol, method, longest_step(self.mechanism, span))
+        self.run = Run(self.mechanism, Span(LONGEST * self.turn, 2), solver, outputs=False)
+        self.fresh = self.run.state.memory.copy()
+
+    # --- places
+    def start(self, start=None) -> Place:
+        """Where the scene starts, or another run ended; see `simulate`."""
+        mechanism, spots = self.mechanism, len(self.mechanism.spots)
+        y, carried = mechanism.y0.copy(), mechanism.work0[mechanism.layout.carried_places].copy()
+        if start is not None:
+            y[: mechanism.size], carried, _ = state_from(mechanism, start)
+        return Place(y, carried, np.zeros(spots, dtype=bool), np.full(spots, FREE), np.zeros(spots))
+
+    def moved(self, place: Place, y: np.ndarray, speeds: np.ndarray | None = None) -> Place:
+        """A place with other states and remembered speeds."""
+        return replace(place, y=y, speeds=place.speeds if speeds is None else speeds)
+
+    # --- advancing
+    def go(self, place: Place, begin: float, end: float) -> Place:
+        """The place at the time `end` of the motion that is in another one at `begin` [s].
+
+        Raises NotSolved where the motion cannot be continued.
+        """
+        self._begin(place, begin)
+        self._advance(end)
+        return self.here()
+
+    def stops(self, place: Place, begin: float, ends) -> list[Place]:
+        """The places at several times, one after another."""
+        self._begin(place, begin)
+        places = []
+        for end in ends:
+            self._advance(float(end))
+            places.append(self.here())
+        return places
+
+    def _begin(self, place: Place, time: float) -> None:
+        state = self.run.state
+        np.copyto(state.memory, self.fresh)
+        state.time = state.begin = time
+        self.run.place(place)
+        self.begun = time
+
+    def _advance(self, end: float) -> None:
+        state, code, before = self.run.state, status.RUNNING, self.run.state.time
+        method = self.run.method
+        while code == status.RUNNING:
+            code = self.run.advance(end)
+        self.spent += state.time - before
+        if code != status.DONE:
+            raise NotSolved(f"at t = {state.time:.6g} s: {status.MESSAGES[code]}")
+        if self.run.method != method:  # stiff: go on with the implicit one from the next place on
+            here, time = self.here(), float(state.time)
+            self._use(self.run.method.rpartition(", ")[2])
+            self._begin(here, time)
+
+    def here(self) -> Place:
+        """The place reached."""
+        state, spots = self.run.state, len(self.mechanism.spots)
+        mine = state.contacts[:, KIND] == CONTACT
+        touching = mine & (state.contacts[:, TOUCHING] > 0.0)
+        speeds = np.where(touching, state.work[:spots], FREE)
+        carried = state.work[self.mechanism.layout.carried_places].copy()
+        ages = np.where(touching, state.time - state.contacts[:, SINCE], 0.0)
+        return Place(state.y.copy(), carried, touching, speeds, ages)
+
+    @property
+    def held(self) -> np.ndarray:
+        """Spots whose contact has lasted since before the last trajectory began."""
+        contacts = self.run.state.contacts
+        return (contacts[:, TOUCHING] > 0.0) & (contacts[:, SINCE] < self.begun)
+
+    def rates(self, time: float, place: Place) -> np.ndarray:
+        """Rates of the states."""
+        mechanism, rates = self.mechanism, np.zeros(place.y.size)
+        work = np.append(mechanism.work0, 0.0)
+        spots = len(mechanism.spots)
+        work[:spots] = np.where(
+            self.run.state.contacts[:, KIND] == CONTACT, place.speeds, work[:spots]
+        )
+        work[mechanism.layout.carried_places] = place.carried
+        mechanism.kernel("rhs")(time, place.y, mechanism.par, work, rates)
+        return rates
+
+    def gap(self, time: float, place: Place) -> float:
+        """Smallest gap over its size [-] of the spots that may touch; infinite where there is
+        none.
+        """
+        mechanism = self.mechanism
+        mine = np.flatnonzero(self.run.state.contacts[:, KIND] == CONTACT)
+        if not mine.size:
+            return math.inf
+        inside, work = np.zeros(3 * len(mechanism.spots)), np.append(mechanism.work0, 0.0)
+        work[mechanism.layout.carried_places] = place.carried
+        mechanism.kernel("events")(time, place.y, mechanism.par, work, inside)
+        reach = np.array([spot.reach for _, spot in mechanism.spots])
+        return float((-inside[0::3] / reach)[mine].min())
+
+
+def _check(mechanism: Mechanism) -> None:
+    """Raises ValueError for scenes whose state is not the whole one, or has nothing in it."""
+    if mechanism.size == 0:
+        raise ValueError(
+            "this scene has no degree of freedom: it repeats itself with its drives, and nothing "
+            "is solved for"
+        )
+    if mechanism.layout.remembering:
+        names = ", ".join(mechanism.layout.remembering)
+        raise ValueError(
+            f"{names}: a film with a memory has more than its state: no periodic motion can be "
+            "solved for"
+        )
+
+
+def _repeats(mechanism: Mechanism, period: float) -> bool:
+    """True where the forces come back after the period, False where time is not in them at all.
+
+    Raises ValueError where they do neither.
+    """
+    rhs, work = mechanism.kernel("rhs"), np.append(mechanism.work0, 0.0)
+    y, out = mechanism.y0 + 0.01 * mechanism.scale, np.zeros(mechanism.size)
+
+    def rates(time: float) -> np.ndarray:
+        rhs(time, y.copy(), mechanism.par, work.copy(), out)
+        return out.copy()
+
+    base = [rates(share * period) for share in PROBED]
+    size = np.abs(base).max() or 1.0
+    if max(np.abs(b - base[0]).max() for b in base) == 0.0:
+        return False
+    later = [
+        np.abs(rates((n + s) * period) - b).max()
+        for s, b in zip(PROBED, base, strict=True)
+        for n in LATER
+    ]
+    if not max(later) <= EQUAL * size:
+        raise ValueError(
+            f"the forces do not come back after {period:.6g} s: they differ by "
+            f"{max(later) / size:.2g} of their size; give period=SECONDS, and leave out run-ups"
+        )
+    return True
+
+
+def _remembers(element, spot) -> bool:
+    """True for a spot whose contact law looks at the impact speed."""
+    law = getattr(element, "contact", None)
+    if spot.kind != CONTACT or law is None:
+        return False
+    loads = (i for i in dis.get_instructions(law.law.function) if "LOAD" in i.opname)
+    return any(i.argval == "impact_speed" for i in loads)
+
+
+class Section:
+    """Passages of a motion through a section: a phase of the period, or of an autonomous one an
+    angle of its drive.
+
+    turns: from one passage to the next; phase: of the period, in [0, 1).
+    """
+
+    def __init__(self, motion: Motion, turns: int = 1, phase: float = 0.0):
+        self.motion, self.turns, self.phase = motion, turns, phase
+        mechanism = motion.mechanism
+        self.scale, size = mechanism.scale, mechanism.size
+        self.winding = [i for i, c in enumerate(mechanism.plan.free) if c.turns]
+        self.angle, self.way = _driven_angle(mechanism) if motion.autonomous else (None, 0.0)
+        self.states = np.array([i for i in range(size) if i != self.angle])
+        self.duration = turns * motion.turn
+
+    # --- coordinates in the section
+    def spots(self, place: Place) -> np.ndarray:
+        """Spots whose remembered speed is a coordinate here."""
+        return np.flatnonzero(place.touching & self.motion.remembers)
+
+    def vector(self, place: Place) -> np.ndarray:
+        """Coordinates of a place in natural sizes: states, then remembered speeds."""
+        spots = self.spots(place)
+        return np.concatenate(
+            [
+                place.y[self.states] / self.scale[self.states],
+                place.speeds[spots] / self._speeds[spots],
+            ]
+        )
+
+    def place(self, vector: np.ndarray, like: Place) -> Place:
+        """The place of these coordinates, in the same contacts as another one."""
+        y, speeds, spots = like.y.copy(), like.speeds.copy(), self.spots(like)
+        y[self.states] = vector[: self.states.size] * self.scale[self.states]
+        speeds[spots] = np.maximum(vector[self.states.size :] * self._speeds[spots], 0.0)
+        return self.motion.moved(like, y, speeds)
+
+    @property
+    def _speeds(self) -> np.ndarray:
+        mechanism = self.motion.mechanism
+        return mechanism.frequency * np.array([spot.reach for _, spot in mechanism.spots])
+
+    # --- the map
+    def next(self, place: Place) -> Place:
+        """The next passage; angles go back by whole turns."""
+        if self.angle is None:
+            period = self.motion.turn
+            end = self.motion.go(place, self.phase * period, (self.phase + self.turns) * period)
+        else:
+            end = self._crossed(place)
+        return self._wound(end, place)
+
+    def at_start(self, place: Place) -> Place:
+        """Where the motion that passes here stands at the beginning of a period."""
+        if self.angle is not None or self.phase == 0.0:
+            return place
+        turn = self.motion.turn
+        return self._wound(self.motion.go(place, self.phase * turn, turn), place)
+
+    def _wound(self, place: Place, like: Place) -> Place:
+        """A place with its angles as near to those of another as whole turns bring them."""
+        y = place.y.copy()
+        for i in self.winding:
+            y[i] -= 2.0 * math.pi * round((y[i] - like.y[i]) / (2.0 * math.pi))
+        return self.motion.moved(place, y)
+
+    def _crossed(self, place: Place) -> Place:
+        """The passage of an autonomous motion through the same angle, after whole turns."""
+        motion, i = self.motion, self.angle
+        rate = i + motion.mechanism.coordinates
+        motion._begin(place, 0.0)
+        way = self.turns * self.way
+        state = motion.run.state
+        for _ in range(TRIES):
+            left, speed = place.y[i] + way - state.y[i], state.y[rate]
+            if abs(left) < LEFT:
+                return self._straight(left / speed)
+            step = motion.turn / CHUNK
+            if left * speed > 0.0:
+                step = min(step, left / speed)
+            before = state.memory.copy()
+            motion._advance(state.time + step)
+            state = motion.run.state
+            while (place.y[i] + way - state.y[i]) * way < -LEFT * abs(way):
+                np.copyto(state.memory, before)
+                step *= 0.5
+                motion._advance(state.time + step)
+        raise NotPeriodic(
+            f"the drive does not turn any more: {abs(state.y[rate]):.3g} rad/s after "
+            f"{state.time:.3g} s"
+        )
+
+    def _straight(self, time: float) -> Place:
+        """The place a very short time ahead or behind; the duration of the passage is kept."""
+        here, state = self.motion.here(), self.motion.run.state
+        self.duration = float(state.time) + time
+        return self.motion.moved(here, here.y + time * self.motion.rates(float(state.time), here))
+
+    def change(self, place: Place) -> tuple[np.ndarray, Place]:
+        """By how much the next passage differs from this one, in natural sizes, and the next one.
+
+        Raises NotPeriodic where other joints are in contact there.
+        """
+        end = self.next(place)
+        if not np.array_equal(self.spots(end), self.spots(place)):
+            raise NotPeriodic("other joints are in contact one period later")
+        return self.vector(end) - self.vector(place), end
+
+    def apart(self, place: Place) -> np.ndarray:
+        """By how much the states of the next passage differ, in natural sizes, whatever touches."""
+        return (self.next(place).y - place.y)[self.states] / self.scale[self.states]
+
+    def derivative(self, place: Place, image: np.ndarray) -> np.ndarray:
+        """Derivative of the map by forward differences; image: coordinates of the next passage."""
+        base, step = self.vector(place), STEP_OVER_TOLERANCE * self.motion.rtol
+        columns, duration = [], self.duration
+        for i in range(base.size):
+            moved = base.copy()
+            moved[i] += step
+            change, _ = self.change(self.place(moved, place))
+            columns.append((change + moved - image) / step)
+        self.duration = duration  # of the passage itself, not of its neighbours
+        return np.stack(columns, axis=1)
+
+
+def _driven_angle(mechanism: Mechanism) -> tuple[int, float]:
+    """Place of the angle that a finite drive turns, and a turn the way of its nominal speed.
+
+    Raises ValueError where the angle is no state.
+    """
+    drive = next(d for d in mechanism.scene.drives if d.nominal)
+    free = [i for i, c in enumerate(mechanism.plan.free) if c.turns]
+    turning = [i for i in free if mechanism.plan.free[i].place[0] is drive.target] or free
+    if not turning:
+        raise ValueError(f"{drive.label()}: its angle is no state of the motion")
+    return turning[0], math.copysign(2.0 * math.pi, drive.nominal)

@@ -1,0 +1,129 @@
+"""Newton's method on the map of a section, and on its slow states alone."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearance.periodic.maps import NotPeriodic, Place, Section
+
+LIMIT = 0.3  # natural sizes: longest step of Newton's method
+ROUNDS = 12  # of it, at most
+STRAIGHT = 0.1  # step over the one before below which the derivative is used again
+FRESH = 1e-5  # natural sizes: a derivative from further away is made again for the multipliers
+STEADY_ROUNDS = 25  # of the method for slow states, at most
+SLOW_STEP = 1e-3  # natural sizes: of its first differences
+SLOW_LIMIT = 3.0  # natural sizes: its longest step
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """A fixed point of a section's map. derivative: of the map there; change: what is left of
+    P(y) - y [natural sizes]; distance: the last step of Newton's method, how far away the
+    fixed point lies at most.
+    """
+
+    place: Place
+    derivative: np.ndarray
+    change: float
+    distance: float
+
+    @property
+    def multipliers(self) -> np.ndarray:
+        """Floquet multipliers, the largest first."""
+        values = np.linalg.eigvals(self.derivative).astype(complex)
+        return values[np.lexsort((-values.imag, -np.abs(values).round(12)))]
+
+
+def newton(section: Section, place: Place, tolerance: float) -> Fixed:
+    """The fixed point near a place: (P'(y) - 1) dy = y - P(y), until dy is below the tolerance
+    [natural sizes].
+
+    The derivative is used again where the steps shrink fast without a new one.
+    Raises NotPeriodic where the steps do not shrink, NotSolved where the motion cannot be
+    continued.
+    """
+    derivative, last, moved = None, np.inf, 0.0
+    for _ in range(ROUNDS):
+        change, _ = section.change(place)
+        base = section.vector(place)
+        if derivative is None:
+            derivative, moved = section.derivative(place, base + change), 0.0
+        step = _solved(np.eye(base.size) - derivative, change)
+        length = float(np.abs(step).max())
+        if length < tolerance:
+            if moved > FRESH:
+                derivative = section.derivative(place, base + change)
+            return Fixed(place, derivative, float(np.abs(change).max()), length)
+        if length > 2.0 * last and length > LIMIT:
+            break
+        if length > STRAIGHT * last:
+            derivative = None
+        place = section.place(base + step * min(1.0, LIMIT / length), place)
+        moved, last = moved + length, length
+    raise NotPeriodic(
+        f"Newton's method stays {last:.2g} of the natural sizes away from a periodic motion"
+    )
+
+
+def _solved(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Solution of a linear system. Raises NotPeriodic for a singular one."""
+    try:
+        return np.linalg.solve(matrix, vector)
+    except np.linalg.LinAlgError:
+        raise NotPeriodic("the periodic motion is not isolated: a multiplier is 1") from None
+
+
+def slow_states(section: Section) -> list[int]:
+    """Places in the section's coordinates of states that may need many turns: warmings, states
+    of drives, and the speed of a drive that finds its own.
+    """
+    layout = section.motion.mechanism.layout
+    names = {n for n in layout.first_order if n.endswith("/warming") or n.startswith("drives/")}
+    if section.angle is not None:
+        names.add(layout.names[section.angle + layout.size])
+    return [i for i, state in enumerate(section.states) if layout.names[state] in names]
+
+
+def settled(
+    section: Section, place: Place, slow: list[int], tolerance: float, report=lambda text: None
+) -> Place:
+    """A place whose slow states come back, the fast ones carried along.
+
+    g(z) = z(end) - z(start) of the second of two periods that both begin with the slow states z;
+    Broyden's method on g, which is the secant method for one slow state, from a derivative by
+    differences. It ends where its step, the distance from the solution g / (1 - mu), is below the
+    tolerance [natural sizes].
+    Raises NotPeriodic where it does not converge.
+    """
+    here = place
+
+    def change(z: np.ndarray) -> np.ndarray:
+        nonlocal here
+        for _ in range(2):
+            vector = section.vector(here)
+            vector[slow] = z
+            here = section.next(section.place(vector, here))
+        return section.vector(here)[slow] - z
+
+    z = section.vector(place)[slow]
+    g = change(z)
+    slope = np.zeros((z.size, z.size))
+    for i in range(z.size):
+        step = np.zeros(z.size)
+        step[i] = SLOW_STEP
+        slope[:, i] = (change(z + step) - g) / SLOW_STEP
+    for _ in range(STEADY_ROUNDS):
+        step = -_solved(slope, g)
+        length = float(np.abs(step).max())
+        report(f"slow states {length:.2g} away")
+        if length < tolerance:
+            vector = section.vector(here)
+            vector[slow] = z
+            return section.place(vector, here)
+        step *= min(1.0, SLOW_LIMIT / length)
+        z = z + step
+        before, g = g, change(z)
+        slope += np.outer(g - before - slope @ step, step) / (step @ step)
+    raise NotPeriodic(
+        f"the slow states stay {length:.2g} of their natural sizes away from a steady motion"
+    )

@@ -1,0 +1,284 @@
+"""The periodic motion of a scene: found by waiting where it is quick, solved for where it is
+not.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from clearance import checks
+from clearance.options import Output
+from clearance.periodic.maps import Motion, NotPeriodic, Place, Section
+from clearance.periodic.shooting import Fixed, newton, settled, slow_states
+from clearance.results import Record, Result
+from clearance.scene import Scene
+from clearance.simulation import prepare, write
+
+FINE, COARSE = 1e-12, 1e-8  # local tolerances, at least and at most
+FINER = 1e-5  # local tolerance over the one asked for
+NEAR = 1e-2  # natural sizes: a motion that comes back so nearly is worth Newton's method
+AGAIN = 20  # periods more where that failed
+SAME = 10.0  # tolerances within which two passages are one
+PHASES = 48  # of a turn, among which the section is chosen
+MOST_PERIOD = 16  # turns
+FEWEST = 3  # turns before slow states are solved for
+FAST = 0.5  # change over a turn, over that of the turn before: below it waiting is quicker
+
+
+@dataclass(frozen=True)
+class Steady:
+    """A periodic motion. orbit: one period of it, a result whose file has the rest in the
+    attributes of /steady.
+
+    multipliers: Floquet multipliers of the period, the largest first; those of an autonomous motion
+    without the 1 along it. period: turns of the drive; duration [s]. change: of the states over a
+    period; distance: from the periodic motion (both in natural sizes). waited: plain turns;
+    turns_spent: all turns that were integrated. slow: states that were solved for alone;
+    plain_turns: an estimate of those that waiting for them would have taken. phase: of the turn at
+    which states are compared; states: their values there.
+    """
+
+    orbit: Result
+    multipliers: np.ndarray
+    period: int
+    duration: float
+    change: float
+    distance: float
+    waited: int
+    turns_spent: float
+    slow: tuple[str, ...]
+    plain_turns: float | None
+    phase: float
+    states: dict[str, float]
+    autonomous: bool
+
+
+def steady(
+    scene: Scene,
+    tolerance: float = 1e-6,
+    *,
+    period: float | None = None,
+    most_turns: int = 400,
+    start: Record | str | Path | None = None,
+    rtol: float | None = None,
+    method: str = "auto",
+    path: str | Path | None = None,
+    samples_per_turn: int = 400,
+    channels=None,
+    compression: int = 0,
+    progress: Callable[[str], None] | None = None,
+) -> Steady:
+    """The periodic motion that a scene settles to.
+
+    tolerance: distance from it, in natural sizes of the states (clearance for eccentricities, 10 K
+    for warmings). Motions that forget their start in some turns are waited for. Slow states, as the
+    warming of oil, integrals of drives and the speed of a flywheel, are solved for alone, by a
+    secant method with the fast states carried along. Then, and for dry joints, Newton's method
+    closes the orbit and gives its multipliers: P(y) = y, where P is the map of a section in free
+    flight, if there is one. period [s]: takes the place of the turn of the drive; a drive without
+    constant speed has an unknown period, and the section is an angle of it. most_turns: plain turns
+    before it is given up. start: as in `simulate`. rtol: local tolerance (default 1e-5 times the
+    tolerance); method: as in `simulate`. path, samples_per_turn, channels, compression: of the file
+    that keeps one period, as in `simulate`.
+    Raises ValueError for scenes that nothing drives periodically, that have no freedom or films
+    with a memory; NotPeriodic where no period is reached (a chaotic motion), or none is isolated;
+    NotSolved where the motion ends.
+    Source: Seydel, Practical Bifurcation and Stability Analysis, 3rd ed., Springer 2010, ch. 7.
+    """
+    tolerance = checks.positive("tolerance", tolerance)
+    rtol = checks.positive("rtol", rtol or min(max(FINER * tolerance, FINE), COARSE))
+    period = period if period is None else checks.positive("period", period)
+    output = Output(path, channels, compression)
+    report = progress or (lambda text: None)
+    motion = Motion(scene, rtol, method, period)
+    search = Search(motion, tolerance, most_turns, report)
+    section, fixed = search.solved(motion.start(start))
+    facts = {
+        "period": section.turns,
+        "duration": section.duration,
+        "change": fixed.change,
+        "distance": fixed.distance,
+        "waited": search.waited,
+        "turns_spent": motion.spent / motion.turn,
+        "plain_turns": search.plain_turns(fixed),
+        "phase": section.phase,
+        "autonomous": motion.autonomous,
+    }
+    orbit = _orbit(
+        section, fixed, output, samples_per_turn, facts | {"tolerance": tolerance}, search.slow
+    )
+    names = motion.mechanism.layout.names
+    states = {name: float(fixed.place.y[i]) for i, name in enumerate(names)}
+    return Steady(orbit, fixed.multipliers, slow=search.slow, states=states, **facts)
+
+
+class Search:
+    """The way to a periodic motion. waited: plain turns so far; slow: states that were solved
+    for alone, and how far away they were where that began [natural sizes].
+    """
+
+    def __init__(self, motion: Motion, tolerance: float, most: int, report: Callable[[str], None]):
+        self.motion, self.tolerance, self.most, self.report = motion, tolerance, most, report
+        self.waited, self.slow, self.far, self.reason = 0, (), 0.0, ""
+        self.passages: list[Place] = []
+
+    def solved(self, place: Place) -> tuple[Section, Fixed]:
+        """A section and its fixed point.
+        Raises NotPeriodic where there is none within the turns allowed.
+        """
+        section, self.passages = Section(self.motion), [place]
+        slow = slow_states(section)
+        while self.waited < self.most:
+            turns = self._wait(section, slow)
+            if turns is None:
+                break
+            try:
+                return self._closed(section, slow, turns)
+            except NotPeriodic as reason:
+                if isinstance(reason, Family) and self._change(section, turns) < self.tolerance:
+                    raise
+                self.reason, slow = str(reason), []
+                for _ in range(min(AGAIN, self.most - self.waited)):
+                    self._turn(section)
+        raise NotPeriodic(self._failure(section))
+
+    def _turn(self, section: Section) -> None:
+        """One plain turn."""
+        self.passages.append(section.next(self.passages[-1]))
+        self.waited += 1
+
+    def _change(self, section: Section, turns: int, before: int = 0) -> float:
+        """Change of the states over the last turns that ended `before` turns ago [natural
+        sizes].
+        """
+        last = len(self.passages) - 1 - before
+        if last < turns:
+            return math.inf
+        apart = self.passages[last].y - self.passages[last - turns].y
+        return float(np.abs(apart[section.states] / section.scale[section.states]).max())
+
+    def _wait(self, section: Section, slow: list[int]) -> int | None:
+        """Plain turns until the motion comes back nearly; after how many turns it does. None
+        where it never does.
+        """
+        while self.waited < self.most:
+            self._turn(section)
+            changes = [self._change(section, k) for k in range(1, MOST_PERIOD + 1)]
+            best = int(np.argmin(changes)) + 1
+            self.report(f"turn {self.waited}: back to {min(changes):.2g}")
+            if slow and self.waited >= FEWEST:
+                return 1
+            if changes[0] < NEAR and (changes[0] < self.tolerance or self._quick(section) is False):
+                return 1
+            if changes[0] >= NEAR and min(changes) < NEAR:
+                return best
+        return None
+
+    def _quick(self, section: Section) -> bool:
+        """True where the next turns will bring more than Newton's method does."""
+        return self._change(section, 1) < FAST * self._change(section, 1, 1)
+
+    def _closed(self, section: Section, slow: list[int], turns: int) -> tuple[Section, Fixed]:
+        """Solved from where the motion stands."""
+        place, tolerance = self.passages[-1], self.tolerance
+        if slow:
+            before = section.vector(place)[slow]
+            place = settled(section, place, slow, tolerance, self.report)
+            names = section.motion.mechanism.layout.names
+            self.slow = tuple(names[section.states[i]] for i in slow)
+            self.far = float(np.abs(section.vector(place)[slow] - before).max())
+        section, place = self._best_section(section, place, turns)
+        self.report(f"solving for a motion of {turns} turn{'s' if turns > 1 else ''}")
+        section.next(place)
+        if any(self.motion.held & self.motion.remembers):
+            raise Family(self._held())
+        section, fixed = self._shortest(section, newton(section, place, tolerance))
+        if (largest := abs(fixed.multipliers[0])) >= 1.0:
+            many = f"{turns} turns" if turns > 1 else "one turn"
+            raise NotPeriodic(
+                f"a motion of {many} was met that is unstable (multiplier of size {largest:.3g})"
+            )
+        return section, fixed
+
+    def _shortest(self, section: Section, fixed: Fixed) -> tuple[Section, Fixed]:
+        """The same motion with its shortest period."""
+        for turns in (k for k in range(1, section.turns) if section.turns % k == 0):
+            shorter = Section(self.motion, turns, section.phase)
+            if np.abs(shorter.apart(fixed.place)).max() < SAME * self.tolerance:
+                return shorter, newton(shorter, fixed.place, self.tolerance)
+        return section, fixed
+
+    def plain_turns(self, fixed: Fixed) -> float | None:
+        """Turns that waiting would have taken, by the largest multiplier; None where nothing was
+        slow.
+        """
+        largest = abs(fixed.multipliers[0])
+        if not self.slow or largest == 0.0 or self.far <= fixed.distance:
+            return None
+        return self.waited + math.log(max(fixed.distance, 1e-15) / self.far) / math.log(largest)
+
+    def _held(self) -> str:
+        spots = self.motion.mechanism.spots
+        names = [spot.label(e) for (e, spot), h in zip(spots, self.motion.held, strict=True) if h]
+        return (
+            f"joint {', '.join(names)} stays in contact for the whole period: its contact law "
+            "remembers the impact speed of the last touch, and each speed has a periodic motion of "
+            "its own; a law without impact speed, such as hertz, has one"
+        )
+
+    def _best_section(self, section: Section, place: Place, turns: int) -> tuple[Section, Place]:
+        """The phase with the widest gap over the next turn, and where the motion stands there."""
+        motion = self.motion
+        if motion.autonomous or not np.any(motion.remembers):
+            return Section(motion, turns, section.phase), place
+        times = motion.turn * (section.phase + np.arange(1, PHASES + 1) / PHASES)
+        places = motion.stops(place, section.phase * motion.turn, times)
+        gaps = [
+            motion.gap(t, p) - np.count_nonzero(p.touching)
+            for t, p in zip(times, places, strict=True)
+        ]
+        best = int(np.argmax(gaps))
+        return Section(motion, turns, float(times[best] / motion.turn) % 1.0), places[best]
+
+    def _failure(self, section: Section) -> str:
+        """The reason why no periodic motion was reached."""
+        changes = [self._change(section, k) for k in range(1, MOST_PERIOD + 1)]
+        best = int(np.argmin(changes)) + 1
+        text = (
+            f"no periodic motion within {self.waited} turns: after {best} turns the states are "
+            f"still {min(changes):.2g} of their natural sizes from where they were; it may be "
+            "chaotic (clearance lyapunov), or need more turns"
+        )
+        return f"{text}; {self.reason}" if self.reason else text
+
+
+class Family(NotPeriodic):
+    """Periodic motions that are not isolated."""
+
+
+def _orbit(
+    section: Section, fixed: Fixed, output: Output, samples: int, facts: dict, slow: tuple
+) -> Result:
+    """One period as a result, from the scene's time 0 on."""
+    motion = section.motion
+    run = prepare(
+        motion.scene,
+        until=section.duration,
+        rtol=motion.rtol,
+        method=motion.run.method,
+        samples=samples * section.turns + 1,
+    )
+    place = section.at_start(fixed.place)
+    run.place(place)
+    run.reason = motion.run.reason
+    run.started = "a point of a periodic motion"
+    parts = {
+        "multipliers_real": fixed.multipliers.real,
+        "multipliers_imaginary": fixed.multipliers.imag,
+    }
+    known = {name: value for name, value in facts.items() if value is not None}
+    run.facts["steady"] = known | parts | {"slow": ", ".join(slow)}
+    return write(run, output)

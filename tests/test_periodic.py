@@ -1,0 +1,211 @@
+"""Periodic motions against closed forms, an independent study and the runs that settle to them."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance import cli
+from clearance.laws.law import signal
+from clearance.periodic.steady import steady
+
+MASS, DAMPING, STIFFNESS, FORCE, FREQUENCY = 2.0, 3.0, 800.0, 40.0, 12.0
+STALL, NO_LOAD, INERTIA, DRAG = 4.0, 50.0, 2e-3, 0.02
+
+
+@signal
+def harmonic(time, amplitude, frequency):
+    return amplitude * math.cos(frequency * time)
+
+
+def oscillator():
+    """m x'' + c x' + k x = F cos(w t)."""
+    body = cl.Body("mass", mass=MASS, inertia=1.0, points={"p": (0, 0)}, position=(0.1, 0))
+    anchor = cl.ground.at(-1, 0)
+    spring = {"stiffness": STIFFNESS, "damping": DAMPING, "free_length": 1.0}
+    force = harmonic(amplitude=FORCE, frequency=FREQUENCY)
+    return cl.Scene(
+        cl.Prismatic(cl.ground, body["p"], name="guide"),
+        cl.SpringDamper(anchor, body["p"], **spring),
+        cl.Force(body["p"], x=force),
+        gravity=(0, 0),
+        name="oscillator",
+    )
+
+
+def rotor():
+    """A disc with viscous drag on the straight line of a motor: J w' = T_s (1 - w / w_0) - c w."""
+    disc = cl.Body("disc", mass=1.0, inertia=INERTIA, points={"centre": (0, 0)})
+    motor = cl.motor_line(stall=STALL, no_load=NO_LOAD)
+    return cl.Scene(
+        cl.Revolute(cl.ground, disc["centre"], name="bearing"),
+        cl.TorsionSpring(cl.ground, disc, damping=DRAG),
+        cl.Drive(disc, torque=motor, nominal=NO_LOAD),
+        name="rotor",
+    )
+
+
+def crank(**more):
+    """The dry slider-crank of the bifurcation diagram over its speed."""
+    dry = {"restitution": 0.9, "friction": "coulomb", "friction_coefficient": 0.03}
+    chosen = {"model": "dry", "clearance": 1e-3, "speed": cl.rpm(3000)} | dry
+    return cl.load_case("slider_crank", **chosen | more)
+
+
+@pytest.fixture(scope="module")
+def dry():
+    return steady(crank())
+
+
+@pytest.fixture(scope="module")
+def orbit():
+    return steady(oscillator(), 1e-8, period=2.0 * math.pi / FREQUENCY)
+
+
+class TestClosedForms:
+    def test_multipliers_of_an_oscillator(self, orbit, validated):
+        """exp(-c T / 2 m) exp(+-i w_d T), to 1e-6: the map is linear, differences are right to
+        the local tolerance over their step, 1e-12 / 1e-7.
+        """
+        decay = DAMPING / (2.0 * MASS)
+        damped, period = math.sqrt(STIFFNESS / MASS - decay**2), 2.0 * math.pi / FREQUENCY
+        exact = np.exp(-decay * period + 1j * damped * period)
+        exact = exact if exact.imag > 0.0 else exact.conjugate()
+        assert orbit.multipliers[0] == pytest.approx(exact, abs=1e-6)
+        source = {"source": "closed form", "kind": "exact"}
+        size = abs(orbit.multipliers[0])
+        validated("size of an oscillator's multipliers", size, abs(exact), 1e-6, unit="1", **source)
+
+    def test_amplitude_of_an_oscillator(self, orbit):
+        """F / sqrt((k - m w^2)^2 + c^2 w^2), to 1e-6: samples lie a 400th of the period apart,
+        where the largest is short by (pi / 400)^2 / 2 = 3e-5 at most; so the mean square over
+        the period, exact for harmonics, is taken.
+        """
+        x = orbit.orbit["mass"].x[:-1]
+        amplitude = math.sqrt(2.0 * np.mean((x - x.mean()) ** 2))
+        stiff, drag = STIFFNESS - MASS * FREQUENCY**2, DAMPING * FREQUENCY
+        assert amplitude == pytest.approx(FORCE / math.hypot(stiff, drag), rel=1e-6)
+
+    def test_a_motor_finds_its_speed_and_its_period(self):
+        """w = T_s / (T_s / w_0 + c); the multiplier is exp(-(T_s / w_0 + c) T / J): linear,
+        right to 1e-6.
+        """
+        found, slope = steady(rotor(), 1e-8), STALL / NO_LOAD + DRAG
+        speed = STALL / slope
+        assert found.autonomous
+        assert found.states["rate of bodies/disc/angle"] == pytest.approx(speed, rel=1e-8)
+        assert found.duration == pytest.approx(2.0 * math.pi / speed, rel=1e-8)
+        expected = math.exp(-slope * found.duration / INERTIA)
+        assert found.multipliers == pytest.approx([expected], abs=1e-6)
+
+
+class TestDryJoint:
+    def test_multipliers(self, dry, validated):
+        """An independent study has -0.094 +- 0.149 i and 0.063 (three digits): within 1e-3."""
+        assert dry.multipliers[:3] == pytest.approx(
+            [-0.094 + 0.149j, -0.094 - 0.149j, 0.063], abs=1e-3
+        )
+        source = {"source": "shooting in a study of its own", "kind": "independent"}
+        size = abs(dry.multipliers[0])
+        validated(
+            "largest multiplier of the dry slider-crank", size, 0.176, 1e-3, unit="1", **source
+        )
+
+    def test_the_file_holds_one_period(self, dry):
+        """It ends where it began, to the tolerance of 1e-6, amidst a contact that lasts over its
+        ends.
+        """
+        result = dry.orbit
+        assert result.time[-1] == pytest.approx(0.02)
+        for name in ("joints/C/eccentricity_x", "joints/C/contact_force", "bodies/slider/ax"):
+            values = result.values(name)
+            assert values[-1] == pytest.approx(values[0], abs=1e-6 * np.abs(values).max())
+        assert result.events["time"].min() < 0.0
+        facts = result.facts("steady")
+        assert facts["waited"] == dry.waited < dry.turns_spent
+        assert (
+            complex(facts["multipliers_real"][0], facts["multipliers_imaginary"][0])
+            == dry.multipliers[0]
+        )
+
+    def test_a_run_from_there_stays_there(self, dry, tmp_path):
+        """Two turns of the usual tolerance stay within 1e-4 of the clearance."""
+        dry.orbit.save(tmp_path / "orbit.h5")
+        after = cl.simulate(crank(), turns=2, start=tmp_path / "orbit.h5", rtol=1e-8)
+        x = after.joint("C").eccentricity_x
+        assert x[-1] == pytest.approx(dry.orbit.joint("C").eccentricity_x[-1], abs=1e-7)
+
+
+class TestSlowStates:
+    def test_warming_of_oil(self):
+        """The heat that the oil takes in leaves by conductance: first law, to 1e-6 of it.
+        Waiting would take more than ten times as many turns.
+        """
+        body = cl.Body("journal", 3.0, 1e-3)
+        bearing = {"radius": 0.01, "clearance": 1e-4, "length": 0.02, "film": cl.table_film()}
+        heat = cl.HeatBalance(50.0, 1.0, volumetric=0.0)
+        joint = cl.ClearanceRevolute(
+            cl.ground.at(0, 0),
+            body.at(0, 0),
+            name="J",
+            lubricant=cl.Lubricant(0.05),
+            heat=heat,
+            **bearing,
+        )
+        found = steady(cl.Scene(joint, cl.Drive(body, speed=100.0)))
+        assert found.slow == ("joints/J/warming",)
+        power = found.orbit.joint("J").power_loss.mean()
+        assert found.states["joints/J/warming"] * 1.0 == pytest.approx(power, rel=1e-5)
+        assert found.plain_turns > 10.0 * found.turns_spent
+
+
+class TestRefusals:
+    def test_chaos(self):
+        with pytest.raises(
+            cl.NotPeriodic, match="no periodic motion within 30 turns.*may be chaotic"
+        ):
+            steady(crank(speed=cl.rpm(5000)), most_turns=30)
+
+    def test_scenes_without_a_periodic_motion(self):
+        with pytest.raises(ValueError, match="no degree of freedom"):
+            steady(cl.load_case("slider_crank", model="ideal"))
+        with pytest.raises(
+            ValueError, match="no drive of constant or nominal speed.*period=SECONDS"
+        ):
+            steady(oscillator())
+        with pytest.raises(ValueError, match=r"the forces do not come back after 0\.3 s"):
+            steady(oscillator(), period=0.3)
+        with pytest.raises(ValueError, match="tolerance"):
+            steady(oscillator(), -1.0)
+
+
+class TestCommand:
+    def test_run_steady(self, tmp_path, capsys):
+        path, values = (
+            tmp_path / "orbit.h5",
+            {"model": "dry", "friction": "coulomb", "restitution": 0.9},
+        )
+        values |= {"friction_coefficient": 0.03, "clearance": "1mm", "speed": "3000rpm"}
+        command = [
+            "run",
+            "slider_crank",
+            *(w for n, v in values.items() for w in ("-p", f"{n}={v}")),
+        ]
+        command += ["--steady", "1e-6", "-o", str(path)]
+        assert cli.main([*command, "--json"]) == 0
+        document = json.loads(capsys.readouterr().out)
+        assert document["steady"]["period"] == 1
+        assert document["steady"]["multipliers"][0] == pytest.approx([-0.094, 0.149], abs=1e-3)
+        assert cli.main(command) == 0
+        printed = capsys.readouterr().out
+        assert "steady       period one turn, 0.02 s; periodic to" in printed
+        assert "multipliers  -0.09" in printed
+
+    def test_options_of_other_runs_are_refused(self, tmp_path, capsys):
+        command = ["run", "slider_crank", "--steady", "1e-6", "-o", str(tmp_path / "a.h5")]
+        assert cli.main([*command, "--turns", "2"]) == 2
+        assert "--turns has no meaning beside --steady" in capsys.readouterr().err
+        assert cli.main([*command, "-p", "model=ideal"]) == 2
+        assert "no degree of freedom" in capsys.readouterr().err
