@@ -11,6 +11,7 @@ from clearance.body import Body, Point, ground
 from clearance.choices import crank_drive, joint_factory, joint_friction_law, one_of
 from clearance.film.bearing import Bearing, FilmSolution, Groove
 from clearance.film.online import conserving_film, fast_film, fem_film
+from clearance.film.pad_law import pad_film as pad_table
 from clearance.film.tabulated import table_film
 from clearance.materials import HeatBalance, Lubricant, Material, steel
 from clearance.scene import Scene
@@ -56,6 +57,7 @@ __all__ = [
     "laws",
     "mm",
     "one_of",
+    "pad_table",
     "rpm",
     "steel",
     "table_film",

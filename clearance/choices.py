@@ -13,6 +13,7 @@ from clearance import checks, films, laws
 from clearance.body import Body
 from clearance.elements import ClearancePrismatic, ClearanceRevolute, Drive, Prismatic, Revolute
 from clearance.elements.joint import Joint
+from clearance.film.pad_law import pad_film
 from clearance.materials import Lubricant, Material, steel
 
 MODELS = ("ideal", "dry", "lubricated", "mixed")
@@ -115,6 +116,8 @@ JOINT_FRICTIONS = ("none", "coulomb", "stribeck")
 FILMS = {n: getattr(films, n) for n in ("sommerfeld", "pinkus_sternlicht", "long", "short", "harmonic", "table")}
 #: films that solve the Reynolds equation as the run goes: 1e3 times dearer and more
 ONLINE_FILMS = {n: getattr(films, n) for n in ("fast", "fem", "conserving")}
+#: films of the Reynolds equation: the faces of a slide then have theirs from a table too
+TABLES = ("table", *ONLINE_FILMS)
 #: what a film must be to know an ambient pressure, or the flow factors of rough surfaces
 WITH_AMBIENT, WITH_FLOW_FACTORS = ("table", *ONLINE_FILMS), ("table", "fast", "fem")
 ASPERITIES = {"greenwood_tripp": laws.greenwood_tripp, "greenwood_williamson": laws.greenwood_williamson}
@@ -437,14 +440,16 @@ def joint_factory(
         raise ValueError(f"joint {', '.join(chosen)}: {error}") from None
 
     solids = {"contact": contact, "restitution": restitution, "friction": friction, "coefficient": friction_coefficient}
-    return JointFactory(model, frozenset(chosen), slots, solids, material)
+    pad = pad_film() if film in TABLES else laws.full_pad()
+    return JointFactory(model, frozenset(chosen), slots, solids, material, pad)
 
 
 @dataclass(frozen=True)
 class JointFactory:
     """Joints of a case: with clearance for the chosen names, ideal for all others.
 
-    hinge: what a hinge with clearance has; solids: contact and friction of slides, as `_solids` takes them.
+    hinge: what a hinge with clearance has; solids: contact and friction of slides, as `_solids` takes them; pad: the
+    film of their faces.
     """
 
     model: str
@@ -452,6 +457,7 @@ class JointFactory:
     hinge: dict
     solids: dict
     material: Material
+    pad: laws.BoundLaw
 
     def __call__(self, name: str, a, b) -> Joint:
         """A hinge."""
@@ -478,11 +484,11 @@ class JointFactory:
         )  # fmt: skip
 
     def _film(self) -> dict:
-        """Films of a slide: full ones of wide pads; edges touch where the model has no transition either."""
+        """Films of a slide; edges touch where the model has no transition either."""
         if self.model == "dry":
             return {}
         wet = {n: self.hinge[n] for n in ("lubricant", "roughness") if n in self.hinge}
-        return wet | {"film": laws.full_pad(), "transition": self.hinge.get("transition", laws.superposed())}
+        return wet | {"film": self.pad, "transition": self.hinge.get("transition", laws.superposed())}
 
 
 #: what became of a parameter of `joint_factory` that is auto, from a joint; None where the joint has it not

@@ -157,6 +157,11 @@ class ClearancePrismatic(ClearanceJoint):
             yield f"{self.key}/viscosity", self.viscosity, NEVER
             yield f"{self.key}/roughness", self.roughness or 0.0, ZERO
 
+    def facts_for(self, slot: str) -> FilmJoint | PadFace:
+        if slot == "film":
+            return PadFace(0.5 * self.overlap, self.width, self.viscosity)
+        return FilmJoint(0.0, self.clearance, self.width, self.viscosity, self.roughness or 0.0)
+
     # --- for diagnosis
     @property
     def solid(self) -> tuple[float, str]:

@@ -144,6 +144,10 @@ class Joint(Element):
     #: numbers that film laws of hinges read of it
     film_joint = None
 
+    def facts_for(self, slot: str):
+        """Numbers of the joint from which the law in a field makes its data, such as a film table."""
+        return self.film_joint
+
     def seen_by(self, slot: str):
         """Surfaces that the law in a field reads: radius, clearance, length, material, layer of the surfaces."""
         return self

@@ -145,8 +145,8 @@ class DataLaw(Law):
     """A law that reads numbers made for its joint, such as a table of forces.
 
     Its first parameters are `data`, a flat array, and `start`, where its numbers begin in it: in a kernel that is the
-    parameter vector, so that other numbers never mean another kernel. make(joint, settings) -> an object with those
-    `numbers`; settings choose them and are no numbers of the kernel.
+    parameter vector, so that other numbers never mean another kernel. make(facts, settings) -> an object with those
+    `numbers`; facts are what the law reads of its joint; settings choose them and are no numbers of the kernel.
     """
 
     def __init__(
@@ -218,9 +218,9 @@ class BoundLaw:
             raise ValueError(f"{missing[0]} is missing: give it to the law or to the joint")
         return BoundLaw(self.law, tuple((given | made).values()), self.settings, left)
 
-    def source(self, joint: FilmJoint):
-        """Data of a law in this joint: an object with `numbers`, a flat array."""
-        return self.law.make(joint, dict(self.settings))
+    def source(self, facts: FilmJoint | PadFace):
+        """Data of a law in a joint with these numbers: an object with `numbers`, a flat array."""
+        return self.law.make(facts, dict(self.settings))
 
     def __call__(self, *state):
         if len(state) != len(self.law.family.state):
@@ -242,8 +242,8 @@ class BoundLaw:
 
     def _of_data(self, *state):
         """As a law whose parameters are this joint's numbers."""
-        (joint,) = (s for s, name in zip(state, self.law.family.state, strict=True) if name == "joint")
-        source = self.law.looked_at(joint, self.settings)
+        (facts,) = (s for s, name in zip(state, self.law.family.state, strict=True) if name in TUPLES)
+        source = self.law.looked_at(facts, self.settings)
         numbers = (source.numbers, 0.0, *self.numbers[1:])
         return BoundLaw(Law(self.law.family, self.law.function, {}), numbers)(*state)
 

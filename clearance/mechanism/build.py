@@ -209,7 +209,7 @@ def _sources(scene: Scene) -> dict:
     """(element, field) -> what its law reads, of laws with data."""
     laws = {(e, f.name): getattr(e, f.name) for e in scene.elements for f in fields(e)}
     return {
-        (element, name): law.source(element.film_joint)
+        (element, name): law.source(element.facts_for(name))
         for (element, name), law in laws.items()
         if isinstance(law, BoundLaw) and isinstance(law.law, DataLaw)
     }

@@ -1,0 +1,86 @@
+"""Film of a flat pad of finite width that cavitates, looked up in a table (film/pad_table.py)."""
+
+import math
+
+from clearance import checks
+from clearance.film.bearing import check_mesh
+from clearance.film.tabulated import bump_0, bump_1, patch
+from clearance.laws.law import BoundLaw, DataLaw, PadFace, pad
+from clearance.laws.pad import STEEPEST
+
+HEAD = 4  # numbers before the coefficients: nodes over y, cells per y, cells over theta, per theta
+TOP = 3.2  # largest |y| of the nodes, tau = 0.9967
+PARTS = 3  # load, moment, wetted area
+REST = 1e-15  # m/s: a pad at rest counts as closing with it, so that its direction has a slope
+NODES = 65  # over y, an odd number
+MESH = (128, 12)  # of the solver
+
+
+def looked_up(data, start, y, angle):
+    """The three splines w, k, A of `pad_table` at y and theta; linear in y beyond the nodes."""
+    top = data[start] - 1.0
+    around = int(data[start + 2])
+    place = (y + TOP) * data[start + 1]
+    x = min(max(place, 0.0), top)
+    z = (angle + math.pi) * data[start + 3]
+    i, j = min(int(x), int(top) - 1), min(max(int(z), 0), around - 1)
+    t, u = x - i, z - j
+    p0, p1, p2, p3 = bump_0(t), bump_1(t), bump_1(1.0 - t), bump_0(1.0 - t)
+    below, above = min(0.5 * place, 0.0), max(0.5 * (place - top), 0.0)
+    p0, p1, p2, p3 = p0 - below, p1 - above, p2 + below, p3 + above
+    w0, w1, w2, w3 = bump_0(u), bump_1(u), bump_1(1.0 - u), bump_0(1.0 - u)
+    line = PARTS * (around + 3)
+    at = start + HEAD + i * line + PARTS * j
+    return (
+        patch(data, at, line, PARTS, p0, p1, p2, p3, w0, w1, w2, w3),
+        patch(data, at + 1, line, PARTS, p0, p1, p2, p3, w0, w1, w2, w3),
+        patch(data, at + 2, line, PARTS, p0, p1, p2, p3, w0, w1, w2, w3),
+    )
+
+
+def pad_table(gap, slope, gap_rate, slope_rate, speed, face, data, start):
+    """Film of a pad of finite width with pressure P >= 0 [N, N m, N], looked up in a table.
+
+    tau = m a / h0,  y = artanh(tau),  u = h0' - m U / 2,  w = a m',  theta = atan2(w, u)
+    W = S |(u, w)| w(y, theta),   M = a S |(u, w)| k(y, theta),   S = 8 mu B a^3 / h0^3
+    drag = (2 mu B a / h0) U A(y, theta) + m W / 2
+
+    gap h0 [m], slope m, their rates [m/s, 1/s], speed U [m/s]; face: half length a, width B [m],
+    viscosity mu [Pa s]. w, k and A are C2 cubic splines of the solutions of Reynolds' equation over
+    the rectangle 2a x B (see film/pad_table.py), for |tau| up to 0.9967; beyond it they are linear
+    in y, as they are in the limit. A is the wetted area, weighted by h0 / h. Where the gap opens at
+    both edges the film carries nothing. The power taken out is never negative, but for the error of
+    the table. Rigid, isoviscous, cavitating at ambient pressure. An edge that touches meets a force
+    of the order of log(1 / gap) only. Source: Pinkus and Sternlicht (1961), chapter 3.
+    """
+    a = face.half_length
+    tau = min(max(slope * a / gap, -STEEPEST), STEEPEST)
+    u, w = gap_rate - 0.5 * slope * speed - REST, slope_rate * a
+    y = 0.5 * math.log((1.0 + tau) / (1.0 - tau))
+    load, moment, wet = looked_up(data, int(start), y, math.atan2(w, u))
+    shear = 2.0 * face.viscosity * face.width * a / gap
+    scale = 4.0 * shear * a * a / (gap * gap) * math.sqrt(u * u + w * w)
+    load = scale * load
+    return load, scale * a * moment, shear * speed * wet + 0.5 * slope * load
+
+
+def _made(face: PadFace, settings: dict):
+    from clearance.film.pad_table import PadKey, between
+
+    slenderness = float(f"{face.width / (2.0 * face.half_length):.9g}")
+    return between(PadKey(slenderness, settings["nodes"], settings["mesh"]))
+
+
+_pad_table = DataLaw(pad, pad_table, {}, _made)
+
+
+def pad_film(*, nodes: int = NODES, mesh: tuple[int, int] = MESH) -> BoundLaw:
+    """The film of a flat pad of finite width that cavitates: see the law `pad_table`.
+
+    nodes: of the table over y, an odd number of 17 or more; twice as many over theta. mesh:
+    cells along the pad and over half its width, of the solver behind it. A table is built once, in
+    some seconds, and kept on disk by B / 2a and options. Raises ValueError for other numbers.
+    """
+    if nodes != int(checks.finite("pad_table: nodes", nodes)) or nodes < 17 or nodes % 2 == 0:
+        raise ValueError(f"pad_table: nodes must be an odd number of 17 or more, got {nodes!r}")
+    return _pad_table.bind({"nodes": int(nodes), "mesh": check_mesh(mesh)})

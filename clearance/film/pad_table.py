@@ -1,0 +1,226 @@
+"""The force table of a flat pad of finite width: Reynolds' equation with P >= 0 over a rectangle.
+
+With X = x / a, zeta = z / B, H = 1 + tau X, and (u, w) = |(u, w)| (cos theta, sin theta):
+
+    d/dX(H^3 dP/dX) + (a / B)^2 H^3 d2P/dzeta2 = cos theta + X sin theta,   P >= 0, P = 0 at edges
+    w = (3 / 2) int P dX dzeta,   k = (3 / 2) int X P dX dzeta,   A = (1 / 2) int_wet dX dzeta / H
+
+The solver is that of bearings (film/bands.py): a pad is a ring of columns, one of which has the
+pressure of both edges. Columns are uniform in ln H. Mirrored pads, (tau, theta) and (-tau, -theta),
+have the same load and opposite moments, so that half of the nodes over y are solved.
+"""
+
+import hashlib
+import json
+import logging
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from clearance import checks
+from clearance.film import bands, pad_law, table
+from clearance.film.pad_law import HEAD, MESH, NODES, PARTS, TOP, looked_up
+from clearance.store import njit
+
+LOG = logging.getLogger("clearance")
+LEVEL = 1e-3  # tau below which columns are uniform along the pad
+CHECKS = 60  # states at which a table is tested
+FINER = 2  # cells of the solver that tests it, over those of the one that made it
+
+
+@njit(cache=True, error_model="numpy")
+def columns(count, tau):
+    """Integrals of a grid as film/bands.py has them, of cells between the middles of columns."""
+    places = np.linspace(-1.0, 1.0, count + 1)
+    if tau > LEVEL:
+        steep = 0.5 * math.log((1.0 + tau) / (1.0 - tau))
+        middle = math.sqrt((1.0 - tau) * (1.0 + tau))
+        for j in range(1, count):
+            places[j] = (middle * math.exp(steep * places[j]) - 1.0) / tau
+    cells = np.zeros((7, count))
+    for j in range(count):
+        left, right = places[j], places[j + 1]
+        h, after = 1.0 + tau * left, 1.0 + tau * right
+        cells[bands.CONDUCTANCE, j] = 2.0 * (h * after) ** 2 / ((right - left) * (h + after))
+        half = 0.5 * (left + right)
+        add_half(cells, j, left, half, tau)
+        add_half(cells, (j + 1) % count, half, right, tau)
+    for row in (bands.COS, bands.SIN, bands.SHEAR):
+        cells[row, 0] = 0.0  # the edges have no pressure
+    cells[bands.SHEAR, 1] += strip(-1.0, 0.5 * (places[0] + places[1]), tau)
+    cells[bands.SHEAR, count - 1] += strip(0.5 * (places[count - 1] + places[count]), 1.0, tau)
+    return cells
+
+
+@njit(cache=True, error_model="numpy")
+def strip(left, right, tau):
+    """Integral of 1/H."""
+    h, after = 1.0 + tau * left, 1.0 + tau * right
+    return math.log(after / h) / tau if tau > LEVEL else 2.0 * (right - left) / (h + after)
+
+
+@njit(cache=True, error_model="numpy")
+def add_half(cells, j, left, right, tau):
+    """Integrals of one and of X, H^3 and 1/H over half a cell."""
+    h, after, step = 1.0 + tau * left, 1.0 + tau * right, right - left
+    cells[bands.CUBE, j] += 0.25 * step * (h + after) * (h * h + after * after)
+    cells[bands.COS, j] += step
+    cells[bands.SIN, j] += 0.5 * step * (left + right)
+    cells[bands.SHEAR, j] += strip(left, right, tau)
+
+
+@njit(cache=True, error_model="numpy")
+def on_grid(count, rows, tau, axial, cosine, sine, coarse):
+    """A film on one grid: integrals of P, of X P and of 1/H, linear systems solved, state."""
+    cells = columns(count, tau)
+    _, width, link = bands.along(rows, axial, 0.0)
+    source = cosine * cells[bands.COS] + sine * cells[bands.SIN]
+    pressure, state = np.zeros((count, rows)), np.zeros((count, rows), np.int64)
+    state[0] = bands.GIVEN
+    cut = bands.start(cells, source, 0.0, pressure, state, coarse)
+    solutions = bands.settle(cells, width, link, source, 0.0, pressure, state, cut)
+    measures = bands.measures(cells, width, link, source, 0.0, pressure, state)
+    return measures[:PARTS], solutions, state
+
+
+@njit(cache=True, error_model="numpy")
+def film(count, rows, tau, axial, angle):
+    """w, k, A of a pad on two grids, extrapolated, and the linear systems solved; tau >= 0."""
+    cosine, sine = math.cos(angle), math.sin(angle)
+    coarse = np.zeros((1, 1), np.int64)
+    last, total = np.zeros(PARTS), 0
+    for level in range(2, -1, -1):
+        result, solutions, state = on_grid(
+            count >> level, rows >> level, tau, axial, cosine, sine, coarse
+        )
+        total += solutions
+        best = result + (result - last) / 3.0
+        last, coarse = result, state
+    return best * np.array([1.5, 1.5, 0.5]), total
+
+
+@dataclass(frozen=True)
+class PadTable:
+    """Numbers that the law reads, and how far they are from the film they stand for.
+
+    error: of load and moment, the largest of the states tested, over the largest load of any
+    direction there; error_median: its median; error_shear: of the wetted area, likewise.
+    """
+
+    numbers: np.ndarray
+    error: float
+    error_median: float
+    error_shear: float
+
+    @property
+    def errors(self) -> tuple[float, ...]:
+        return self.error, self.error_median, self.error_shear
+
+    def facts(self) -> dict:
+        """Facts of it in the report of a run."""
+        return {f"film_table_{n}": v for n, v in vars(self).items() if n != "numbers"}
+
+
+@dataclass(frozen=True)
+class PadKey:
+    """Inputs of a table: slenderness B / 2a; nodes over y; mesh of the solver."""
+
+    slenderness: float
+    nodes: int = NODES
+    mesh: tuple[int, int] = MESH
+
+    made = PadTable
+
+    def __post_init__(self):
+        checks.positive("pad table: slenderness", self.slenderness)
+
+    @property
+    def axial(self) -> float:
+        """(a / B)^2."""
+        return 0.25 / self.slenderness**2
+
+    @property
+    def around(self) -> int:
+        """Cells over theta, a multiple of eight: kinks at 45 degrees then stand on nodes."""
+        return 8 * (self.nodes // 4)
+
+    @property
+    def size(self) -> int:
+        """How many numbers the table has."""
+        return HEAD + PARTS * (self.nodes + 2) * (self.around + 3)
+
+    def name(self) -> str:
+        """Of the file: all of the key, and the text of what makes it and reads it."""
+        files = (__file__, bands.__file__, pad_law.__file__)
+        text = [Path(f).read_text() for f in files]
+        return hashlib.sha256(json.dumps([vars(self), text]).encode()).hexdigest()[:24]
+
+    def build(self) -> PadTable:
+        """Solve all nodes, fit the splines, measure the error at states between them."""
+        return build(self)
+
+
+def scaled_film(key: PadKey, y: float, angle: float, finer: int = 1) -> np.ndarray:
+    """(w, k, A) at one state, by the solver."""
+    side = math.copysign(1.0, y)
+    mesh = (finer * n for n in key.mesh)
+    result, solutions = film(*mesh, math.tanh(abs(y)), key.axial, side * angle)
+    bands.check_settled(solutions)
+    return result * np.array([1.0, side, 1.0])
+
+
+def build(key: PadKey) -> PadTable:
+    """Solve all nodes, fit the splines, measure the error at states between them."""
+    from tqdm import tqdm
+
+    LOG.info("building the film table of a pad, B / 2a = %g (kept for later)", key.slenderness)
+    ys = np.linspace(0.0, TOP, key.nodes // 2 + 1)
+    angles = -math.pi + 2.0 * math.pi / key.around * np.arange(key.around)
+    bar = tqdm(ys, desc="film table", disable=None, leave=False)
+    half = np.array([[scaled_film(key, y, angle) for angle in angles] for y in bar])
+    mirrored = np.roll(half[:0:-1, ::-1], 1, axis=1) * np.array([1.0, -1.0, 1.0])
+    values = np.concatenate([mirrored, half])
+    over_y = table.spline(values.reshape(key.nodes, -1), "free", "free")
+    coefficients = periodic(over_y.reshape(key.nodes + 2, key.around, PARTS))
+    head = [key.nodes, (key.nodes - 1) / (2.0 * TOP), key.around, key.around / (2.0 * math.pi)]
+    numbers = np.concatenate([head, coefficients.ravel()])
+    if not np.isfinite(numbers).all():
+        raise RuntimeError(f"film table of {key}: the solver gave no finite force")
+    return PadTable(numbers, *_errors(key, numbers))
+
+
+def periodic(values: np.ndarray) -> np.ndarray:
+    """Coefficients (m, n + 3, k) of periodic cubic B-splines through values (m, n, k)."""
+    count = values.shape[1]
+    matrix = 4.0 * np.eye(count) + np.roll(np.eye(count), 1, 0) + np.roll(np.eye(count), -1, 0)
+    inner = np.einsum("ij,mjk->mik", np.linalg.inv(matrix / 6.0), values)
+    return np.concatenate([inner[:, -1:], inner, inner[:, :2]], axis=1)
+
+
+def _errors(key: PadKey, numbers: np.ndarray) -> tuple[float, ...]:
+    """The errors of a table, see `PadTable`, at states between the nodes."""
+    draw = np.random.default_rng(1)
+    errors = []
+    for _ in range(CHECKS):
+        y, angle = draw.uniform(-TOP, TOP), draw.uniform(-math.pi, math.pi)
+        size = scaled_film(key, y, math.pi)[0]
+        off = np.array(looked_up(numbers, 0, y, angle)) - scaled_film(key, y, angle, FINER)
+        wet = scaled_film(key, y, math.pi)[2]
+        errors.append((math.hypot(off[0], off[1]) / size, abs(off[2]) / wet))
+    force, shear = np.array(errors).T
+    return float(force.max()), float(np.median(force)), float(shear.max())
+
+
+@lru_cache(maxsize=64)
+def between(key: PadKey) -> PadTable:
+    """The table of any B / 2a: its own where that has at most three digits, else of neighbours."""
+    made = [(share, table.table(k)) for share, k in table.neighbours(1.0, key, "slenderness")]
+    if len(made) == 1:
+        return made[0][1]
+    numbers = sum(share * t.numbers for share, t in made)
+    numbers[:HEAD] = made[0][1].numbers[:HEAD]
+    errors = (max(e) + 0.5 * table.BESIDE**2 for e in zip(*(t.errors for _, t in made), strict=True))
+    return PadTable(numbers, *errors)
