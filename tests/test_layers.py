@@ -71,7 +71,12 @@ ONLY_IN = {
     "jax": {"clearance.identify.learn"},
     "optax": {"clearance.identify.learn"},
     "equinox": {"clearance.identify.learn"},
-    "tqdm": {"clearance.commands.run", "clearance.commands.sweep", "clearance.film.table"},
+    "tqdm": {
+        "clearance.commands.run",
+        "clearance.commands.sweep",
+        "clearance.film.pad_table",
+        "clearance.film.table",
+    },
 }
 
 
