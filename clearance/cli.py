@@ -25,6 +25,7 @@ from clearance.commands import (
     run,
     stress,
     sweep,
+    view,
     work_precision,
 )
 from clearance.commands.common import DONE, FAILED, WRONG, complain
@@ -33,7 +34,7 @@ from clearance.version import VERSION
 
 #: in the order in which help lists them
 COMMANDS = (
-    cases, run, explain, sweep, plot, report, inverse, identify, bench_data, film, lyapunov, work_precision, stress,
+    cases, run, explain, sweep, plot, report, view, inverse, identify, bench_data, film, lyapunov, work_precision, stress,
     figures,
 )  # fmt: skip
 

@@ -99,7 +99,7 @@ class Lens:
         since = times[0] - max(step, trail)
         self.clock = np.union1d(times, record.time[(record.time > since) & (record.time < times[-1])])
         self.eccentricity, self.force = (self._pair(record, c) for c in ("eccentricity", "force"))
-        self.states, self.state = self._states(record)
+        self.states, self.state = states_at(record, joint, self.clock)
         ends = np.searchsorted(self.clock, times) + 1
         starts = np.append(np.searchsorted(self.clock, times[0] - step, side="right"), ends[:-1])
         self.spans = [slice(a, b) for a, b in zip(starts, ends, strict=True)]
@@ -117,16 +117,6 @@ class Lens:
 
     def _pair(self, record: Record, channel: str) -> np.ndarray:
         return np.stack([self._at(record, f"{channel}_{axis}") for axis in "xy"], axis=-1)
-
-    def _states(self, record: Record) -> tuple[list[str], np.ndarray]:
-        """State names, and which one holds from the row before to each row of the clock."""
-        if self.joint["transition"]:
-            shares = [self._at(record, f"membership_{s.replace(' ', '_')}") for s in STATES]
-            return list(STATES), np.argmax(shares, axis=0)
-        if self.joint["film"]:
-            return ["full film"], np.zeros(self.clock.size, int)
-        touching = self._at(record, "contact_force") > 0.0
-        return list(FLIGHT), (touching | touched(record, self.name, self.clock)).astype(int)
 
     def _fields_of(self, record: Record, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Which field each frame shows, and how far the bearing is turned then [rad]."""
@@ -195,6 +185,22 @@ class Lens:
         put(f"clearance {MM * self.clearance:.3g} mm shown × {self.magnify:.4g}", 3.0, fontsize=7.5)
         force = put("", 14.0, fontsize=8)
         drawing.moving.append((force, force.set_text, [f"F = {_newtons(f)}" for f in self.strength]))
+
+
+def states_at(record: Record, joint: dict, clock: np.ndarray) -> tuple[list[str], np.ndarray]:
+    """State names of a journal, and which one holds from the row before to each row of a clock (n,) [s]."""
+    group = f"joints/{joint['name']}"
+
+    def along(channel: str) -> np.ndarray:
+        return np.interp(clock, record.time, series(record, f"{group}/{channel}")[0])
+
+    if joint["transition"]:
+        shares = [along(f"membership_{s.replace(' ', '_')}") for s in STATES]
+        return list(STATES), np.argmax(shares, axis=0)
+    if joint["film"]:
+        return ["full film"], np.zeros(clock.size, int)
+    touching = along("contact_force") > 0.0
+    return list(FLIGHT), (touching | touched(record, joint["name"], clock)).astype(int)
 
 
 class GuideLens:

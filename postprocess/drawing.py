@@ -235,7 +235,6 @@ class Drawing:
         for joint in scene["joints"]:
             self._joint(joint)
         self._drives()
-        axes.set_aspect("equal")
 
     def show(self, k: int) -> None:
         """Move everything to time `k` of the motion."""
@@ -270,13 +269,18 @@ class Drawing:
         self._place(artist, lambda xy: setattr(artist, "xy", xy), path)
 
     def _place(self, artist, put, path: np.ndarray) -> None:
+        path = self._sweep(path)
+        put(path[0])
+        if len(path) > 1:
+            self.moving.append((artist, put, path))
+
+    def _sweep(self, path: np.ndarray) -> np.ndarray:
+        """Count a path [m] in what the drawing sweeps; it is returned in mm."""
         path = MM * path
         self.drawn.append(path)
         flat = path.reshape(-1, 2)
         self.low, self.high = np.fmin(self.low, np.nanmin(flat, axis=0)), np.fmax(self.high, np.nanmax(flat, axis=0))
-        put(path[0])
-        if len(path) > 1:
-            self.moving.append((artist, put, path))
+        return path
 
     def _ground(self) -> None:
         """Triangle and hatching under each pivot on ground, a wall behind each spring that hangs on it."""
@@ -572,5 +576,5 @@ def frame(drawing: Drawing, share: float = 0.08) -> tuple[float, float]:
     """Set limits with a margin, a share of the mechanism's size, round all that it sweeps; width and height [mm]."""
     margin = share * MM * drawing.size
     (left, bottom), (right, top) = drawing.low - margin, drawing.high + margin
-    drawing.axes.set(xlim=(left, right), ylim=(bottom, top))
+    drawing.axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
     return right - left, top - bottom

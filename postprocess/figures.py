@@ -8,7 +8,7 @@ from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PatchCollection
-from matplotlib.colors import BoundaryNorm, LogNorm, Normalize
+from matplotlib.colors import BoundaryNorm, LogNorm, Normalize, to_hex
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator, ScalarFormatter
@@ -163,6 +163,11 @@ CELLS = 4000
 def stroke(i: int, count: int) -> dict:
     """Colour and dashes of curve i of `count`; more curves than strokes run through a colour map."""
     return dict(STROKES[i]) if count <= len(STROKES) else {"color": colormaps["viridis"](0.95 * i / (count - 1))}
+
+
+def hexadecimal(colour: str) -> str:
+    """A colour of a picture as pages have it: "tab:blue" is "#1f77b4"."""
+    return to_hex(colour)
 
 
 def marker(i: int) -> str:

@@ -272,7 +272,7 @@ def orbit(result: Result, joint: str, axes) -> None:
         label = f"smallest gap {gap:.3g} c"
         axes.plot(*e[far.argmax()], "D", ms=3.5, color="tab:orange", label=label, zorder=3)
     else:
-        path, contact = with_contacts(result, joint)
+        path, contact, _ = with_contacts(result, joint)
         _coloured(axes, *path.T / law["clearance"], contact.astype(int), FLIGHT, trajectory)
     axes.plot(*e[-1], "o", ms=4, color="black")
     axes.set_aspect("equal")
@@ -315,8 +315,8 @@ def touched(record: Record, joint: str, clock: np.ndarray) -> np.ndarray:
     return np.searchsorted(starts, clock, side="right") > np.searchsorted(ends, before)
 
 
-def with_contacts(record: Record, joint: str) -> tuple[np.ndarray, np.ndarray]:
-    """Path (n, 2) of a dry joint's journal [m], and which of its points it reaches in contact (n,).
+def with_contacts(record: Record, joint: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Path (n, 2) of a dry joint's journal [m], which of its points it reaches in contact (n,), and when (n,) [s].
 
     Both ends of each contact stand between the samples, on the clearance circle: where the free
     flight beside them leads, or on the chord where no flight lasts a whole sample interval.
@@ -343,7 +343,8 @@ def with_contacts(record: Record, joint: str) -> tuple[np.ndarray, np.ndarray]:
     inside = (instants > time[0]) & (instants < time[-1])
     order = np.argsort(np.concatenate([time, instants[inside]]), kind="stable")
     reached = np.concatenate([within, np.repeat([False, True], len(starts))[inside]])
-    return np.concatenate([e, wall[inside]])[order], reached[order]
+    clock = np.concatenate([time, instants[inside]])[order]
+    return np.concatenate([e, wall[inside]])[order], reached[order], clock
 
 
 def _flown(time, e, busy, instants, neighbours, side: int) -> np.ndarray:

@@ -92,7 +92,9 @@ def test_orbit_of_a_dry_joint_shows_flight_and_contact(tmp_path):
     assert [t.get_text() for t in axes.get_legend().get_texts()] == ["free flight", "contact"]
     touched = plots.touched(run, "C", run.time)
     assert (touched | (run.joint("C").contact_force == 0.0)).all()  # the force acts between an event's ends
-    journal, contact = plots.with_contacts(run, "C")
+    journal, contact, clock = plots.with_contacts(run, "C")
+    assert (np.diff(clock) >= 0.0).all()
+    assert set(run.time) <= set(clock)
     ends = np.append(run.events["time"], run.events["time"] + run.events["duration"])
     assert len(journal) == len(run.time) + np.count_nonzero((ends > 0.0) & (ends < run.time[-1]))
     ratio = np.hypot(*journal.T) / run.clearances["C"]

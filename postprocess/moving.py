@@ -1,0 +1,277 @@
+"""A run as a page that moves has it: facts as plain data, numbers in a `Pack`.
+
+A run of many samples is thinned: of each stretch of samples the page has the first one, and the
+smallest and the largest value of every channel, so that no peak is lost.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from clearance.postprocess import labels
+from clearance.postprocess.animation import COLOURS, STRONG, states_at
+from clearance.postprocess.channels import KINDS, WHOLE, channel, expand, name_of, principal
+from clearance.postprocess.figures import hexadecimal
+from clearance.postprocess.guides import MAGNIFIED, modes_at
+from clearance.postprocess.pages import date
+from clearance.postprocess.packing import Pack
+from clearance.postprocess.plots import with_contacts
+from clearance.postprocess.shapes import Shapes
+
+from clearance.reading import Damaged
+from clearance.results import Record
+from clearance.sweeping.metrics import CORNERS, MODES, Window
+
+#: most numbers of a channel, most contacts and most pressure fields of a joint that a page has
+NUMBERS, CONTACTS, FIELDS = 24_000, 20_000, 480
+#: values of a channel for each stretch of a thinned run: the first, the smallest, the largest one
+THINNED = 3
+LEVELS = 255  # steps of a pressure field from 0 to its largest pressure
+#: what a lens needs of each kind of joint with clearance
+OFFSETS = {"journal": ("eccentricity_x", "eccentricity_y"), "slide": ("offset", "tilt"), "slot": ("offset",)}
+OF_TYPES = {"ClearanceRevolute": "journal", "ClearancePrismatic": "slide", "ClearancePinSlot": "slot"}
+
+
+@dataclass(frozen=True)
+class Thinning:
+    """Stretches of samples: the first sample of each."""
+
+    starts: np.ndarray
+    stretches: bool
+
+    @classmethod
+    def of(cls, first: int, count: int) -> "Thinning":
+        """Of `count` samples from `first` on, as fine as a page holds."""
+        length = 1 if count <= NUMBERS else -(-THINNED * count // NUMBERS)
+        return cls(np.arange(first, first + count, length), length > 1)
+
+    def columns(self, pack: Pack, values: np.ndarray) -> list:
+        """Places of a channel's first values, and of the smallest and largest ones where samples are left out."""
+        found = [pack.add(values[self.starts])]
+        if self.stretches:
+            found += [pack.add(f.reduceat(values, self.starts)) for f in (np.fmin, np.fmax)]
+        return found
+
+
+class Moving:
+    """Facts and numbers of one run.
+
+    first: first sample that the page has; only: paths of the channels beside those that the picture
+    of the mechanism needs, default all; settle: turns of the start-up, which the page opens after.
+    Raises ValueError for a run of fewer than two samples, and as `expand` for channels.
+    """
+
+    def __init__(
+        self,
+        record: Record,
+        label: str,
+        *,
+        only: Iterable[str] | None = None,
+        settle: float | None = None,
+        begin: float | None = None,
+    ):
+        if record.time.size < 2:
+            raise ValueError(f"{name_of(record)} has {record.time.size} sample(s): nothing moves")
+        self.record, self.pack = record, Pack()
+        first = 0 if begin is None else int(np.searchsorted(record.time, begin * (1.0 - 1e-12)))
+        first = min(first, record.time.size - 2)
+        self.thinning = Thinning.of(first, record.time.size - first)
+        self.settled = settled_time(record, settle)
+        self.labels: dict[str, str] = {}
+        self.units: dict[str, str] = {}
+        self.largest: dict[str, float] = {}
+        self.facts = {"label": label, "about": self._about(label), **self._clock(), "machine": self._machine()}
+        self.facts["columns"] = self._columns(only)
+        self.facts["lenses"] = self._lenses()
+        self.facts["contacts"] = self._contacts()
+
+    def _about(self, label: str) -> list[str]:
+        """Name, description, status and age in words; warnings."""
+        record = self.record
+        age = f"written {date(record.attributes['created'])}" if "created" in record.attributes else ""
+        count = len(record.warnings)
+        warned = f"{count} warning{'s' if count > 1 else ''}: see clearance report" if count else ""
+        parts = [name_of(record), labels.title(record), age, warned]
+        return [part for part in parts if part and part != label]
+
+    # --- time
+    def _clock(self) -> dict:
+        record, starts = self.record, self.thinning.starts
+        time = record.time[starts]
+        end = float(record.time[-1])
+        found = {"time": self.pack.add(time, "f8"), "end": end, "turn": record.turn}
+        found |= {"settled": max(self.settled, float(time[0])), "thinned": self.thinning.stretches}
+        if record.uneven:
+            found["turns"] = self.pack.add(record.turns_at(time), "f8")
+        return found
+
+    # --- mechanism
+    def _machine(self) -> dict | None:
+        """Shapes and poses; None, with the reason beside it, where poses were not kept."""
+        try:
+            found = Shapes(self.record).document()
+        except Damaged:
+            raise
+        except ValueError as error:
+            return {"missing": str(error)}
+        bodies = [b["name"] for b in self.record.scene["bodies"]]
+        return found | {"poses": {b: [self._samples(f"bodies/{b}/{c}") for c in ("x", "y", "theta")] for b in bodies}}
+
+    def _samples(self, path: str) -> list:
+        """A channel at the samples of the page, without extremes between them."""
+        return self.pack.add(self.record.values(path)[self.thinning.starts])
+
+    # --- curves
+    def _columns(self, only: Iterable[str] | None) -> dict:
+        """Path of each channel -> places of its numbers."""
+        paths = self._paths() if only is None else expand(self.record, only)
+        found = {}
+        for path in paths:
+            known = channel(self.record, path)
+            values = known.of([self.record.values(p) for p in known.parts])
+            found[path] = self.thinning.columns(self.pack, values)
+            self.labels[path], self.units[path] = known.label, known.units
+            late = values[self.record.time >= self.settled]
+            late = np.abs(late[np.isfinite(late)])
+            self.largest[path] = float(late.max()) if late.size else 0.0
+        return found
+
+    def _paths(self) -> list[str]:
+        """All channels, and sizes of forces and eccentricities."""
+        record = self.record
+        groups = [f"{kind}/{owner}" for kind in KINDS for owner in record.names(kind)]
+        groups += [group for group in WHOLE if record.names(group)]
+        found = []
+        for group in groups:
+            names = record.names(group)
+            sizes = [s for s in ("force", "friction") if {f"{s}_x", f"{s}_y"} <= set(names)]
+            sizes += ["epsilon"] if {"eccentricity_x", "eccentricity_y"} <= set(names) else []
+            found += [f"{group}/{n}" for n in (*sizes, *names)]
+        return found
+
+    # --- clearances under lenses
+    def _lenses(self) -> list[dict]:
+        """Clearance joints whose motion was kept."""
+        joints = {j["name"]: j for j in self.record.scene["joints"]}
+        found = []
+        for name in self.record.clearances:
+            joint = joints[name]
+            kind = OF_TYPES.get(joint["type"])
+            if kind and set(OFFSETS[kind]) <= set(self.record.names(f"joints/{name}")):
+                found.append(self._lens(joint, kind))
+        return found
+
+    def _lens(self, joint: dict, kind: str) -> dict:
+        name, group = joint["name"], f"joints/{joint['name']}"
+        found = {"joint": name, "kind": kind, "clearance": joint["clearance"]}
+        end = joint["b" if kind == "slide" else "a"]
+        found["end"] = [end["body"], *self._in_body(end)]
+        found |= self._path(joint, kind)
+        if kind == "journal":
+            found |= self._states(*states_at(self.record, joint, self.record.time))
+        if kind == "slide":
+            modes = modes_at(self.record, name, self.record.time)
+            found |= self._states([*MODES], modes)
+            found |= {"magnified": MAGNIFIED, "height": joint["height"], "overlap": joint["overlap"]}
+            found["corners"] = [[x, y] for _, x, y in CORNERS]
+        if kind != "slide" and {"force_x", "force_y"} <= set(self.record.names(group)):
+            found["force"] = [self._samples(f"{group}/force_{axis}") for axis in "xy"]
+            found["strong"] = self._strong(group)
+        if (fields := self.record.pressure_fields(name)) is not None:
+            found["fields"] = self._fields(fields)
+        return found
+
+    def _path(self, joint: dict, kind: str) -> dict:
+        """Where a journal, block or pin is; of a dry journal also where it touches between samples, with the times."""
+        if kind != "journal" or joint.get("film") or self.thinning.stretches:
+            return {"offsets": [self._samples(f"joints/{joint['name']}/{n}") for n in OFFSETS[kind]]}
+        path, _, clock = with_contacts(self.record, joint["name"])
+        late = clock >= self.record.time[self.thinning.starts[0]]
+        return {"offsets": [self.pack.add(values) for values in path[late].T], "clock": self.pack.add(clock[late], "f8")}
+
+    def _in_body(self, end: dict) -> list[float]:
+        """A point of a body from its centre of mass [m]."""
+        com = next((b["com"] for b in self.record.scene["bodies"] if b["name"] == end["body"]), (0.0, 0.0))
+        return [end["x"] - com[0], end["y"] - com[1]]
+
+    def _states(self, names: list[str], states: np.ndarray) -> dict:
+        """Names, colours and the driest state since the sample before."""
+        driest = np.maximum.reduceat(states, self.thinning.starts)
+        return {"states": [[n, hexadecimal(COLOURS[n])] for n in names], "state": self.pack.add(driest, "u1")}
+
+    def _strong(self, group: str) -> float:
+        """The force whose arrow is as long as a radius [N]; impacts go far beyond."""
+        record = self.record
+        force = np.hypot(*(record.values(f"{group}/force_{axis}") for axis in "xy"))
+        force = force[(record.time >= self.settled) & (force > 0.0)]
+        return float(min(force.max(), STRONG * np.median(force))) if force.size else 1.0
+
+    def _fields(self, fields) -> dict:
+        """Pressures over the angle and the axis, in steps of the largest one of each instant."""
+        late = np.flatnonzero(fields.time >= self.record.time[self.thinning.starts[0]])
+        tops = np.maximum(fields.pressure.max(axis=(1, 2)), 1e-300)
+        kept = _strongest(tops, late)
+        steps = np.round(LEVELS * np.clip(fields.pressure[kept] / tops[kept][:, None, None], 0.0, 1.0))
+        return {
+            "time": self.pack.add(fields.time[kept], "f8"),
+            "top": self.pack.add(tops[kept]),
+            "steps": self.pack.add(steps, "u1"),
+            "shape": [int(n) for n in fields.pressure.shape[1:]],
+            "axial": [float(fields.axial[0]), float(fields.axial[-1])],
+            "largest": float(tops[kept][fields.time[kept] >= self.settled].max(initial=0.0) or tops.max()),
+        }
+
+    # --- impacts
+    def _contacts(self) -> dict:
+        """Start, place and strength of each contact; of very many the strongest."""
+        events = self.record.events
+        here = np.flatnonzero(events["time"] >= self.record.time[self.thinning.starts[0]])
+        peaks = events["peak_force"][here]
+        kept = np.sort(here[np.argsort(-peaks, kind="stable")[:CONTACTS]])
+        kept = kept[np.argsort(events["time"][kept], kind="stable")]
+        names = list(dict.fromkeys(map(str, events["joint"][kept])))
+        places = {n: i for i, n in enumerate(names)}
+        return {
+            "joints": names,
+            "joint": self.pack.add(np.array([places[str(n)] for n in events["joint"][kept]]), "u1"),
+            "time": self.pack.add(events["time"][kept], "f8"),
+            "force": self.pack.add(events["peak_force"][kept]),
+            "left_out": int(len(here) - len(kept)),
+        }
+
+    def telling(self) -> list[str]:
+        """Curves that a page shows before its reader chooses."""
+        return [path for path in telling(self.record) if path in self.facts["columns"]]
+
+
+def _strongest(tops: np.ndarray, late: np.ndarray) -> np.ndarray:
+    """Places of the fields that a page has: all of few, of each stretch of many the one with the largest pressure."""
+    length = -(-late.size // FIELDS) or 1
+    stretches = np.split(late, np.arange(length, late.size, length))
+    return np.array([s[np.argmax(tops[s])] for s in stretches if s.size], int)
+
+
+def settled_time(record: Record, settle: float | None) -> float:
+    """End of the start-up [s], as metrics leave it out; 0 for a run that ended before it."""
+    window = Window.of(record, settle)
+    return 0.0 if window is None else window.begin
+
+
+def telling(record: Record) -> list[str]:
+    """Acceleration of the last body, what drives, forces and films of the first joints with clearance."""
+    joints = {j["name"]: j for j in record.scene["joints"]}
+    loose = list(record.clearances)
+    efforts = [f"drives/{d}/{e}" for d in record.names("drives") for e in ("torque", "force")]
+    films = [f"joints/{j}/film_thickness_ratio" for j in loose if joints[j].get("film")]
+    found = [*_principal(record), *efforts, *(f"joints/{j}/force" for j in loose[:3]), *films[:2]]
+    return [path for path in found if path in record or f"{path}_x" in record]
+
+
+def _principal(record: Record) -> list[str]:
+    """Acceleration of the last body; none where its positions were not kept."""
+    try:
+        return [principal(record).format("a")]
+    except Damaged:
+        raise
+    except ValueError:
+        return []

@@ -1,0 +1,151 @@
+"""One page that moves: mechanism, magnified clearances, curves and pressure fields at one time.
+
+The page is one HTML file with all its numbers. Its content-security policy forbids every request
+and every script but its own.
+"""
+
+import base64
+import hashlib
+import html
+import json
+from collections.abc import Iterable
+from contextlib import ExitStack
+from pathlib import Path
+
+from clearance.postprocess.channels import expand
+from clearance.postprocess.labels import labels_of
+from clearance.postprocess.moving import Moving
+from clearance.postprocess.pages import scaled
+from clearance.postprocess.view_map import of_sweep
+
+from clearance.results import Record, open_result, replacing
+from clearance.sweeping.index import Sweep, open_sweep
+
+PAGE = Path(__file__).parent / "page"
+#: in the order in which a browser reads them
+SCRIPTS = ("data.js", "canvas.js", "chart.js", "field.js", "machine.js", "map.js", "main.js")
+MOST = 6  # runs laid over each other
+SUFFIXES = (".html", ".htm")
+
+
+def view(
+    source,
+    output: str | Path | None = None,
+    *,
+    channels: str | Iterable[str] | None = None,
+    settle: float | None = None,
+    labels: str | Iterable[str] | None = None,
+) -> Path:
+    """Write a page on which runs move, or the map of a sweep whose points open their runs.
+
+    source: a run's file or Result, up to six of them, or a sweep's directory or Sweep. output:
+    default RUN.view.html beside the first file, view.html in the directory of a sweep. channels:
+    names or patterns of the curves that are shown first, default accelerations, efforts, forces and
+    films. settle: turns of the start-up (seconds, where nothing turns), which the page opens after;
+    default one of two or more. labels: names of the runs, default what differs between them.
+    Returns the path of the page. Raises ValueError for a name that does not end in .html, for too
+    many runs, for channels that no run has and for runs of fewer than two samples,
+    FileNotFoundError and ValueError as `open_result` and `open_sweep`.
+    """
+    sources = list(source) if isinstance(source, list | tuple) else [source]
+    if not sources:
+        raise ValueError("view: give at least one run or sweep")
+    sweeps = [s for s in sources if isinstance(s, Sweep) or not isinstance(s, Record) and Path(s).is_dir()]
+    if sweeps and (len(sources) > 1 or settle is not None or labels is not None):
+        raise ValueError("view: a sweep has a page of its own; settle and labels are for runs")
+    path = _checked(output or _default(sources[0], bool(sweeps)))
+    if sweeps:
+        sweep = sources[0] if isinstance(sources[0], Sweep) else open_sweep(sources[0])
+        return _write(path, *of_sweep(sweep, channels))
+    if len(sources) > MOST:
+        raise ValueError(f"view: {len(sources)} runs, a page lays at most {MOST} over each other")
+    with ExitStack() as opened:
+        records = [s if isinstance(s, Record) else opened.enter_context(open_result(s)) for s in sources]
+        return _write(path, *_of_runs(records, channels, settle, labels))
+
+
+def _default(source, swept: bool) -> Path:
+    """Where a page is written by itself."""
+    if swept:
+        return Path(getattr(source, "folder", source)) / "view.html"
+    place = getattr(source, "path", source)
+    if isinstance(place, Record):
+        raise ValueError("view: this run has no file beside which a page could stand; give `output`")
+    return Path(place).with_suffix(".view.html")
+
+
+def _checked(path: str | Path) -> Path:
+    path = Path(path)
+    if path.suffix.lower() not in SUFFIXES:
+        raise ValueError(f"view {path}: its name must end in .html")
+    return path
+
+
+def _of_runs(records: list[Record], channels, settle: float | None, labels) -> tuple[dict, list[str]]:
+    """Facts of a page of runs, and their blocks of numbers."""
+    names = labels_of(records, labels)
+    runs = [Moving(record, name, settle=settle) for record, name in zip(records, names, strict=True)]
+    if channels is None:
+        first = [path for run in runs for path in run.telling()]
+    else:
+        first = _wanted(records, channels)
+    cases = dict.fromkeys(record.attributes["case"] for record in records)
+    facts = {"title": " and ".join(cases), "first": list(dict.fromkeys(first)), "open": [*range(len(runs))], "map": None}
+    return facts | of_all(runs), [run.pack.text() for run in runs]
+
+
+def _wanted(records: list[Record], channels: str | Iterable[str]) -> list[str]:
+    """Paths of the channels that some of the runs have. Raises ValueError for a name that none has."""
+    names = [n.strip() for n in channels.split(",")] if isinstance(channels, str) else list(channels)
+    found = []
+    for name in names:
+        missing = []
+        for record in records:
+            try:
+                found += expand(record, name)
+            except ValueError as error:
+                missing.append(error)
+        if len(missing) == len(records):
+            raise missing[0]
+    return found
+
+
+def of_all(runs: list[Moving]) -> dict:
+    """Facts of several runs, and of their channels the label and the unit in which all of them are shown."""
+    channels = {}
+    for path in dict.fromkeys(path for run in runs for path in run.labels):
+        having = [run for run in runs if path in run.labels]
+        units, factor = scaled(having[0].units[path], *(run.largest[path] for run in having))
+        channels[path] = {"label": having[0].labels[path], "unit": units.strip(), "factor": factor}
+    return {"runs": [run.facts for run in runs], "channels": channels}
+
+
+def _write(path: Path, facts: dict, blocks: list[str]) -> Path:
+    """Write a page, whole or not at all."""
+    with replacing(path) as temporary:
+        temporary.write_text(document(facts, blocks), encoding="utf-8")
+    return path
+
+
+def document(facts: dict, blocks: list[str]) -> str:
+    """The page as text."""
+    script = '"use strict";\n' + "\n".join((PAGE / name).read_text(encoding="utf-8") for name in SCRIPTS)
+    style = (PAGE / "page.css").read_text(encoding="utf-8")
+    policy = f"default-src 'none'; script-src {_digest(script)}; style-src {_digest(style)}; base-uri 'none'; form-action 'none'"
+    texts = (f'<script type="text/plain" id="block{i}">{block}</script>' for i, block in enumerate(blocks))
+    parts = {
+        "POLICY": policy,
+        "TITLE": html.escape(facts["title"]),
+        "STYLE": style,
+        "SCRIPT": script,
+        "BLOCKS": "\n".join(texts),
+        # no name of a user's ends the element or begins a comment
+        "FACTS": json.dumps(facts, allow_nan=False).replace("<", "\\u003c"),
+    }
+    pieces = (PAGE / "page.html").read_text(encoding="utf-8").split("@")
+    return "".join(parts[p] if i % 2 else p for i, p in enumerate(pieces))
+
+
+def _digest(text: str) -> str:
+    """A source of the policy: the element with exactly this text."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
