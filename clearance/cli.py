@@ -34,8 +34,8 @@ from clearance.version import VERSION
 
 #: in the order in which help lists them
 COMMANDS = (
-    cases, run, explain, sweep, plot, report, view, inverse, identify, bench_data, film, lyapunov, work_precision, stress,
-    figures,
+    cases, run, explain, sweep, plot, report, view, inverse, identify, bench_data, film, lyapunov, work_precision,
+    stress, figures,
 )  # fmt: skip
 
 

@@ -13,8 +13,8 @@ from clearance.postprocess.animation import COLOURS, STRONG, states_at
 from clearance.postprocess.channels import KINDS, WHOLE, channel, expand, name_of, principal
 from clearance.postprocess.figures import hexadecimal
 from clearance.postprocess.guides import MAGNIFIED, modes_at
-from clearance.postprocess.pages import date
 from clearance.postprocess.packing import Pack
+from clearance.postprocess.pages import date
 from clearance.postprocess.plots import with_contacts
 from clearance.postprocess.shapes import Shapes
 
@@ -28,8 +28,16 @@ NUMBERS, CONTACTS, FIELDS = 24_000, 20_000, 480
 THINNED = 3
 LEVELS = 255  # steps of a pressure field from 0 to its largest pressure
 #: what a lens needs of each kind of joint with clearance
-OFFSETS = {"journal": ("eccentricity_x", "eccentricity_y"), "slide": ("offset", "tilt"), "slot": ("offset",)}
-OF_TYPES = {"ClearanceRevolute": "journal", "ClearancePrismatic": "slide", "ClearancePinSlot": "slot"}
+OFFSETS = {
+    "journal": ("eccentricity_x", "eccentricity_y"),
+    "slide": ("offset", "tilt"),
+    "slot": ("offset",),
+}
+OF_TYPES = {
+    "ClearanceRevolute": "journal",
+    "ClearancePrismatic": "slide",
+    "ClearancePinSlot": "slot",
+}
 
 
 @dataclass(frozen=True)
@@ -46,7 +54,7 @@ class Thinning:
         return cls(np.arange(first, first + count, length), length > 1)
 
     def columns(self, pack: Pack, values: np.ndarray) -> list:
-        """Places of a channel's first values, and of the smallest and largest ones where samples are left out."""
+        """Places of the first values, and of the smallest and largest ones of each stretch."""
         found = [pack.add(values[self.starts])]
         if self.stretches:
             found += [pack.add(f.reduceat(values, self.starts)) for f in (np.fmin, np.fmax)]
@@ -80,7 +88,12 @@ class Moving:
         self.labels: dict[str, str] = {}
         self.units: dict[str, str] = {}
         self.largest: dict[str, float] = {}
-        self.facts = {"label": label, "about": self._about(label), **self._clock(), "machine": self._machine()}
+        self.facts = {
+            "label": label,
+            "about": self._about(label),
+            **self._clock(),
+            "machine": self._machine(),
+        }
         self.facts["columns"] = self._columns(only)
         self.facts["lenses"] = self._lenses()
         self.facts["contacts"] = self._contacts()
@@ -88,7 +101,11 @@ class Moving:
     def _about(self, label: str) -> list[str]:
         """Name, description, status and age in words; warnings."""
         record = self.record
-        age = f"written {date(record.attributes['created'])}" if "created" in record.attributes else ""
+        age = (
+            f"written {date(record.attributes['created'])}"
+            if "created" in record.attributes
+            else ""
+        )
         count = len(record.warnings)
         warned = f"{count} warning{'s' if count > 1 else ''}: see clearance report" if count else ""
         parts = [name_of(record), labels.title(record), age, warned]
@@ -115,7 +132,11 @@ class Moving:
         except ValueError as error:
             return {"missing": str(error)}
         bodies = [b["name"] for b in self.record.scene["bodies"]]
-        return found | {"poses": {b: [self._samples(f"bodies/{b}/{c}") for c in ("x", "y", "theta")] for b in bodies}}
+        return found | {
+            "poses": {
+                b: [self._samples(f"bodies/{b}/{c}") for c in ("x", "y", "theta")] for b in bodies
+            }
+        }
 
     def _samples(self, path: str) -> list:
         """A channel at the samples of the page, without extremes between them."""
@@ -172,7 +193,11 @@ class Moving:
         if kind == "slide":
             modes = modes_at(self.record, name, self.record.time)
             found |= self._states([*MODES], modes)
-            found |= {"magnified": MAGNIFIED, "height": joint["height"], "overlap": joint["overlap"]}
+            found |= {
+                "magnified": MAGNIFIED,
+                "height": joint["height"],
+                "overlap": joint["overlap"],
+            }
             found["corners"] = [[x, y] for _, x, y in CORNERS]
         if kind != "slide" and {"force_x", "force_y"} <= set(self.record.names(group)):
             found["force"] = [self._samples(f"{group}/force_{axis}") for axis in "xy"]
@@ -182,22 +207,32 @@ class Moving:
         return found
 
     def _path(self, joint: dict, kind: str) -> dict:
-        """Where a journal, block or pin is; of a dry journal also where it touches between samples, with the times."""
+        """Path of a journal, block or pin; of a dry journal with its contacts between samples."""
         if kind != "journal" or joint.get("film") or self.thinning.stretches:
-            return {"offsets": [self._samples(f"joints/{joint['name']}/{n}") for n in OFFSETS[kind]]}
+            return {
+                "offsets": [self._samples(f"joints/{joint['name']}/{n}") for n in OFFSETS[kind]]
+            }
         path, _, clock = with_contacts(self.record, joint["name"])
         late = clock >= self.record.time[self.thinning.starts[0]]
-        return {"offsets": [self.pack.add(values) for values in path[late].T], "clock": self.pack.add(clock[late], "f8")}
+        return {
+            "offsets": [self.pack.add(values) for values in path[late].T],
+            "clock": self.pack.add(clock[late], "f8"),
+        }
 
     def _in_body(self, end: dict) -> list[float]:
         """A point of a body from its centre of mass [m]."""
-        com = next((b["com"] for b in self.record.scene["bodies"] if b["name"] == end["body"]), (0.0, 0.0))
+        com = next(
+            (b["com"] for b in self.record.scene["bodies"] if b["name"] == end["body"]), (0.0, 0.0)
+        )
         return [end["x"] - com[0], end["y"] - com[1]]
 
     def _states(self, names: list[str], states: np.ndarray) -> dict:
         """Names, colours and the driest state since the sample before."""
         driest = np.maximum.reduceat(states, self.thinning.starts)
-        return {"states": [[n, hexadecimal(COLOURS[n])] for n in names], "state": self.pack.add(driest, "u1")}
+        return {
+            "states": [[n, hexadecimal(COLOURS[n])] for n in names],
+            "state": self.pack.add(driest, "u1"),
+        }
 
     def _strong(self, group: str) -> float:
         """The force whose arrow is as long as a radius [N]; impacts go far beyond."""
@@ -211,14 +246,18 @@ class Moving:
         late = np.flatnonzero(fields.time >= self.record.time[self.thinning.starts[0]])
         tops = np.maximum(fields.pressure.max(axis=(1, 2)), 1e-300)
         kept = _strongest(tops, late)
-        steps = np.round(LEVELS * np.clip(fields.pressure[kept] / tops[kept][:, None, None], 0.0, 1.0))
+        steps = np.round(
+            LEVELS * np.clip(fields.pressure[kept] / tops[kept][:, None, None], 0.0, 1.0)
+        )
         return {
             "time": self.pack.add(fields.time[kept], "f8"),
             "top": self.pack.add(tops[kept]),
             "steps": self.pack.add(steps, "u1"),
             "shape": [int(n) for n in fields.pressure.shape[1:]],
             "axial": [float(fields.axial[0]), float(fields.axial[-1])],
-            "largest": float(tops[kept][fields.time[kept] >= self.settled].max(initial=0.0) or tops.max()),
+            "largest": float(
+                tops[kept][fields.time[kept] >= self.settled].max(initial=0.0) or tops.max()
+            ),
         }
 
     # --- impacts
@@ -245,7 +284,7 @@ class Moving:
 
 
 def _strongest(tops: np.ndarray, late: np.ndarray) -> np.ndarray:
-    """Places of the fields that a page has: all of few, of each stretch of many the one with the largest pressure."""
+    """Places of the fields that a page has: all of few, of many the strongest of each stretch."""
     length = -(-late.size // FIELDS) or 1
     stretches = np.split(late, np.arange(length, late.size, length))
     return np.array([s[np.argmax(tops[s])] for s in stretches if s.size], int)
@@ -258,7 +297,7 @@ def settled_time(record: Record, settle: float | None) -> float:
 
 
 def telling(record: Record) -> list[str]:
-    """Acceleration of the last body, what drives, forces and films of the first joints with clearance."""
+    """Acceleration of the last body, efforts, forces and films of the first joints with clearance."""
     joints = {j["name"]: j for j in record.scene["joints"]}
     loose = list(record.clearances)
     efforts = [f"drives/{d}/{e}" for d in record.names("drives") for e in ("torque", "force")]

@@ -1,6 +1,6 @@
-"""Columns of numbers as text for a page: bytes of equal rank beside each other, deflated, in base64.
+"""Columns of numbers as text for a page: bytes sorted by rank, deflated, in base64.
 
-Bytes of one rank in neighbouring samples are alike, so that they deflate to a fraction of their size.
+Bytes of one rank are alike in neighbouring samples, and deflate to a fraction of their size.
 """
 
 import base64
@@ -17,7 +17,7 @@ Place = tuple[str, int, int]
 
 
 class Pack:
-    """A block of columns in the making; `add` returns the place of each, which the page reads it by."""
+    """A block of columns in the making; `add` returns the place of each."""
 
     def __init__(self):
         self.parts: list[bytes] = []
@@ -27,7 +27,9 @@ class Pack:
         """Append a column; kind: of `KINDS`. Raises ValueError for a kind that there is not."""
         if kind not in KINDS:
             raise ValueError(f"kind must be one of {', '.join(KINDS)}, got {kind!r}")
-        with np.errstate(over="ignore", under="ignore"):  # a float beyond 32 bits is shown as infinite
+        with np.errstate(
+            over="ignore", under="ignore"
+        ):  # a float beyond 32 bits is shown as infinite
             column = np.ascontiguousarray(np.ravel(values).astype(KINDS[kind]))
         place = kind, self.size, column.size
         ranks = column.view(np.uint8).reshape(-1, column.itemsize).T

@@ -52,7 +52,11 @@ class Shapes(Drawing):
 
     def line(self, path: np.ndarray, **style) -> dict:
         """A line, or the marker of a joint."""
-        shape = {"z": style.get("zorder", 3), "edge": hexadecimal(style["color"]), "width": style.get("lw", 1.0)}
+        shape = {
+            "z": style.get("zorder", 3),
+            "edge": hexadecimal(style["color"]),
+            "width": style.get("lw", 1.0),
+        }
         if "marker" in style:
             fill = hexadecimal(style["markerfacecolor"])
             shape |= {"dot": 0.5 * style["ms"], "width": style.get("mew", 1.0), "fill": fill}
@@ -63,7 +67,9 @@ class Shapes(Drawing):
         colours = {"fill": hexadecimal(style["facecolor"]), "edge": hexadecimal(style["edgecolor"])}
         return self._keep({"z": style["zorder"], "width": style["lw"], **colours}, path)
 
-    def name(self, text: str, paths: list[np.ndarray], towards: np.ndarray, distance: float, **style) -> None:
+    def name(
+        self, text: str, paths: list[np.ndarray], towards: np.ndarray, distance: float, **style
+    ) -> None:
         """A name beside the place of a joint, where it hides least at the start."""
         towards = np.asarray(towards) / (np.hypot(*towards) or 1.0)
         path, towards, distance = self.room.place(text, paths, towards, distance, style["fontsize"])
@@ -78,7 +84,9 @@ class Shapes(Drawing):
 
     def _springs(self) -> None:
         """Springs and dampers by their ends, for no body carries them."""
-        for spring in (load for load in self.motion.scene["loads"] if load["type"] == "SpringDamper"):
+        for spring in (
+            load for load in self.motion.scene["loads"] if load["type"] == "SpringDamper"
+        ):
             along, across = ZIGZAG if spring["stiffness"] else DASHPOT
             ends = {e: self._resting(self.motion.end(spring[e])[:, None]) for e in "ab"}
             points = _rounded(np.stack([along, np.array(across) * COIL * self.size], axis=-1))
@@ -124,4 +132,7 @@ class Shapes(Drawing):
 
 def _rounded(points: np.ndarray) -> list:
     """Points for JSON; a gap in a line is None."""
-    return [None if np.isnan(p).any() else [float(f"{v:.{DIGITS}g}") for v in p] for p in np.atleast_2d(points)]
+    return [
+        None if np.isnan(p).any() else [float(f"{v:.{DIGITS}g}") for v in p]
+        for p in np.atleast_2d(points)
+    ]

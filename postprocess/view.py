@@ -50,7 +50,9 @@ def view(
     sources = list(source) if isinstance(source, list | tuple) else [source]
     if not sources:
         raise ValueError("view: give at least one run or sweep")
-    sweeps = [s for s in sources if isinstance(s, Sweep) or not isinstance(s, Record) and Path(s).is_dir()]
+    sweeps = [
+        s for s in sources if isinstance(s, Sweep) or not isinstance(s, Record) and Path(s).is_dir()
+    ]
     if sweeps and (len(sources) > 1 or settle is not None or labels is not None):
         raise ValueError("view: a sweep has a page of its own; settle and labels are for runs")
     path = _checked(output or _default(sources[0], bool(sweeps)))
@@ -60,7 +62,9 @@ def view(
     if len(sources) > MOST:
         raise ValueError(f"view: {len(sources)} runs, a page lays at most {MOST} over each other")
     with ExitStack() as opened:
-        records = [s if isinstance(s, Record) else opened.enter_context(open_result(s)) for s in sources]
+        records = [
+            s if isinstance(s, Record) else opened.enter_context(open_result(s)) for s in sources
+        ]
         return _write(path, *_of_runs(records, channels, settle, labels))
 
 
@@ -70,7 +74,9 @@ def _default(source, swept: bool) -> Path:
         return Path(getattr(source, "folder", source)) / "view.html"
     place = getattr(source, "path", source)
     if isinstance(place, Record):
-        raise ValueError("view: this run has no file beside which a page could stand; give `output`")
+        raise ValueError(
+            "view: this run has no file beside which a page could stand; give `output`"
+        )
     return Path(place).with_suffix(".view.html")
 
 
@@ -81,22 +87,33 @@ def _checked(path: str | Path) -> Path:
     return path
 
 
-def _of_runs(records: list[Record], channels, settle: float | None, labels) -> tuple[dict, list[str]]:
+def _of_runs(
+    records: list[Record], channels, settle: float | None, labels
+) -> tuple[dict, list[str]]:
     """Facts of a page of runs, and their blocks of numbers."""
     names = labels_of(records, labels)
-    runs = [Moving(record, name, settle=settle) for record, name in zip(records, names, strict=True)]
+    runs = [
+        Moving(record, name, settle=settle) for record, name in zip(records, names, strict=True)
+    ]
     if channels is None:
         first = [path for run in runs for path in run.telling()]
     else:
         first = _wanted(records, channels)
     cases = dict.fromkeys(record.attributes["case"] for record in records)
-    facts = {"title": " and ".join(cases), "first": list(dict.fromkeys(first)), "open": [*range(len(runs))], "map": None}
+    facts = {
+        "title": " and ".join(cases),
+        "first": list(dict.fromkeys(first)),
+        "open": [*range(len(runs))],
+        "map": None,
+    }
     return facts | of_all(runs), [run.pack.text() for run in runs]
 
 
 def _wanted(records: list[Record], channels: str | Iterable[str]) -> list[str]:
-    """Paths of the channels that some of the runs have. Raises ValueError for a name that none has."""
-    names = [n.strip() for n in channels.split(",")] if isinstance(channels, str) else list(channels)
+    """Paths of channels that some run has. Raises ValueError for a name that none has."""
+    names = (
+        [n.strip() for n in channels.split(",")] if isinstance(channels, str) else list(channels)
+    )
     found = []
     for name in names:
         missing = []
@@ -111,7 +128,7 @@ def _wanted(records: list[Record], channels: str | Iterable[str]) -> list[str]:
 
 
 def of_all(runs: list[Moving]) -> dict:
-    """Facts of several runs, and of their channels the label and the unit in which all of them are shown."""
+    """Facts of several runs, and of their channels the label and the unit that suits all."""
     channels = {}
     for path in dict.fromkeys(path for run in runs for path in run.labels):
         having = [run for run in runs if path in run.labels]
@@ -129,12 +146,18 @@ def _write(path: Path, facts: dict, blocks: list[str]) -> Path:
 
 def document(facts: dict, blocks: list[str]) -> str:
     """The page as text."""
-    script = '"use strict";\n' + "\n".join((PAGE / name).read_text(encoding="utf-8") for name in SCRIPTS)
+    script = '"use strict";\n' + "\n".join(
+        (PAGE / name).read_text(encoding="utf-8") for name in SCRIPTS
+    )
     style = (PAGE / "page.css").read_text(encoding="utf-8")
-    policy = f"default-src 'none'; script-src {_digest(script)}; style-src {_digest(style)}; base-uri 'none'; form-action 'none'"
-    texts = (f'<script type="text/plain" id="block{i}">{block}</script>' for i, block in enumerate(blocks))
+    policy = {"default-src": "'none'", "script-src": _digest(script), "style-src": _digest(style)}
+    policy |= {"base-uri": "'none'", "form-action": "'none'"}
+    texts = (
+        f'<script type="text/plain" id="block{i}">{block}</script>'
+        for i, block in enumerate(blocks)
+    )
     parts = {
-        "POLICY": policy,
+        "POLICY": "; ".join(f"{name} {source}" for name, source in policy.items()),
         "TITLE": html.escape(facts["title"]),
         "STYLE": style,
         "SCRIPT": script,

@@ -1,4 +1,4 @@
-"""The map of a sweep as a page that moves has it: points with their metrics, and their runs as far as there is room."""
+"""The map of a sweep for a page that moves: points with metrics, and as many runs as there is room."""
 
 from collections.abc import Iterable
 
@@ -28,7 +28,9 @@ def of_sweep(sweep: Sweep, channels: str | Iterable[str] | None = None) -> tuple
     parameters = _parameters(sweep)
     wide = [p["name"] for p in parameters if len(p["values"]) > 1]
     own = list(dict.fromkeys(p["axis"] for p in parameters if len(p["values"]) > 1))
-    firsts = [next(p for p in parameters if p["axis"] == axis and p["name"] in wide) for axis in own]
+    firsts = [
+        next(p for p in parameters if p["axis"] == axis and p["name"] in wide) for axis in own
+    ]
     firsts = [p["name"] for p in sorted(firsts, key=lambda p: not p["numbers"])]
     if sweep.definition.points.drawn:
         firsts = wide
@@ -59,7 +61,8 @@ def _note(sweep: Sweep, count: int) -> str:
     said = "Click a point to open its run, shift and click to lay it over the others."
     if count == len(sweep):
         return said
-    return f"{said} {count} of {len(sweep)} runs are in this page; clearance view shows each file in {sweep.folder.name}/runs."
+    share = f"{count} of {len(sweep)} runs are in this page"
+    return f"{said} {share}; clearance view shows each file in {sweep.folder.name}/runs."
 
 
 def _parameters(sweep: Sweep) -> list[dict]:
@@ -80,7 +83,15 @@ def _parameters(sweep: Sweep) -> list[dict]:
                 place, text = np.array([values.index(str(v)) for v in column]), values
             label = name.replace("_", " ") + (f" [{unit}]" if unit else "")
             found.append(
-                {"name": name, "label": label, "axis": axis, "numbers": numbers, "values": values, "text": text, "place": place.tolist()}
+                {
+                    "name": name,
+                    "label": label,
+                    "axis": axis,
+                    "numbers": numbers,
+                    "values": values,
+                    "text": text,
+                    "place": place.tolist(),
+                }
             )
     return found
 
@@ -95,15 +106,23 @@ def _metric(sweep: Sweep, name: str) -> dict:
     return {"name": name, "label": f"{short}: {text}", "short": short, "values": shown}
 
 
-def _runs(sweep: Sweep, channels: str | Iterable[str] | None) -> tuple[list[Moving], list[str], dict[int, int]]:
+def _runs(
+    sweep: Sweep, channels: str | Iterable[str] | None
+) -> tuple[list[Moving], list[str], dict[int, int]]:
     """Runs in the page, their blocks, and the block of each point that has one."""
     runs, blocks, where, left = [], [], {}, ROOM
-    having = [i for i in range(len(sweep)) if sweep.definition.files and sweep.done[i] and sweep.path(i).exists()]
+    having = [
+        i
+        for i in range(len(sweep))
+        if sweep.definition.files and sweep.done[i] and sweep.path(i).exists()
+    ]
     for i in _spread(having):
         with sweep.run(i) as record:
             if record.time.size < 2:
                 continue
-            run = Moving(record, _label(sweep, i), only=_channels(record, channels), begin=_begin(record))
+            run = Moving(
+                record, _label(sweep, i), only=_channels(record, channels), begin=_begin(record)
+            )
         text = run.pack.text()
         if len(text) > left:
             break
@@ -119,7 +138,7 @@ def _spread(places: list[int]) -> list[int]:
     count = len(places)
     order, step = [], 1 << max(count - 1, 0).bit_length()
     while step:
-        order += [i for i in range(0, count, step)]
+        order += range(0, count, step)
         step //= 2
     return [places[i] for i in dict.fromkeys(order)]
 
@@ -128,7 +147,9 @@ def _label(sweep: Sweep, i: int) -> str:
     units = sweep.definition.units
     parts = []
     for name, value in sweep.definition.points[i].items():
-        unit, factor = scaled(units.get(name, "?"), value) if isinstance(value, int | float) else ("", 1.0)
+        unit, factor = (
+            scaled(units.get(name, "?"), value) if isinstance(value, int | float) else ("", 1.0)
+        )
         shown = number(value * factor, 4) if isinstance(value, int | float) else str(value)
         parts.append(f"{name.replace('_', ' ')} {shown} {unit}".strip())
     return ", ".join(parts)

@@ -6,13 +6,13 @@ from pathlib import Path
 from clearance.commands.common import DONE, add_command, json_text, listed, number
 
 EXAMPLES = """\
-  clearance view run.h5                                     mechanism, clearances, curves, pressure fields at one time
-  clearance view dry.h5 lubricated.h5 -o both.html          two runs over each other, each with its own times
+  clearance view run.h5                              mechanism, clearances, curves, pressure fields
+  clearance view dry.h5 lubricated.h5 -o both.html   two runs over each other
   clearance view run.h5 --channels "slider.ax,B.force,B.epsilon"
-  clearance view SWEEP                                      a map whose points open their runs
+  clearance view SWEEP                               a map whose points open their runs
 
-The page is one file that any browser since 2023 opens; it asks nothing of a network. Of runs it has all channels, of
-the runs of a sweep the last two turns. In the page, ? lists the keys.
+The page is one file for any browser since 2023; it asks nothing of a network. Of runs it has all
+channels, of the runs of a sweep the last two turns. In the page, ? lists the keys.
 """
 
 
@@ -25,7 +25,12 @@ def add(commands) -> argparse.ArgumentParser:
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    p.add_argument("inputs", metavar="FILE_OR_DIR", nargs="+", help="run files, up to six, or one sweep directory")
+    p.add_argument(
+        "inputs",
+        metavar="FILE_OR_DIR",
+        nargs="+",
+        help="run files, up to six, or one sweep directory",
+    )
     p.add_argument(
         "-o",
         dest="output",
@@ -35,25 +40,32 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument(
         "--channels",
         metavar="NAMES",
-        help="comma list of the curves that are shown first, as in plot (default: accelerations, efforts, forces, films)",
+        help="comma list of the curves that are shown first, as in plot "
+        "(default: accelerations, efforts, forces, films)",
     )
     p.add_argument(
         "--settle",
         type=number,
         metavar="N",
-        help="turns of the start-up, which the page opens after (default 1); seconds where nothing turns",
+        help="turns of the start-up, which the page opens after (default 1); "
+        "seconds where nothing turns",
     )
     return p
 
 
 def run(options) -> int:
-    """Write the page and print its path. Raises FileNotFoundError or ValueError for inputs that are no run and no sweep."""
+    """Write the page and print its path.
+
+    Raises FileNotFoundError or ValueError for inputs that are no run and no sweep.
+    """
     from clearance.postprocess.view import view
 
     for path in map(Path, options.inputs):
         if not path.exists():
             raise FileNotFoundError(f"no file or directory {path}")
-    found = view(options.inputs, options.output, channels=listed(options.channels), settle=options.settle)
+    found = view(
+        options.inputs, options.output, channels=listed(options.channels), settle=options.settle
+    )
     size = found.stat().st_size
     if options.json:
         print(json_text({"status": "complete", "page": str(found), "bytes": size}))

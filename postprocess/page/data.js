@@ -5,7 +5,8 @@ const FACTS = JSON.parse($("facts").textContent);
 const KINDS = { f4: Float32Array, f8: Float64Array, u1: Uint8Array };
 
 async function inflated(block) {
-  const text = atob($(`block${block}`).textContent), bytes = new Uint8Array(text.length);
+  const text = atob($(`block${block}`).textContent),
+    bytes = new Uint8Array(text.length);
   for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
@@ -13,7 +14,8 @@ async function inflated(block) {
 
 // bytes of equal rank stand beside each other in a block
 function column(bytes, [kind, start, count]) {
-  const Kind = KINDS[kind], size = Kind.BYTES_PER_ELEMENT;
+  const Kind = KINDS[kind],
+    size = Kind.BYTES_PER_ELEMENT;
   if (size === 1) return bytes.subarray(start, start + count);
   const found = new Uint8Array(count * size);
   for (let rank = 0; rank < size; rank++) {
@@ -31,14 +33,23 @@ class Run {
     this.shown = true;
     const machine = facts.machine;
     if (machine.shapes) {
-      this.poses = Object.fromEntries(Object.entries(machine.poses).map(([b, p]) => [b, p.map((c) => this.read(c))]));
+      this.poses = Object.fromEntries(
+        Object.entries(machine.poses).map(([b, p]) => [b, p.map((c) => this.read(c))]),
+      );
     }
     this.clock = { time: this.read(facts.time) };
     if (facts.turn) {
-      this.clock.turns = facts.turns ? this.read(facts.turns) : this.clock.time.map((t) => t / facts.turn);
+      this.clock.turns = facts.turns
+        ? this.read(facts.turns)
+        : this.clock.time.map((t) => t / facts.turn);
     }
     const c = facts.contacts;
-    this.impacts = { joints: c.joints, joint: this.read(c.joint), time: this.read(c.time), force: this.read(c.force) };
+    this.impacts = {
+      joints: c.joints,
+      joint: this.read(c.joint),
+      time: this.read(c.time),
+      force: this.read(c.force),
+    };
     for (const lens of facts.lenses) this.open(lens);
   }
   open(lens) {
@@ -47,7 +58,13 @@ class Run {
     lens.pull = lens.force && lens.force.map((c) => this.read(c));
     lens.kept = lens.state && this.read(lens.state);
     const f = lens.fields;
-    if (f) lens.pressure = { ...f, time: this.read(f.time), top: this.read(f.top), steps: this.read(f.steps) };
+    if (f)
+      lens.pressure = {
+        ...f,
+        time: this.read(f.time),
+        top: this.read(f.top),
+        steps: this.read(f.steps),
+      };
   }
   read(place) {
     const key = place[1];
@@ -62,13 +79,20 @@ class Run {
     return { at, low: low || at, high: high || at };
   }
   // abscissae of the samples: time [s] or turns
-  along(kind) { return this.clock[kind] || this.clock.time; }
+  along(kind) {
+    return this.clock[kind] || this.clock.time;
+  }
   // sample before a place along the run, and share of the way to the next one
-  place(x, kind) { return between(this.along(kind), x); }
+  place(x, kind) {
+    return between(this.along(kind), x);
+  }
   // time [s] of an abscissa
-  time_of(x, kind) { return kind === "time" ? x : at(this.clock.time, this.place(x, kind)); }
+  time_of(x, kind) {
+    return kind === "time" ? x : at(this.clock.time, this.place(x, kind));
+  }
   covers(x, kind) {
-    const xs = this.along(kind), room = 1e-9 * (xs[xs.length - 1] - xs[0]);
+    const xs = this.along(kind),
+      room = 1e-9 * (xs[xs.length - 1] - xs[0]);
     return x >= xs[0] - room && x <= xs[xs.length - 1] + room;
   }
   // a time [s] as an abscissa
@@ -81,18 +105,22 @@ class Run {
 
 // index of the last of ascending numbers that is not above x, -1 for none
 function before(xs, x) {
-  let low = -1, high = xs.length;
+  let low = -1,
+    high = xs.length;
   while (high - low > 1) {
     const middle = (low + high) >> 1;
-    if (xs[middle] <= x) low = middle; else high = middle;
+    if (xs[middle] <= x) low = middle;
+    else high = middle;
   }
   return low;
 }
 
 // place of x among ascending numbers: index of the one before, and share of the way to the next one
 function between(xs, x) {
-  const i = Math.max(before(xs, x), 0), j = Math.min(i + 1, xs.length - 1);
+  const i = Math.max(before(xs, x), 0),
+    j = Math.min(i + 1, xs.length - 1);
   return [i, j > i ? Math.min(Math.max((x - xs[i]) / (xs[j] - xs[i]), 0), 1) : 0];
 }
 
-const at = (values, [i, share]) => values[i] + (share ? share * (values[Math.min(i + 1, values.length - 1)] - values[i]) : 0);
+const at = (values, [i, share]) =>
+  values[i] + (share ? share * (values[Math.min(i + 1, values.length - 1)] - values[i]) : 0);

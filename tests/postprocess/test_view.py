@@ -1,4 +1,4 @@
-"""The page that moves: its numbers are those of the runs, it asks nothing of a network, and it moves in a browser."""
+"""The page that moves: its numbers, its policy, and its behaviour in a browser."""
 
 import json
 import os
@@ -23,7 +23,7 @@ FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A dry and a lubricated run with pressure fields, a grid with a file a run, and samples without files."""
+    """A dry and a lubricated run with pressure fields, a grid with run files, samples without."""
     folder = tmp_path_factory.mktemp("views")
     options = {"turns": 2.0, "samples_per_turn": 60}
     dry = cl.load_case("slider_crank", model="dry", clearance=5e-4)
@@ -45,7 +45,9 @@ def facts_of(path):
 
 
 # --- numbers
-@pytest.mark.parametrize(("kind", "values"), [("f4", [0.5, -3e-9, np.nan, 1e30]), ("f8", [np.pi]), ("u1", [0, 255])])
+@pytest.mark.parametrize(
+    ("kind", "values"), [("f4", [0.5, -3e-9, np.nan, 1e30]), ("f8", [np.pi]), ("u1", [0, 255])]
+)
 def test_columns_come_back(kind, values):
     pack = Pack()
     pack.add(np.arange(5.0), "f8")
@@ -61,7 +63,7 @@ def test_an_unknown_kind_of_column_is_refused():
 
 
 def test_a_page_has_all_channels_of_its_runs(folder, tmp_path):
-    """As 32-bit floats, over the times of each run in 64 bits; and the sizes of forces and eccentricities."""
+    """As 32-bit floats over times in 64 bits, with sizes of forces and eccentricities."""
     page = view([folder / "dry.h5", folder / "oil.h5"], tmp_path / "both.html")
     facts, blocks = facts_of(page)
     assert len(blocks) == len(facts["runs"]) == 2
@@ -73,7 +75,9 @@ def test_a_page_has_all_channels_of_its_runs(folder, tmp_path):
         paths = {f"{group}/{channel}" for group in groups for channel in record.names(group)}
         assert paths <= set(run["columns"]) <= set(facts["channels"])
         for path in paths:
-            np.testing.assert_array_equal(unpacked(block, run["columns"][path][0]), record.values(path).astype("f4"))
+            np.testing.assert_array_equal(
+                unpacked(block, run["columns"][path][0]), record.values(path).astype("f4")
+            )
         force = unpacked(block, run["columns"]["joints/C/force"][0])
         np.testing.assert_allclose(force, np.hypot(*record.joint("C").force.T), rtol=1e-6)
         contacts = unpacked(block, run["contacts"]["time"])
@@ -84,7 +88,9 @@ def test_a_page_has_all_channels_of_its_runs(folder, tmp_path):
 def test_units_suit_all_runs(folder, tmp_path):
     """A factor leads from SI to the unit that is shown."""
     facts, _ = facts_of(view(folder / "dry.h5", tmp_path / "p.html"))
-    assert {"N": 1.0, "kN": 1e-3}[facts["channels"]["joints/C/force"]["unit"]] == facts["channels"]["joints/C/force"]["factor"]
+    assert {"N": 1.0, "kN": 1e-3}[facts["channels"]["joints/C/force"]["unit"]] == facts["channels"][
+        "joints/C/force"
+    ]["factor"]
 
 
 def test_pressure_fields_keep_their_peaks(folder):
@@ -95,12 +101,14 @@ def test_pressure_fields_keep_their_peaks(folder):
     text = run.pack.text()
     tops, steps = (unpacked(text, lens["fields"][name]) for name in ("top", "steps"))
     shown = tops[:, None, None] * steps.reshape(len(tops), *lens["fields"]["shape"]) / 255.0
-    np.testing.assert_allclose(shown, np.maximum(fields.pressure, 0.0), atol=0.51 / 255.0 * tops.max())
+    np.testing.assert_allclose(
+        shown, np.maximum(fields.pressure, 0.0), atol=0.51 / 255.0 * tops.max()
+    )
     np.testing.assert_array_equal(unpacked(text, lens["fields"]["time"]), fields.time)
 
 
 def test_thinning_keeps_every_extreme(folder, monkeypatch):
-    """Of each stretch of samples the smallest and the largest value; of many contacts the strongest."""
+    """Of each stretch the smallest and the largest value; of many contacts the strongest."""
     monkeypatch.setattr(moving, "NUMBERS", 30)
     monkeypatch.setattr(moving, "CONTACTS", 3)
     record = cl.open_result(folder / "dry.h5")
@@ -121,7 +129,7 @@ def test_thinning_keeps_every_extreme(folder, monkeypatch):
 
 # --- the page
 def test_a_page_asks_nothing_of_a_network(folder, tmp_path):
-    """Its policy forbids every request; a name of a user's can neither end an element nor begin one."""
+    """Its policy forbids every request; a name can neither end an element nor begin one."""
     page = view(folder / "dry.h5", tmp_path / "p.html", labels="</script><b>&")
     text = page.read_text()
     assert "default-src 'none'; script-src 'sha256-" in text
@@ -157,7 +165,9 @@ def test_the_page_of_a_sweep_has_its_points(name, folder, tmp_path):
     assert sorted(points["blocks"]) == list(range(6))
     parameter = next(p for p in points["parameters"] if p["name"] == "clearance")
     assert parameter["label"] == "clearance [mm]"
-    np.testing.assert_allclose(np.array(parameter["values"])[parameter["place"]], 1e3 * sweep.columns["clearance"])
+    np.testing.assert_allclose(
+        np.array(parameter["values"])[parameter["place"]], 1e3 * sweep.columns["clearance"]
+    )
     point = points["blocks"].index(4)
     record = sweep.run(point)
     run = facts["runs"][4]
@@ -179,10 +189,16 @@ def test_a_sweep_with_many_runs_keeps_what_there_is_room_for(folder, monkeypatch
 def test_the_command_writes_a_page(folder, tmp_path, capsys):
     """Beside the file by itself, with the curves asked for first."""
     shutil.copy(folder / "dry.h5", tmp_path / "dry.h5")
-    status, text, err = command("view", tmp_path / "dry.h5", "--channels", "slider.ay,C.epsilon", "--json", capsys=capsys)
+    status, text, err = command(
+        "view", tmp_path / "dry.h5", "--channels", "slider.ay,C.epsilon", "--json", capsys=capsys
+    )
     assert (status, err) == (0, "")
     path = tmp_path / "dry.view.html"
-    assert json.loads(text) == {"status": "complete", "page": str(path), "bytes": path.stat().st_size}
+    assert json.loads(text) == {
+        "status": "complete",
+        "page": str(path),
+        "bytes": path.stat().st_size,
+    }
     assert facts_of(path)[0]["first"] == ["bodies/slider/ay", "joints/C/epsilon"]
 
 
@@ -208,7 +224,7 @@ def test_wrong_input_is_one_line(inputs, message, folder, monkeypatch, capsys):
 # --- in a browser
 @pytest.fixture(scope="module")
 def browser():
-    """A headless chromium: pip install playwright, and apt-get install chromium or CHROMIUM=/path/to/it."""
+    """A headless chromium: pip install playwright, apt-get install chromium or set CHROMIUM."""
     api = pytest.importorskip("playwright.sync_api", reason="no playwright: pip install playwright")
     if not BROWSER:
         pytest.skip("no chromium: apt-get install chromium, or set CHROMIUM")
@@ -220,7 +236,7 @@ def browser():
 
 @pytest.fixture(scope="module")
 def shown(browser, folder, tmp_path_factory):
-    """Opens a page and returns it when all of it is drawn; nothing but the file is asked for, no error is reported."""
+    """Opens a page and returns it when it is drawn; it asks for its file only, without errors."""
     asked, errors = [], []
 
     def opened(*sources):
@@ -248,11 +264,13 @@ def picture(page, selector="#machine"):
 
 
 def test_the_browser_reads_the_numbers_of_the_file(runs, folder):
-    """Values at the cursor are the samples, interpolated between them as numpy does (32-bit floats)."""
+    """Values at the cursor are interpolated between the samples as numpy does (32-bit floats)."""
     record = cl.open_result(folder / "oil.h5")
     for share in (0.0, 0.317, 1.0):
         time = share * record.time[-1]
-        found = runs.evaluate(f"at(page.runs[1].channel('joints/C/gap').at, page.runs[1].place({time}, 'time'))")
+        found = runs.evaluate(
+            f"at(page.runs[1].channel('joints/C/gap').at, page.runs[1].place({time}, 'time'))"
+        )
         assert found == pytest.approx(np.interp(time, record.time, record.joint("C").gap), rel=1e-6)
 
 
@@ -294,7 +312,9 @@ def test_a_drag_zooms_all_curves_and_a_click_sets_the_time(runs):
     runs.mouse.up()
     low, high = runs.evaluate("page.window")
     length = before[1] - before[0]
-    assert [low, high] == pytest.approx([before[0] + 0.25 * length, before[0] + 0.75 * length], abs=0.01 * length)
+    assert [low, high] == pytest.approx(
+        [before[0] + 0.25 * length, before[0] + 0.75 * length], abs=0.01 * length
+    )
     runs.mouse.click(at[0], box["y"] + 60)
     assert runs.evaluate("page.x") == pytest.approx(low + 0.25 * (high - low), abs=0.01 * length)
     runs.mouse.dblclick(at[0], box["y"] + 60)
@@ -316,11 +336,15 @@ def test_curves_come_and_go(runs):
 def test_points_of_a_map_open_their_runs(shown):
     """A click on a cell opens its run, with shift it is laid over."""
     page = shown("grid")
-    spot = page.evaluate("(() => { const s = page.map.spots.find(s => s.i === 5); return [s.x, s.y] })()")
+    spot = page.evaluate(
+        "(() => { const s = page.map.spots.find(s => s.i === 5); return [s.x, s.y] })()"
+    )
     page.locator("#map canvas").click(position={"x": spot[0], "y": spot[1]})
     page.wait_for_timeout(100)
     assert page.evaluate("page.points") == [5]
-    spot = page.evaluate("(() => { const s = page.map.spots.find(s => s.i === 0); return [s.x, s.y] })()")
+    spot = page.evaluate(
+        "(() => { const s = page.map.spots.find(s => s.i === 0); return [s.x, s.y] })()"
+    )
     page.locator("#map canvas").click(position={"x": spot[0], "y": spot[1]}, modifiers=["Shift"])
     page.wait_for_timeout(100)
     assert page.evaluate("page.points") == [5, 0]
