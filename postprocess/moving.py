@@ -297,7 +297,7 @@ def settled_time(record: Record, settle: float | None) -> float:
 
 
 def telling(record: Record) -> list[str]:
-    """Acceleration of the last body, efforts, forces and films of the first joints with clearance."""
+    """Acceleration of the last body, efforts, forces and films of the first clearance joints."""
     joints = {j["name"]: j for j in record.scene["joints"]}
     loose = list(record.clearances)
     efforts = [f"drives/{d}/{e}" for d in record.names("drives") for e in ("torque", "force")]

@@ -14,6 +14,7 @@ from clearance.postprocess.drawing import (
     Drawing,
     Motion,
     Room,
+    ends,
     name_joints,
 )
 from clearance.postprocess.figures import hexadecimal
@@ -88,9 +89,9 @@ class Shapes(Drawing):
             load for load in self.motion.scene["loads"] if load["type"] == "SpringDamper"
         ):
             along, across = ZIGZAG if spring["stiffness"] else DASHPOT
-            ends = {e: self._resting(self.motion.end(spring[e])[:, None]) for e in "ab"}
+            held = {e: self._resting(self.motion.end(spring[e])[:, None]) for e in "ab"}
             points = _rounded(np.stack([along, np.array(across) * COIL * self.size], axis=-1))
-            self.shapes.append({"z": 5, "edge": "#404040", "width": 1.0, "spring": points, **ends})
+            self.shapes.append({"z": 5, "edge": "#404040", "width": 1.0, "spring": points, **held})
 
     # --- where a shape rests
     def _resting(self, path: np.ndarray) -> dict:
@@ -101,17 +102,18 @@ class Shapes(Drawing):
             points = self._back(path - self._centre(body), body)
             if self._rests(points):
                 return {"turn": body, "points": _rounded(points[0])}
-        middle = np.nanmean(path, axis=1, keepdims=True)
-        at, origin = self._first(middle, lambda b: self._back(middle - self._centre(b), b))
-        turn, points = self._first(path, lambda b: self._back(path - middle, b))
-        return {"at": [at, *_rounded(origin)[0]], "turn": turn, "points": _rounded(points)}
-
-    def _first(self, path: np.ndarray, seen) -> tuple[str, np.ndarray]:
-        """The first body in which points rest, and where."""
-        for body in ("ground", *self.motion.coms):
-            if self._rests(points := seen(body)):
-                return body, points[0]
+        parts = (*self.motion.scene["joints"], *self.motion.scene["loads"])
+        for end in (end for part in parts for end in ends(part)):
+            arms = path - self.motion.end(end)[:, None]
+            for body in bodies:
+                if self._rests(points := self._back(arms, body)):
+                    return {"at": self._in_body(end), "turn": body, "points": _rounded(points[0])}
         raise ValueError(f"the drawing has a shape that rests in no body, about {path[0, 0]} m")
+
+    def _in_body(self, end: dict) -> list:
+        """A point of a body from its centre of mass."""
+        com = self.motion.coms.get(end["body"], (0.0, 0.0))
+        return [end["body"], *_rounded(np.array([end["x"], end["y"]]) - com)[0]]
 
     def _rests(self, points: np.ndarray) -> bool:
         return bool(np.nanmax(np.ptp(points, axis=0)) <= AT_REST * self.size)

@@ -1,4 +1,4 @@
-"""The map of a sweep for a page that moves: points with metrics, and as many runs as there is room."""
+"""The map of a sweep for a page that moves: points, metrics, as many runs as there is room."""
 
 from collections.abc import Iterable
 

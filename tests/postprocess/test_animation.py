@@ -164,7 +164,7 @@ def posed(shape, motion):
     """A shape at the times of a motion, as a page poses it, (times, n, 2) [m]."""
     if "spring" in shape:
         a, b = (posed(shape[end], motion)[:, 0] for end in "ab")
-        along, across = np.array(shape["spring"], float).T
+        along, across = np.array([p or (np.nan, np.nan) for p in shape["spring"]]).T
         return drawing.coil(a, b, (along, across), 1.0)
     points = np.array([p or (np.nan, np.nan) for p in shape["points"]])
     body, *origin = shape.get("at", [shape["turn"], 0.0, 0.0])
