@@ -143,7 +143,8 @@ def find_case(name: str | Path) -> Case:
 
 def _module(path: Path):
     # a file that was changed is another module
-    name = f"clearance_case_{path.stem}_{abs(hash(str(path))):x}_{zlib.crc32(path.read_bytes()):x}"
+    text, place = zlib.crc32(path.read_bytes()), zlib.crc32(str(path).encode())
+    name = f"clearance_case_{path.stem}_{place:x}_{text:x}"
     if name in sys.modules:
         return sys.modules[name]
     spec = importlib.util.spec_from_file_location(name, path)

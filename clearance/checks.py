@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Iterable
 
 Check = Callable[[str, object], float]
+ROUNDING = 1e-15  # by which the length of a direction may be off
 
 
 def meant(name: str, known: Iterable[str]) -> str:
@@ -105,9 +106,11 @@ def pair(field: str, value: object) -> tuple[float, float]:
 
 
 def direction(field: str, value: object) -> tuple[float, float]:
-    """A vector of any length but zero, returned with length 1."""
+    """A vector of any length but zero, returned with length 1; one of length 1 stays as it is."""
     x, y = pair(field, value)
     length = positive(f"length of {field}", math.hypot(x, y))
+    if abs(length - 1.0) < ROUNDING:
+        return x, y
     return x / length, y / length
 
 

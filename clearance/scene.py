@@ -2,10 +2,10 @@
 
 import json
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import fields, replace
 from functools import cached_property
 
-from clearance import checks
+from clearance import checks, document
 from clearance.body import Body, Point, ground
 from clearance.elements.drive import Drive
 from clearance.elements.element import Element, Spot
@@ -32,10 +32,11 @@ class Scene:
             gravity=checks.place("gravity", gravity),
             joints=tuple(p for p in parts if isinstance(p, Joint)),
             loads=tuple(p for p in parts if not isinstance(p, Joint)),
-            bodies=_distinct(b for p in parts for b in p.bodies() if b is not ground),
             parameters={},
             origin={},
         )
+        distinct = (b for p in self.elements for b in p.bodies() if b is not ground)
+        vars(self).update(bodies=_distinct(distinct))
         _check_names("body", self.bodies)
         _check_names("joint", self.joints)
         _check_names("load", self.loads)
@@ -148,18 +149,30 @@ class Scene:
         return {
             "name": self.name,
             "gravity": self.gravity,
-            "bodies": [{f.name: _plain(getattr(b, f.name)) for f in fields(Body)} for b in self.bodies],
-            "joints": [_plain(j) for j in self.joints],
-            "loads": [_plain(load) for load in self.loads],
+            "bodies": [document.plain_body(b) for b in self.bodies],
+            "joints": [document.plain(j) for j in self.joints],
+            "loads": [document.plain(load) for load in self.loads],
         }
 
     def to_json(self) -> str:
-        """The scene's description as a JSON document, for provenance."""
+        """The scene as a JSON document: its description, and the texts of a user's laws."""
         return self._json
 
     @cached_property
     def _json(self) -> str:
-        return json.dumps(self.description())
+        texts = document.sources(self.elements)
+        return json.dumps(self.description() | ({"sources": texts} if texts else {}))
+
+    @classmethod
+    def from_json(cls, text: str) -> "Scene":
+        """The scene of a JSON document that `to_json` wrote, as every result file has one.
+
+        Laws of the package are read by their names. A law of a user is made by running the text
+        of its file, which the document has. Raises ValueError, with the place in the document,
+        for what cannot be read: a kind or a law that this version has not got, a law without text.
+        """
+        data = json.loads(text)
+        return cls(*document.read(data), gravity=tuple(data["gravity"]), name=data["name"])
 
     def __repr__(self) -> str:
         kinds = ", ".join(f"{j.name}:{type(j).__name__}" for j in self.joints)
@@ -193,21 +206,3 @@ def _check_names(kind: str, items: Iterable) -> None:
     names = [i.name for i in items]
     if twice := sorted({n for n in names if names.count(n) > 1}):
         raise ValueError(f"duplicate {kind} name {twice[0]!r}")
-
-
-def _plain(value: object) -> object:
-    """A scene part as JSON types."""
-    if isinstance(value, BoundLaw):
-        return {"law": f"{value.law.__module__}:{value.law.name}"} | {k: _plain(v) for k, v in value.parameters.items()}
-    if isinstance(value, Body):
-        return value.name
-    if isinstance(value, Point):
-        place = {"x": value.x, "y": value.y} | ({"z": value.z} if value.z else {})
-        return {"body": value.body.name, "point": value.name, **place}
-    if is_dataclass(value):
-        return {"type": type(value).__name__} | {f.name: _plain(getattr(value, f.name)) for f in fields(value)}
-    if isinstance(value, Mapping):
-        return {k: _plain(v) for k, v in value.items()}
-    if isinstance(value, tuple):
-        return [_plain(v) for v in value]
-    return value

@@ -17,6 +17,7 @@ LAYERS = [
     ["clearance.quantities"],
     ["clearance.body"],
     ["clearance.elements"],
+    ["clearance.document"],
     ["clearance.scene"],
     ["clearance.regimes"],
     ["clearance.mechanism", "clearance.stepping", "clearance.film", "clearance.compiling"],

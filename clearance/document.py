@@ -1,0 +1,386 @@
+"""Scenes as plain data, which files hold: tables, lists, numbers and texts, in both directions."""
+
+import importlib
+import linecache
+import sys
+import types
+import typing
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import MISSING, Field, fields, is_dataclass, replace
+from pathlib import Path
+
+from clearance import elements
+from clearance.body import Body, Point, ground
+from clearance.checks import meant
+from clearance.elements.element import Element
+from clearance.elements.joint import Joint
+from clearance.laws.law import BoundLaw, DataLaw, Law, OfJoint
+from clearance.quantities import Described, Number
+from clearance.units import quantity
+
+#: kinds of elements by name
+KINDS: dict[str, type[Element]] = {name: getattr(elements, name) for name in elements.__all__}
+#: modules of the package begin so; their laws are read by name
+PACKAGE = "clearance."
+NONE = "none"
+POINT = ("body", "point", "x", "y", "z")
+
+
+class Misplaced(ValueError):
+    """An error in a document. place: names of the tables and of the field, from outside in."""
+
+    def __init__(self, place: tuple[str, ...], text: str):
+        super().__init__(f"{'.'.join(place)}: {text}")
+        self.place, self.text = place, text
+
+
+@contextmanager
+def at(*place: str) -> Iterator[None]:
+    """Add a place to errors from inside."""
+    try:
+        yield
+    except Misplaced as error:
+        raise Misplaced((*place, *error.place), error.text) from error
+    except (ValueError, TypeError, KeyError, ImportError) as error:
+        raise Misplaced(place, str(error.args[0]) if error.args else str(error)) from error
+
+
+# --- from a scene
+def plain(value: object) -> object:
+    """A part of a scene as plain data."""
+    if isinstance(value, BoundLaw):
+        parameters = {name: plain(v) for name, v in value.parameters.items()}
+        return {"law": f"{value.law.__module__}:{value.law.name}"} | parameters
+    if isinstance(value, Body):
+        return value.name
+    if isinstance(value, Point):
+        place = {"x": value.x, "y": value.y} | ({"z": value.z} if value.z else {})
+        return {"body": value.body.name, "point": value.name, **place}
+    if is_dataclass(value):
+        numbers = {f.name: plain(getattr(value, f.name)) for f in fields(value)}
+        return {"type": type(value).__name__} | numbers
+    if isinstance(value, Mapping):
+        return {k: plain(v) for k, v in value.items()}
+    if isinstance(value, tuple):
+        return [plain(v) for v in value]
+    return value
+
+
+def plain_body(body: Body) -> dict:
+    """A body as plain data."""
+    return {f.name: plain(getattr(body, f.name)) for f in fields(Body)}
+
+
+def sources(parts: tuple[Element, ...]) -> dict[str, dict[str, str]]:
+    """File and text of the modules of a user's laws, by the name of the module.
+
+    A law that was written at a prompt or in a notebook has no such text and is left out.
+    """
+    values = [getattr(part, f.name) for part in parts for f in fields(part)]
+    names = {v.law.__module__ for v in values if isinstance(v, BoundLaw)}
+    texts = {}
+    for name in sorted(n for n in names if not n.startswith(PACKAGE) and n != "__main__"):
+        file = getattr(sys.modules.get(name), "__file__", None)
+        if file is not None and (lines := linecache.getlines(file)):
+            texts[name] = {"file": file, "text": "".join(lines)}
+    return texts
+
+
+# --- laws by name
+def module_of(name: str, texts: Mapping[str, Mapping[str, str]]) -> types.ModuleType:
+    """A module of laws: of the package, else from its text in the document.
+
+    Raises ValueError where the document has no text of it, or the text cannot be run.
+    """
+    if name.startswith(PACKAGE):
+        return importlib.import_module(name)
+    if name not in texts:
+        reason = "was written at a prompt, in a notebook or in a script that is run"
+        raise ValueError(f"no text of {name} is there, for it {reason}; put the law into a file")
+    file, text = texts[name]["file"], texts[name]["text"]
+    there = sys.modules.get(name)
+    if there is not None and "".join(linecache.getlines(there.__file__)) == text:
+        return there
+    source = f"<{name} from {file}>"
+    linecache.cache[source] = (len(text), None, text.splitlines(keepends=True), source)
+    module = types.ModuleType(name)
+    module.__file__ = source
+    sys.modules[name] = module
+    try:
+        exec(compile(text, source, "exec"), vars(module))
+    except Exception as error:
+        del sys.modules[name]
+        reason = f"{type(error).__name__}: {error}"
+        raise ValueError(f"the text of {Path(file).name} cannot be run: {reason}") from error
+    return module
+
+
+def law_in(module: types.ModuleType, name: str) -> Law:
+    """A law of a module. Raises ValueError for a name that it has not got."""
+    laws = {v.name: v for v in vars(module).values() if isinstance(v, Law)}
+    if name not in laws:
+        raise ValueError(f"{module.__name__} has no law {name!r}{meant(name, laws)}")
+    return laws[name]
+
+
+def bound_to(law: Law | Callable, given: dict) -> BoundLaw:
+    """A law with its parameters, and the settings of a law that reads numbers made for its joint."""
+    given = {name: _setting(law, value) for name, value in given.items()}
+    if not isinstance(law, DataLaw):
+        return law(**given)
+    settings = {n: v for n, v in given.items() if n not in law.given}
+    return law.bind(settings, **{n: v for n, v in given.items() if n in law.given})
+
+
+def _setting(law: Law | Callable, value: object) -> object:
+    """A setting of a law as it was: with tuples, and dataclasses that its module has."""
+    if isinstance(value, list):
+        return tuple(_setting(law, v) for v in value)
+    if not isinstance(value, Mapping):
+        return value
+    kind = getattr(sys.modules[law.__module__], value["type"])
+    return kind(**{n: _setting(law, v) for n, v in value.items() if n != "type"})
+
+
+# --- to a scene
+class Parts:
+    """Bodies and elements from tables of plain data, each made when it is first asked for.
+
+    bodies: name -> fields; elements: (section, name) -> (kind, fields); law: makes a law from its
+    name; shared: kind -> name -> fields of what several elements may share, as lubricants.
+    A number may be a text with a unit. A point is a list (x, y) of ground, a text "body.point" or a
+    table; a body or an element is its name. Raises Misplaced with the place in the document.
+    """
+
+    def __init__(
+        self,
+        bodies: Mapping[str, Mapping],
+        elements: Mapping[tuple[str, str], tuple[str, Mapping]],
+        law: Callable[[str, Field | None], Law | Callable],
+        shared: Mapping[str, Mapping[str, Mapping]] | None = None,
+    ):
+        self.tables, self.law_of, self.shared = elements, law, shared or {}
+        self.body_tables = bodies
+        self._bodies: dict[str, Body] = {"ground": ground}
+        self._elements: dict[tuple[str, str], Element | None] = {}
+        self.ready: dict[tuple[str, str], object] = {}
+
+    # --- bodies
+    def body(self, name: str) -> Body:
+        """A body by name."""
+        if name not in self._bodies:
+            if name not in self.body_tables:
+                answer = f"{meant(name, self.body_tables)}; bodies: {', '.join(self.body_tables)}"
+                raise ValueError(f"unknown body {name!r}{answer}")
+            with at("body", name):
+                self._bodies[name] = self._made(Body, {"name": name, **self.body_tables[name]})
+        return self._bodies[name]
+
+    def point(self, value: object) -> Point | Body:
+        """A point: [x, y] of ground, "body", "body.point", or a table of body and place."""
+        if isinstance(value, list):
+            return ground.at(*_vector(value, ("m",)))
+        if isinstance(value, str):
+            name, _, point = value.partition(".")
+            body = self.body(name)
+            return body[point] if point else body
+        if not isinstance(value, Mapping):
+            raise ValueError(f'expected a point as "crank.A" or [x, y], got {value!r}')
+        _check_names(f"a point {dict(value)}", value, POINT, ("body",))
+        body, place = self.body(value["body"]), [_amount(value.get(n, 0.0), ("m",)) for n in "xyz"]
+        return Point(body, value["point"], *place) if "point" in value else body.at(*place)
+
+    # --- elements
+    def element(self, section: str, name: str) -> Element:
+        """An element by its section and name."""
+        key = section, name
+        if self._elements.get(key, "") is None:
+            raise ValueError(f"{name} refers to itself")
+        if key not in self._elements:
+            self._elements[key] = None
+            kind, table = self.tables[key]
+            with at(section, name):
+                if kind not in KINDS:
+                    answer = f"{meant(kind, KINDS)}; known: {', '.join(KINDS)}"
+                    raise ValueError(f"unknown kind {kind!r}{answer}")
+                self._elements[key] = self._made(KINDS[kind], {"name": name, **table})
+        return self._elements[key]
+
+    def _reference(self, value: object, kinds: tuple) -> object:
+        """A body, else an element, by its name ("crank", "joint.A") or by the table of an element."""
+        text = value.get("name") if isinstance(value, Mapping) else value
+        if not isinstance(text, str):
+            raise ValueError(f"expected the name of a body or an element, got {value!r}")
+        section, _, name = text.rpartition(".")
+        is_body = name in self.body_tables or name == ground.name
+        if Body in kinds and isinstance(value, str) and is_body and section in ("", "body"):
+            return self.body(name)
+        places = [key for key in self.tables if key[1] == name and section in ("", key[0])]
+        fits = [p for p in places if issubclass(KINDS.get(self.tables[p][0], object), kinds)]
+        if fits:
+            return self.element(*fits[0])
+        known = [*(self.body_tables if Body in kinds else ()), *(n for _, n in self.tables)]
+        raise ValueError(f"nothing of that name: {text!r}{meant(name, known)}")
+
+    # --- values
+    def _made(self, kind: type, table: Mapping) -> object:
+        """A dataclass from its table."""
+        known = {f.name: f for f in fields(kind)}
+        needed = [n for n, f in known.items() if _is_needed(f)]
+        _check_names(kind.__name__, table, known, needed)
+        hints = typing.get_type_hints(kind)
+        values = {}
+        for name, value in table.items():
+            with at(name):
+                values[name] = self._value(known[name], hints[name], value)
+        return kind(**values)
+
+    def _value(self, field: Field, hint: object, value: object) -> object:
+        number, kinds = field.metadata.get("number"), typing.get_args(hint) or (hint,)
+        if value is None or isinstance(value, bool):
+            return value
+        if "law" in field.metadata or number and number.families and isinstance(value, Mapping):
+            return self.law(value, field)
+        if number:
+            return _numbers(value, units_of(number))
+        if Point in kinds:
+            return self.point(value)
+        if typing.get_origin(hint) is Mapping:
+            return _points(value)
+        if object in kinds or any(issubclass(k, Described) for k in kinds if isinstance(k, type)):
+            named = tuple(k for k in kinds if k is not type(None))
+            return self._reference(value, named)
+        if records := [k for k in kinds if is_dataclass(k) and k is not BoundLaw]:
+            return self.record(records[0], value)
+        if unit := field.metadata.get("unit"):
+            return _amount(value, (unit,))
+        return value
+
+    def record(self, kind: type, value: object) -> object:
+        """A material, a lubricant or a balance of heat: its table, or the name of one."""
+        section = kind.__name__.lower()
+        if isinstance(value, Mapping):
+            return self._made(kind, {n: v for n, v in value.items() if n != "type"})
+        if (section, value) in self.ready:
+            return self.ready[section, value]
+        tables = self.shared.get(section, {})
+        if not isinstance(value, str) or value not in tables:
+            answer = f"{meant(str(value), tables)}; known: {', '.join(tables) or 'none'}"
+            raise ValueError(f"unknown {section} {value!r}{answer}")
+        with at(section, value):
+            named = {"name": value} if "name" in {f.name for f in fields(kind)} else {}
+            return self.ready.setdefault((section, value), self._made(kind, named | tables[value]))
+
+    def law(self, value: object, field: Field | None = None) -> BoundLaw | None:
+        """A law: its name, or a table of its name and its parameters; None for the name none."""
+        if isinstance(value, str):
+            value = {"law": value}
+        if value == {"law": NONE}:
+            return None
+        if not isinstance(value, Mapping) or not isinstance(value.get("law"), str):
+            raise ValueError(f'expected a law as {{ law = "hertz", ... }}, got {value!r}')
+        with at("law"):
+            law = self.law_of(value["law"], field)
+        given = {}
+        for name, number in value.items():
+            if name != "law":
+                with at(name):
+                    given[name] = _parameter(number)
+        return bound_to(law, given)
+
+
+def _parameter(value: object) -> object:
+    """A parameter of a law: numbers may have units, words of settings stay."""
+    if isinstance(value, list):
+        return [_parameter(v) for v in value]
+    if isinstance(value, Mapping):
+        return {name: _parameter(v) for name, v in value.items()}
+    return quantity(value) if isinstance(value, str) and value[:1] in "+-.0123456789" else value
+
+
+def units_of(number: Number) -> tuple[str, ...]:
+    """Units of a number, from its description."""
+    _, _, unit = number.text.rpartition("[")
+    return tuple(unit.rstrip("]").split(" or ")) if unit.endswith("]") else ()
+
+
+def _amount(value: object, units: tuple[str, ...]) -> object:
+    """A number as it is given, or from a text with a unit, which must be one of these."""
+    if not isinstance(value, str):
+        return value
+    for unit in units[1:]:
+        try:
+            return quantity(value, unit)
+        except ValueError:
+            continue
+    return quantity(value, units[0] if units else None)
+
+
+def _vector(values: list, units: tuple[str, ...]) -> tuple:
+    return tuple(_amount(v, units) for v in values)
+
+
+def _numbers(value: object, units: tuple[str, ...]) -> object:
+    return _vector(value, units) if isinstance(value, list) else _amount(value, units)
+
+
+def _points(value: object) -> object:
+    """Points of a body, by name."""
+    if not isinstance(value, Mapping):
+        return value
+    return {name: _numbers(place, ("m",)) for name, place in value.items()}
+
+
+def _is_needed(field: Field) -> bool:
+    number = field.metadata.get("number")
+    empty = field.default is MISSING and field.default_factory is MISSING
+    return empty or bool(number and number.required)
+
+
+def _check_names(owner: str, table: Mapping, known, needed) -> None:
+    """Raises ValueError for a field that the owner has not got, and for one that is missing."""
+    for name in table:
+        if name not in known:
+            answer = f"{meant(name, known)}; it has {', '.join(known)}"
+            raise ValueError(f"unknown field {name!r} of {owner}{answer}")
+    if missing := [n for n in needed if n not in table]:
+        raise ValueError(f"{owner} needs {', '.join(missing)}")
+
+
+# --- from the description of a scene
+def read(document: Mapping) -> list[Element]:
+    """Elements, with their bodies, from the description of a scene, laws from the texts that it has.
+
+    Raises Misplaced for what it cannot be read of, with the place in the document.
+    """
+    texts = document.get("sources", {})
+    rows = [("joint", row) for row in document["joints"]]
+    rows += [("load", row) for row in document["loads"]]
+    tables = {(section, row["name"]): (row["type"], _without(row)) for section, row in rows}
+    bodies = {row["name"]: row for row in document["bodies"]}
+
+    def law(reference: str, _: Field | None) -> Law:
+        module, _, name = reference.partition(":")
+        return law_in(module_of(module, texts), name)
+
+    parts = Parts(bodies, tables, law)
+    made = [parts.element(*key) for key in tables]
+    for element in made:
+        _leave_to_joint(element)
+    return made
+
+
+def _without(row: Mapping) -> dict:
+    return {n: v for n, v in row.items() if n not in ("type", "name")}
+
+
+def _leave_to_joint(element: Element) -> None:
+    """Mark the parameters of laws that the element would determine as they are here."""
+    for field in fields(element) if isinstance(element, Joint) else ():
+        law = getattr(element, field.name)
+        if isinstance(law, BoundLaw):
+            surfaces = element.seen_by(field.name)
+            names = [n for n, check in law.law.checks.items() if isinstance(check, OfJoint)]
+            left = tuple(n for n in names if law.law.checks[n].function(surfaces, law.values) == law.values[n])
+            element._set(field.name, replace(law, of_joint=left))
