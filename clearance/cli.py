@@ -20,6 +20,7 @@ from clearance.commands import (
     identify,
     inverse,
     lyapunov,
+    new,
     plot,
     report,
     run,
@@ -34,8 +35,8 @@ from clearance.version import VERSION
 
 #: in the order in which help lists them
 COMMANDS = (
-    cases, run, explain, sweep, plot, report, view, inverse, identify, bench_data, film, lyapunov, work_precision,
-    stress, figures,
+    cases, new, run, explain, sweep, plot, report, view, inverse, identify, bench_data, film, lyapunov,
+    work_precision, stress, figures,
 )  # fmt: skip
 
 

@@ -28,22 +28,28 @@ POINT = ("body", "point", "x", "y", "z")
 
 
 class Misplaced(ValueError):
-    """An error in a document. place: names of the tables and of the field, from outside in."""
+    """An error in a document.
 
-    def __init__(self, place: tuple[str, ...], text: str):
+    place: names of the tables and of the field, from outside in; whole: nothing stands around it.
+    """
+
+    def __init__(self, place: tuple[str, ...], text: str, whole: bool = False):
         super().__init__(f"{'.'.join(place)}: {text}")
-        self.place, self.text = place, text
+        self.place, self.text, self.whole = place, text, whole
 
 
 @contextmanager
-def at(*place: str) -> Iterator[None]:
-    """Add a place to errors from inside."""
+def at(*place: str, whole: bool = False) -> Iterator[None]:
+    """Add a place to errors from inside; whole: it is one from the outermost table on."""
     try:
         yield
     except Misplaced as error:
-        raise Misplaced((*place, *error.place), error.text) from error
+        if error.whole:
+            raise
+        raise Misplaced((*place, *error.place), error.text, whole) from error
     except (ValueError, TypeError, KeyError, ImportError) as error:
-        raise Misplaced(place, str(error.args[0]) if error.args else str(error)) from error
+        text = str(error.args[0]) if error.args else str(error)
+        raise Misplaced(place, text, whole) from error
 
 
 # --- from a scene
@@ -78,13 +84,20 @@ def sources(parts: tuple[Element, ...]) -> dict[str, dict[str, str]]:
     A law that was written at a prompt or in a notebook has no such text and is left out.
     """
     values = [getattr(part, f.name) for part in parts for f in fields(part)]
-    names = {v.law.__module__ for v in values if isinstance(v, BoundLaw)}
+    modules = {v.law.__module__: v.law.function for v in values if isinstance(v, BoundLaw)}
     texts = {}
-    for name in sorted(n for n in names if not n.startswith(PACKAGE) and n != "__main__"):
+    for name, function in sorted(modules.items(), key=lambda item: item[0]):
         file = getattr(sys.modules.get(name), "__file__", None)
-        if file is not None and (lines := linecache.getlines(file)):
-            texts[name] = {"file": file, "text": "".join(lines)}
+        if name.startswith(PACKAGE) or name == "__main__" or file is None:
+            continue
+        if text := _text(function):
+            texts[name] = {"file": file, "text": text}
     return texts
+
+
+def _text(function: Callable) -> str:
+    """Text of the file of a function; empty where there is none."""
+    return "".join(linecache.getlines(function.__code__.co_filename))
 
 
 # --- laws by name
@@ -100,12 +113,12 @@ def module_of(name: str, texts: Mapping[str, Mapping[str, str]]) -> types.Module
         raise ValueError(f"no text of {name} is there, for it {reason}; put the law into a file")
     file, text = texts[name]["file"], texts[name]["text"]
     there = sys.modules.get(name)
-    if there is not None and "".join(linecache.getlines(there.__file__)) == text:
+    if any(_text(v.function) == text for v in vars(there or types).values() if isinstance(v, Law)):
         return there
     source = f"<{name} from {file}>"
     linecache.cache[source] = (len(text), None, text.splitlines(keepends=True), source)
     module = types.ModuleType(name)
-    module.__file__ = source
+    module.__file__ = file
     sys.modules[name] = module
     try:
         exec(compile(text, source, "exec"), vars(module))
@@ -173,7 +186,7 @@ class Parts:
             if name not in self.body_tables:
                 answer = f"{meant(name, self.body_tables)}; bodies: {', '.join(self.body_tables)}"
                 raise ValueError(f"unknown body {name!r}{answer}")
-            with at("body", name):
+            with at("body", name, whole=True):
                 self._bodies[name] = self._made(Body, {"name": name, **self.body_tables[name]})
         return self._bodies[name]
 
@@ -200,7 +213,7 @@ class Parts:
         if key not in self._elements:
             self._elements[key] = None
             kind, table = self.tables[key]
-            with at(section, name):
+            with at(section, name, whole=True):
                 if kind not in KINDS:
                     answer = f"{meant(kind, KINDS)}; known: {', '.join(KINDS)}"
                     raise ValueError(f"unknown kind {kind!r}{answer}")
@@ -268,7 +281,7 @@ class Parts:
         if not isinstance(value, str) or value not in tables:
             answer = f"{meant(str(value), tables)}; known: {', '.join(tables) or 'none'}"
             raise ValueError(f"unknown {section} {value!r}{answer}")
-        with at(section, value):
+        with at(section, value, whole=True):
             named = {"name": value} if "name" in {f.name for f in fields(kind)} else {}
             return self.ready.setdefault((section, value), self._made(kind, named | tables[value]))
 
@@ -382,5 +395,9 @@ def _leave_to_joint(element: Element) -> None:
         if isinstance(law, BoundLaw):
             surfaces = element.seen_by(field.name)
             names = [n for n, check in law.law.checks.items() if isinstance(check, OfJoint)]
-            left = tuple(n for n in names if law.law.checks[n].function(surfaces, law.values) == law.values[n])
+            left = tuple(
+                n
+                for n in names
+                if law.law.checks[n].function(surfaces, law.values) == law.values[n]
+            )
             element._set(field.name, replace(law, of_joint=left))

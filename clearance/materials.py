@@ -1,8 +1,13 @@
 """Materials and lubricants, each number with its source."""
 
-from dataclasses import dataclass
+from dataclasses import MISSING, Field, dataclass, field
 
 from clearance.checks import answers, finite, fraction, non_negative, positive
+
+
+def measured(unit: str, default=MISSING) -> Field:
+    """A field that is a number with a unit."""
+    return field(default=default, metadata={"unit": unit})
 
 
 @answers
@@ -11,9 +16,9 @@ class Material:
     """Isotropic elastic solid: Young's modulus [Pa], Poisson's ratio, density [kg/m3]."""
 
     name: str
-    young: float
-    poisson: float
-    density: float
+    young: float = measured("Pa")
+    poisson: float = measured("-")
+    density: float = measured("kg/m3")
 
     def __post_init__(self):
         positive(f"material {self.name}: young", self.young)
@@ -30,8 +35,8 @@ class Lubricant:
     pressure_viscosity: Barus coefficient alpha [1/Pa] for the diagnostics of a run (a mineral oil's by default).
     """
 
-    viscosity: float
-    pressure_viscosity: float = 2e-8
+    viscosity: float = measured("Pa s")
+    pressure_viscosity: float = measured("1/Pa", 2e-8)
 
     def __post_init__(self):
         positive("lubricant: viscosity", self.viscosity)
@@ -64,15 +69,15 @@ class HeatBalance:
     40 C and 4.6 mPa s at 100 C, theta = -95 C).
     """
 
-    capacity: float | None = None
-    conductance: float | None = None
-    surroundings: float = 313.15
-    volumetric: float = 1.7e6
-    vogel: float = 786.0
-    vogel_zero: float = 178.15
+    capacity: float | None = measured("J/K", None)
+    conductance: float | None = measured("W/K", None)
+    surroundings: float = measured("K", 313.15)
+    volumetric: float = measured("J/(m3 K)", 1.7e6)
+    vogel: float = measured("K", 786.0)
+    vogel_zero: float = measured("K", 178.15)
     to: object = None
-    supply: float | None = None
-    share: float = 1.0
+    supply: float | None = measured("K", None)
+    share: float = measured("-", 1.0)
 
     def __post_init__(self):
         optional = [n for n in ("capacity", "supply") if getattr(self, n) is not None]

@@ -13,16 +13,18 @@ UNITS = {
     "s": ("s", 1.0), "ms": ("s", 1e-3), "us": ("s", 1e-6), "min": ("s", 60.0), "h": ("s", 3600.0),
     "m/s": ("m/s", 1.0), "mm/s": ("m/s", 1e-3), "m/s2": ("m/s2", 1.0),
     "Pas": ("Pa s", 1.0), "Pa.s": ("Pa s", 1.0), "mPas": ("Pa s", 1e-3), "cP": ("Pa s", 1e-3),
-    "1/s": ("1/s", 1.0), "K": ("K", 1.0),
-    "kg": ("kg", 1.0), "g": ("kg", 1e-3), "kgm2": ("kg m2", 1.0),
-    "N": ("N", 1.0), "kN": ("N", 1e3), "Nm": ("N m", 1.0), "N/m": ("N/m", 1.0),
+    "1/s": ("1/s", 1.0), "K": ("K", 1.0), "J/K": ("J/K", 1.0), "W/K": ("W/K", 1.0),
+    "kg": ("kg", 1.0), "g": ("kg", 1e-3), "kgm2": ("kg m2", 1.0), "gcm2": ("kg m2", 1e-7),
+    "N": ("N", 1.0), "kN": ("N", 1e3), "Nm": ("N m", 1.0), "kNm": ("N m", 1e3),
+    "N/m": ("N/m", 1.0), "kN/m": ("N/m", 1e3), "N/mm": ("N/m", 1e3), "Ns/m": ("N s/m", 1.0),
+    "Nm/rad": ("N m/rad", 1.0), "Nms/rad": ("N m s/rad", 1.0), "kg/m3": ("kg/m3", 1.0),
     "Pa": ("Pa", 1.0), "kPa": ("Pa", 1e3), "bar": ("Pa", 1e5), "MPa": ("Pa", 1e6), "GPa": ("Pa", 1e9),
 }  # fmt: skip
 #: units in which people think of numbers in SI, coarse to fine
 READ_AS = {"rad/s": ("rpm",), "m": ("mm", "um"), "Pa s": ("cP",)}
 _KINDS = {kind for kind, _ in UNITS.values()}
 
-_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµ][\w/.µ]*)?\s*$")
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµ][\w/.µ ]*|(?<=\s)1/\w+)?\s*$")
 
 
 def rpm(value: float) -> float:
@@ -73,6 +75,7 @@ def quantity(text: str, units: str | None = None) -> float:
     number, unit = match.groups()
     if unit is None:
         return float(number)
+    unit = unit.replace(" ", "")
     if unit not in UNITS:
         raise ValueError(f"unknown unit {unit!r} in {text!r}{meant(unit, UNITS)}; known: {', '.join(UNITS)}")
     kind, factor = UNITS[unit]

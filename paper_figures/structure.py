@@ -82,7 +82,7 @@ BOXES = {
         1,
         0.0,
         "#1565c0",
-        "quantities body elements* scene regimes",
+        "quantities body elements* document scene regimes",
         step=1,
     ),
     "tracing": Box(
@@ -101,7 +101,7 @@ BOXES = {
         4,
         1.55,
         "#78909c",
-        "cases* choices catalogue",
+        "cases* choices case scene_files templates* catalogue",
     ),
     "run": Box(
         "run",

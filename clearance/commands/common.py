@@ -53,7 +53,7 @@ def seed_of(options) -> int:
 
 def add_case(command: argparse.ArgumentParser) -> None:
     """The case and its parameters, for scene_of."""
-    command.add_argument("case", metavar="CASE", help="name of a case, or path to your own case file")
+    command.add_argument("case", metavar="CASE", help="name of a case, or path to your own .py or .toml file")
     command.add_argument(
         "-p", dest="parameters", metavar="NAME=VALUE", action="append", default=[],
         help="a case parameter, such as speed=300rpm or clearance=0.1mm; one -p for each",

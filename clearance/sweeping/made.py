@@ -109,7 +109,9 @@ def modules_of(paths: Iterable[Path]) -> dict[str, str]:
 
 
 def _imported(path: Path, package: str) -> Iterator[str]:
-    """Names that may be modules in the import statements of a file."""
+    """Names that may be modules in the import statements of a file; a scene file has none."""
+    if path.suffix != ".py":
+        return
     for node in ast.walk(ast.parse(path.read_bytes())):
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]

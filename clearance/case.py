@@ -1,0 +1,81 @@
+"""A case: a scene that depends on parameters, from a Python file or a scene file."""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from clearance import checks
+from clearance.checks import meant
+from clearance.choices import resolved
+from clearance.scene import Scene
+from clearance.units import quantity
+
+_SWITCH = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One swept quantity of a case: name, type, default, unit and what it is."""
+
+    name: str
+    kind: type
+    default: object
+    units: str
+    text: str
+
+    def value(self, given: str) -> object:
+        """A value from the command line, such as 300rpm, 0.1mm or dry; or the default's word, such as auto."""
+        if isinstance(self.default, str) and given.strip() == self.default:
+            return self.default
+        try:
+            if self.kind is bool:
+                return _SWITCH[given.strip().lower()]
+            return given if self.kind is str else self._number(quantity(given, self.units))
+        except KeyError:
+            raise ValueError(f"{self.name}: {given!r} is neither true nor false") from None
+        except ValueError as error:
+            raise ValueError(f"{self.name}: {error}") from None
+
+    def _number(self, number: float) -> float | int:
+        if self.kind is int and number != int(number):
+            raise ValueError(f"{number:g} is not a whole number")
+        return self.kind(number)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A case file: its parameters, and the function that makes its scene of their values.
+
+    length: of a run of which none is asked for and nothing turns [s], where the file has one.
+    """
+
+    name: str
+    path: Path
+    function: Callable[..., Scene]
+    summary: str
+    parameters: Mapping[str, Parameter]
+    length: float | None = None
+    library: bool = False
+
+    @property
+    def until(self) -> float:
+        """Length of a run of which none is asked for and nothing turns [s]: 2 s where the file has none."""
+        return checks.positive(f"case {self.name}: until", 2.0 if self.length is None else self.length)
+
+    def scene(self, **values) -> Scene:
+        """The scene for given parameter values; an unknown name lists the known ones."""
+        known = self.parameters
+        if unknown := [n for n in values if n not in known]:
+            answer = f"{meant(unknown[0], known)}; it has {', '.join(known) or 'none'}"
+            raise ValueError(f"case {self.name} has no parameter {unknown[0]!r}{answer}")
+        scene = self.function(**values)
+        if not isinstance(scene, Scene):
+            raise TypeError(f"case {self.name}: scene() must return a Scene, got {type(scene).__name__}")
+        scene.parameters.update(values)
+        defaults = {n: p.default for n, p in known.items() if n not in values}
+        scene.origin["case_file"] = self.name if self.library else str(self.path)
+        scene.origin["defaults"] = json.dumps(defaults, default=str, sort_keys=True)
+        automatic = resolved(defaults | values, scene.joints)
+        scene.origin["resolved"] = json.dumps(automatic, sort_keys=True)
+        return scene

@@ -1,0 +1,312 @@
+"""Scene files: a scene as TOML, with units, parameters and simple formulas, without any Python.
+
+A number may be a text with a unit ("0.1 mm"), which is checked against the field's. A text with a
+`$` is a formula of parameters ("$throw / 2"). Errors name file, line and field.
+"""
+
+import ast
+import math
+import re
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import Field
+from functools import partial
+from pathlib import Path
+
+from clearance import films, laws
+from clearance.case import Case, Parameter
+from clearance.checks import identifier, meant
+from clearance.document import KINDS, Misplaced, Parts, at, law_in, module_of
+from clearance.laws.law import Law
+from clearance.loading import module_of as module_of_file
+from clearance.materials import steel
+from clearance.scene import Scene
+from clearance.units import UNITS, quantity
+
+#: section of a file -> kinds of elements that may stand in it
+SECTIONS: dict[str, list[str]] = {}
+for _name, _kind in KINDS.items():
+    SECTIONS.setdefault(_kind.group.removesuffix("s"), []).append(_name)
+#: sections of what several elements may share
+SHARED = ("lubricant", "material")
+#: other names of the outermost table
+HEAD = ("name", "text", "gravity", "until", "parameters", "body")
+OF_PARAMETERS = ("value", "unit", "text")
+PARAMETER = re.compile(r"\$(\w+)")
+_UNITS = "|".join(re.escape(u) for u in sorted(UNITS, key=len, reverse=True))
+#: a number with a unit in a formula
+MEASURED = re.compile(rf"(?<![\w.])((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*({_UNITS})(?!\w)")
+#: functions, numbers and operators of formulas
+FUNCTIONS = {
+    f.__name__: f for f in (math.sqrt, math.sin, math.cos, math.tan, math.atan2, math.hypot)
+} | {"abs": abs, "min": min, "max": max}
+CONSTANTS = {"pi": math.pi}
+OPERATORS = {
+    ast.Add: lambda a, b: a + b,
+    ast.Sub: lambda a, b: a - b,
+    ast.Mult: lambda a, b: a * b,
+    ast.Div: lambda a, b: a / b,
+    ast.Pow: lambda a, b: a**b,
+}
+
+
+def scene_file(path: Path) -> Case:
+    """The case of a scene file. Raises ValueError with file, line and field for what is wrong."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+        document = tomllib.loads(text)
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path}: {error}") from None
+    except tomllib.TOMLDecodeError as error:
+        words, line = _line_of_syntax(str(error), text)
+        raise ValueError(f"{path}:{line}: {words}") from None
+    try:
+        parameters = _head(document)
+        length = document.get("until")
+        with at("until"):
+            length = quantity(length, "s") if isinstance(length, str) else length
+    except Misplaced as error:
+        raise _placed(path, text, document, error) from None
+    name = document.get("name", path.stem)
+    summary = document.get("text", "")
+    return Case(
+        name, path, partial(_scene, path, text, document, parameters), summary, parameters, length
+    )
+
+
+def _scene(path: Path, text: str, document: Mapping, parameters: Mapping, **given) -> Scene:
+    """The scene of a file for values of its parameters."""
+    values = {name: p.default for name, p in parameters.items()} | given
+    try:
+        filled = {n: v if n == "parameters" else _filled(v, values, n) for n, v in document.items()}
+        return _parts(filled, path)
+    except Misplaced as error:
+        raise _placed(path, text, document, error) from None
+
+
+def _parts(document: Mapping, path: Path) -> Scene:
+    """The scene of a document without parameters."""
+    tables = {}
+    for section, kinds in SECTIONS.items():
+        for name, table in document.get(section, {}).items():
+            with at(section, name):
+                tables[section, name] = _kind_of(section, kinds, table)
+    bodies = document.get("body", {})
+    shared = {name: document.get(name, {}) for name in SHARED}
+    parts = Parts(bodies, tables, partial(_law, path.parent), shared)
+    parts.ready["material", steel.name] = steel
+    for name in bodies:
+        parts.body(name)
+    order = [s for s in document if s in SECTIONS]
+    elements = [parts.element(*key) for s in order for key in tables if key[0] == s]
+    gravity = document.get("gravity", [0.0, -9.81])
+    with at("gravity"):
+        gravity = tuple(quantity(g, "m/s2") if isinstance(g, str) else g for g in gravity)
+    scene = Scene(*elements, gravity=gravity, name=document.get("name", path.stem))
+    names = {body.name for body in scene.bodies}
+    for name in bodies:
+        if name not in names:
+            raise Misplaced(("body", name), "no joint and no load holds this body")
+    return scene
+
+
+def _kind_of(section: str, kinds: list[str], table: object) -> tuple[str, dict]:
+    """Kind and fields of an element; a section with one kind need not name it."""
+    if not isinstance(table, Mapping):
+        raise ValueError(f"expected a table, got {table!r}")
+    kind = table.get("kind", kinds[0] if len(kinds) == 1 else None)
+    if kind not in kinds:
+        answer = f"got {kind!r}{meant(str(kind), kinds)}" if kind else "it has none"
+        raise ValueError(f"kind must be one of {', '.join(kinds)}; {answer}")
+    return kind, {n: v for n, v in table.items() if n != "kind"}
+
+
+# --- the head of a file, and its parameters
+def _head(document: Mapping) -> dict[str, Parameter]:
+    """Parameters of a document, its outermost names checked."""
+    known = (*HEAD, *SHARED, *SECTIONS)
+    for name, value in document.items():
+        with at(name):
+            if name not in known:
+                raise ValueError(f"unknown section{meant(name, known)}; known: {', '.join(known)}")
+            if name in ("name", "text") and not isinstance(value, str):
+                raise ValueError(f"expected a text, got {value!r}")
+            if name in known[len(HEAD) - 2 :] and not isinstance(value, Mapping):
+                raise ValueError(f"expected a table, got {value!r}")
+    with at("name"):
+        identifier("name", document.get("name", "scene"))
+    parameters = {}
+    for name, given in document.get("parameters", {}).items():
+        with at("parameters", name):
+            parameters[name] = _parameter(name, given)
+    return parameters
+
+
+def _parameter(name: str, given: object) -> Parameter:
+    """A parameter from its value, or from a table of value, unit and text."""
+    if not name.isidentifier():
+        raise ValueError(f"the name of a parameter has letters, digits and _, got {name!r}")
+    table = given if isinstance(given, Mapping) else {"value": given}
+    for key in table:
+        if key not in OF_PARAMETERS:
+            answer = f"{meant(key, OF_PARAMETERS)}; it has {', '.join(OF_PARAMETERS)}"
+            raise ValueError(f"unknown field {key!r} of a parameter{answer}")
+    if "value" not in table:
+        raise ValueError("a parameter needs a value")
+    with at("value"):
+        value, unit = _measured(table["value"])
+    kind = float if type(value) is int else type(value)
+    units = table.get("unit", unit)
+    units = UNITS[units][0] if units in UNITS else units
+    return Parameter(
+        name, kind, float(value) if kind is float else value, units, table.get("text", "")
+    )
+
+
+def _measured(value: object) -> tuple[object, str]:
+    """A value in SI, and its SI unit; a text that begins with no number is a word."""
+    if isinstance(value, str) and re.match(r"\s*[-+.]?\d", value):
+        unit = value.strip().lstrip("+-.0123456789eE").replace(" ", "")
+        return quantity(value), UNITS[unit][0] if unit in UNITS else "?"
+    if not isinstance(value, str | int | float):
+        raise ValueError(f"expected a number, a text, true or false, got {value!r}")
+    return value, "?"
+
+
+# --- formulas
+def _filled(value: object, values: Mapping[str, object], *place: str) -> object:
+    """A part of a document with its formulas worked out."""
+    if isinstance(value, Mapping):
+        filled = {}
+        for name, part in value.items():
+            with at(*place):
+                filled[name] = _filled(part, values, name)
+        return filled
+    if isinstance(value, list):
+        return [_filled(part, values, *place) for part in value]
+    if not isinstance(value, str) or "$" not in value:
+        return value
+    with at(*place):
+        return formula(value, values)
+
+
+def formula(text: str, values: Mapping[str, object]) -> object:
+    """The value of a formula: "$throw / 2 + 1 mm", in SI units; "$model" alone may be a word.
+
+    It has numbers with or without units, parameters, + - * / **, brackets, pi, sqrt, sin, cos, tan,
+    atan2, hypot, abs, min and max; angles in rad. Raises ValueError for anything else.
+    """
+    for name in PARAMETER.findall(text):
+        if name not in values:
+            answer = f"{meant(name, values)}; [parameters] has {', '.join(values) or 'none'}"
+            raise ValueError(f"unknown parameter ${name}{answer}")
+    if alone := PARAMETER.fullmatch(text.strip()):
+        return values[alone[1]]
+    plain = MEASURED.sub(lambda m: repr(float(m[1]) * UNITS[m[2]][1]), text)
+    plain = PARAMETER.sub(lambda m: f"given_{m[1]}", plain)
+    names = CONSTANTS | {f"given_{name}": value for name, value in values.items()}
+    try:
+        return float(_value(ast.parse(plain.strip(), mode="eval").body, names))
+    except (SyntaxError, TypeError):
+        raise ValueError(f"cannot read the formula {text!r}") from None
+    except (ArithmeticError, ValueError) as error:
+        raise ValueError(f"{text!r}: {error}") from None
+
+
+def _value(node: ast.expr, names: Mapping[str, object]) -> float:
+    """A number from a formula's syntax tree. Raises TypeError for what no formula has."""
+    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+        return node.value
+    if isinstance(node, ast.Name) and type(names.get(node.id)) in (int, float):
+        return names[node.id]
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
+        value = _value(node.operand, names)
+        return -value if isinstance(node.op, ast.USub) else value
+    if isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:
+        return OPERATORS[type(node.op)](_value(node.left, names), _value(node.right, names))
+    if (
+        isinstance(node, ast.Call)
+        and getattr(node.func, "id", None) in FUNCTIONS
+        and not node.keywords
+    ):
+        return FUNCTIONS[node.func.id](*(_value(argument, names) for argument in node.args))
+    raise TypeError("not in a formula")
+
+
+# --- laws
+def _law(folder: Path, name: str, field: Field | None) -> Law | Callable:
+    """A law by its name, or by "my_laws.py:name" with a path from the folder of the file."""
+    file, colon, inside = name.rpartition(":")
+    if file.endswith(".py"):
+        path = (folder / file).resolve()
+        if not path.is_file():
+            raise ValueError(f"no file {path}")
+        return law_in(module_of_file(path, "laws", file), inside)
+    if colon:
+        return law_in(module_of(file, {}), inside)
+    known = laws_for(field)
+    if name not in known:
+        answer = f"{meant(name, known)}; known: {', '.join(known)}"
+        raise ValueError(f"unknown law {name!r}{answer}")
+    return known[name]
+
+
+def laws_for(field: Field | None) -> dict[str, Law | Callable]:
+    """Laws of the package that may stand in a field, by name."""
+    number = field.metadata.get("number")
+    families = number.families if number else field.metadata["law"]
+    known = {n: v for n, v in vars(laws).items() if isinstance(v, Law) and v.family in families}
+    kinds = {family.name for family in families}
+    if "film" in kinds:
+        known |= {name: getattr(films, name) for name in films.__all__}
+    if "transition" in kinds:
+        known["fuzzy_table"] = laws.fuzzy_table
+    return dict(sorted(known.items()))
+
+
+# --- places of errors
+def _placed(path: Path, text: str, document: Mapping, error: Misplaced) -> ValueError:
+    """An error with file, line and field."""
+    place, words = error.place, error.text
+    if len(place) == 2:
+        words = words.removeprefix(f"{place[0]} {place[1]}: ").removeprefix(f"{place[1]}: ")
+    table = _part(document, place)
+    if isinstance(table, Mapping):  # the field that the message names first
+        found = {m.start(): n for n in table if (m := re.search(rf"\b{re.escape(n)}\b", words))}
+        place = (*place, found[min(found)]) if found else place
+    value = _part(document, place)
+    formed = f', from "{value}"' if isinstance(value, str) and "$" in value else ""
+    return ValueError(f"{path}:{_line(text, place)}: {'.'.join(place)}: {words}{formed}")
+
+
+def _part(document: object, place: tuple[str, ...]) -> object:
+    """What stands at a place; None where nothing does."""
+    for name in place:
+        document = document.get(name) if isinstance(document, Mapping) else None
+    return document
+
+
+def _line(text: str, place: tuple[str, ...]) -> int:
+    """The line at which what stands at a place begins, or the innermost table around it that is there."""
+    lines = text.splitlines()
+    whole = tomllib.loads(text)
+    while place and _part(whole, place) is None:
+        place = place[:-1]
+    begin = 0
+    for end in range(1, len(lines) + 1):
+        try:
+            part = tomllib.loads("\n".join(lines[:end]))
+        except tomllib.TOMLDecodeError:  # inside a value of several lines
+            continue
+        if _part(part, place) is not None:
+            return begin + 1
+        begin = end
+    return 1
+
+
+def _line_of_syntax(words: str, text: str) -> tuple[str, int]:
+    """Reason and line of an error of TOML's syntax."""
+    match = re.search(r" \(at line (\d+), column (\d+)\)$", words)
+    if not match:
+        return words.replace(" (at end of document)", ""), len(text.splitlines())
+    return f"{words[: match.start()]} (column {match[2]})", int(match[1])

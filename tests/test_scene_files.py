@@ -1,0 +1,285 @@
+"""Scene files: what they build, what they say is wrong, and what result files hold of a scene."""
+
+import json
+import math
+import subprocess
+import sys
+
+import pytest
+
+import clearance as cl
+from clearance import cli, templates
+from clearance.catalogue import case_names, find_case
+from clearance.scene_files import formula
+from tests import mechanisms as m
+
+FEEDER = """
+name = "six_bar_feeder"
+gravity = [0, "-9.81 m/s2"]
+
+[parameters]
+speed = { value = "300 rpm", text = "crank speed" }
+clearance = "0.1 mm"
+viscosity = "5 cP"
+
+[body]
+crank = { mass = "94.2 g", inertia = 3.140e-5, points = { A = ["-20 mm", 0], B = ["20 mm", 0] } }
+rod2 = { mass = 0.2826, inertia = 7.724e-4, points = { B = ["-80 mm", 0], C = ["80 mm", 0] }, angle = 0.6 }
+rod4 = { mass = 0.2669, inertia = 6.517e-4, points = { E = ["-75 mm", 0], F = ["75 mm", 0] } }
+slider = { mass = "500 g", inertia = 1e-4, points = { F = [0, 0] } }
+
+[body.rocker]
+mass = 0.3140
+inertia = "1.057e-3 kg m2"
+angle = 1.6
+points = { D = ["-90 mm", 0], C = ["30 mm", 0], E = ["90 mm", 0] }
+
+[lubricant]
+oil = { viscosity = "$viscosity" }
+
+[joint]
+A = { kind = "Revolute", a = [0, 0], b = "crank.A" }
+B.kind = "ClearanceRevolute"
+B.a = "crank.B"
+B.b = "rod2.B"
+B.radius = "10 mm"
+B.clearance = "$clearance"
+B.length = "20 mm"
+B.roughness = "0.8 um"
+B.lubricant = "oil"
+B.contact = { law = "winkler", restitution = 0.9 }
+B.friction = { law = "coulomb", coefficient = "$viscosity * 20" }
+B.film = "table"
+B.transition = { law = "fuzzy", dry = 0.4, mixed = 1, full = 3 }
+C = { kind = "Revolute", a = "rod2.C", b = "rocker.C" }
+D = { kind = "Revolute", a = ["170 mm", "-90 mm"], b = "rocker.D" }
+E = { kind = "Revolute", a = "rocker.E", b = "rod4.E" }
+F = { kind = "Revolute", a = "rod4.F", b = "slider.F" }
+guide = { kind = "Prismatic", a = [0, "80 mm"], b = "slider.F" }
+
+[drive]
+crank = { target = "crank", speed = "$speed", start = "0 deg" }
+"""
+
+
+def case_of(folder, text):
+    """The case of a scene file with this text."""
+    path = folder / "machine.toml"
+    path.write_text(text)
+    return find_case(path)
+
+
+def test_a_scene_file_is_the_scene_of_the_case(tmp_path):
+    """The feeder with all kinds of values: its description is that of the Python case, number by number."""
+    case = case_of(tmp_path, FEEDER)
+    given = {"speed": cl.rpm(200), "viscosity": 0.004, "clearance": 2e-4}
+    expected = cl.load_case(
+        "six_bar_feeder", model="mixed", transition="fuzzy", friction_coefficient=0.08, **given
+    )
+    assert case.scene(**given).to_json() == expected.to_json()
+    assert case.parameters["speed"].units == "rad/s"
+    assert case.parameters["speed"].text == "crank speed"
+
+
+WRONG = [
+    (
+        "B.clearance =",
+        "B.clearence =",
+        "joint.B.clearence: unknown field 'clearence' of ClearanceRevolute",
+    ),
+    (
+        "restitution = 0.9",
+        "restitution = 1.9",
+        "joint.B.contact.restitution: winkler: restitution must lie",
+    ),
+    (
+        'clearance = "0.1 mm"',
+        'clearance = "0.1 mmm"',
+        "parameters.clearance.value: unknown unit 'mmm'",
+    ),
+    ('"10 mm"', '"10 kg"', "joint.B.radius: '10 kg' is in kg, expected m"),
+    ('"$speed"', '"$sped"', "drive.crank.speed: unknown parameter $sped (did you mean speed?)"),
+    (
+        '"$clearance"',
+        '"-$clearance"',
+        "joint.B.clearance: clearance must be positive, got -0.0001, from",
+    ),
+    ('"rod2.B"', '"rod3.B"', "joint.B.b: unknown body 'rod3' (did you mean rod4?)"),
+    ('"rod2.B"', '"rod2.X"', "joint.B.b: body rod2 has no point 'X'"),
+    ('"winkler"', '"winklr"', "joint.B.contact.law: unknown law 'winklr' (did you mean winkler?)"),
+    ('B.film = "table"', 'B.film = "hertz"', "joint.B.film.law: unknown law 'hertz'"),
+    ('"oil"', '"oli"', "joint.B.lubricant: unknown lubricant 'oli' (did you mean oil?)"),
+    ("[drive]", "[drve]", "drve: unknown section (did you mean drive?)"),
+    ('"Prismatic"', '"Prism"', "joint.guide.kind: kind must be one of"),
+    ("mass = 0.3140", "mass = -0.3140", "body.rocker.mass: mass must be positive"),
+    (
+        'target = "crank"',
+        'target = "crnk"',
+        "drive.crank.target: nothing of that name: 'crnk' (did you mean crank?)",
+    ),
+    ('-9.81 m/s2"', '-9.81 m"', "gravity: '-9.81 m' is in m, expected m/s2"),
+    ("[joint]", "[joint", "Expected ']'"),
+]
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "message"), WRONG, ids=[w[2].partition(": ")[0] for w in WRONG]
+)
+def test_errors_name_file_line_and_field(tmp_path, right, wrong, message):
+    """The line is that of the change."""
+    text = FEEDER.replace(right, wrong, 1)
+    pairs = enumerate(zip(text.splitlines(), FEEDER.splitlines(), strict=True), 1)
+    line = next(i for i, (one, other) in pairs if one != other)
+    with pytest.raises(ValueError, match=r"machine\.toml") as error:
+        case_of(tmp_path, text).scene()
+    assert f"machine.toml:{line}: {message}" in str(error.value)
+
+
+def test_a_missing_field_and_a_body_without_joint(tmp_path):
+    """The first names the table of the element, the second its own line."""
+    with pytest.raises(ValueError, match="joint.B: ClearanceRevolute needs radius"):
+        case_of(tmp_path, FEEDER.replace('B.radius = "10 mm"\n', "")).scene()
+    text = FEEDER.replace("[lubricant]", "[body.idle]\nmass = 1\ninertia = 1\n[lubricant]")
+    with pytest.raises(ValueError, match="body.idle: no joint and no load holds this body"):
+        case_of(tmp_path, text).scene()
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("$a / 2 + 1 mm", 0.026),
+        ("-($a - 10 mm)**2", -0.0016),
+        ("sqrt(hypot(3, 4) * 5) * sin(90 deg)", 5.0),
+        ("2*pi*$n", 6.0 * math.pi),
+        ("10 mm/2", 0.005),
+        ("min($a, 40 mm)", 0.04),
+        ("$word", "dry"),
+    ],
+)
+def test_formulas(text, value):
+    """To rounding."""
+    found = formula(text, {"a": 0.05, "n": 3.0, "word": "dry"})
+    assert found == (value if isinstance(value, str) else pytest.approx(value, rel=1e-15))
+
+
+@pytest.mark.parametrize(
+    "text", ["$a.real", "$a()", "__import__('os')", "$word * 2", "1 foo + $a", "$a / 0", "max($a"]
+)
+def test_what_is_no_formula(text):
+    with pytest.raises(ValueError, match="formula|division"):
+        formula(text, {"a": 0.05, "word": "dry"})
+
+
+def test_a_law_in_a_file_beside_and_other_elements(tmp_path):
+    """A law of one's own, a joint as target, a thermal node, a switch by a word."""
+    (tmp_path / "my_laws.py").write_text(
+        "from clearance.laws import contact\n\n\n@contact\n"
+        "def liner(penetration, penetration_rate, impact_speed, stiffness):\n"
+        '    """k d [N]."""\n    return max(stiffness * penetration, 0.0)\n'
+    )
+    scene = case_of(
+        tmp_path,
+        """
+        [parameters]
+        rubbing = { value = "none", text = "friction law" }
+        [body]
+        arm = { mass = "1 kg", inertia = 0.01, points = { A = ["-0.1 m", 0], E = ["0.1 m", 0] } }
+        tip = { mass = "100 g", inertia = 1e-5 }
+        [joint]
+        A = { kind = "Revolute", a = "ground", b = "arm.A" }
+        [joint.E]
+        kind = "ClearanceRevolute"
+        a = "arm.E"
+        b = "tip"
+        radius = 0.01
+        clearance = 1e-4
+        friction = "$rubbing"
+        contact = { law = "my_laws.py:liner", stiffness = "1 kN/m" }
+        [drive.motor]
+        target = "joint.A"
+        torque = { law = "motor_line", stall = "2 N m", no_load = "300 rpm" }
+        nominal = "300 rpm"
+        [node]
+        housing = { capacity = "100 J/K", conductance = "2 W/K" }
+        """,
+    )
+    made = scene.scene()
+    assert made.clearance_joints[0].contact.values == {"stiffness": 1000.0}
+    assert made.clearance_joints[0].friction is None
+    assert made.drives[0].target is made.joints[0]
+    assert made.drives[0].torque.values == {"stall": 2.0, "no_load": cl.rpm(300)}
+    assert made.loads[1].capacity == 100.0
+    assert cl.Scene.from_json(made.to_json()).to_json() == made.to_json()
+
+
+# --- scenes as JSON
+CASES = [
+    *((name, {}) for name in case_names()),
+    *(
+        ("six_bar_feeder", {"model": "mixed", "film": film})
+        for film in ("table", "fem", "conserving")
+    ),
+    ("slider_crank", {"model": "mixed", "joints": "C,guide", "drive": "pi", "contact": "hertz"}),
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "values"), CASES, ids=[f"{n}-{i}" for i, (n, _) in enumerate(CASES)]
+)
+def test_scenes_of_cases_from_json(name, values):
+    """The scene and what its joints determine, also after a change that laws follow."""
+    scene = cl.load_case(name, **values)
+    again = cl.Scene.from_json(scene.to_json())
+    assert again.to_json() == scene.to_json()
+    if name == "six_bar_feeder":
+        change = {"joints/B/clearance": 2e-4}
+        assert again.replaced(change).to_json() == scene.replaced(change).to_json()
+
+
+@pytest.mark.parametrize("make", m.ALL.values(), ids=m.ALL)
+def test_scenes_of_mechanisms_from_json(make):
+    scene = make()
+    assert cl.Scene.from_json(scene.to_json()).to_json() == scene.to_json()
+
+
+def test_laws_of_a_case_file_come_back_in_another_process(tmp_path):
+    """The text of the file is in the document; a law without it is refused."""
+    text = (
+        cl.load_case("three_loop_chain")
+        .to_json()
+        .replace("clearance_case_three_loop", "clearance_case_other")
+    )
+    (tmp_path / "scene.json").write_text(text)
+    code = (
+        "import pathlib, clearance as cl\n"
+        "text = pathlib.Path('scene.json').read_text()\n"
+        "scene = cl.Scene.from_json(text)\n"
+        "assert scene.to_json() == text\n"
+        "print(scene.drives[0].motion(0.5))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    assert float(done.stdout) == cl.load_case("three_loop_chain").drives[0].motion(0.5)
+    document = json.loads(text)
+    del document["sources"]
+    with pytest.raises(ValueError, match="no text of clearance_case_other"):
+        cl.Scene.from_json(json.dumps(document))
+
+
+# --- new
+@pytest.mark.parametrize("name", templates.NAMES)
+def test_a_new_scene_file_runs_as_written(name, tmp_path, monkeypatch, capsys):
+    """A tenth of a turn, with a parameter given; the same name is not written twice."""
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["new", name]) == 0
+    assert (
+        cli.main(["run", f"{name}.toml", "-p", "speed=100rpm", "--turns", "0.1", "-o", "run.h5"])
+        == 0
+    )
+    assert "given        speed = 10.472 rad/s (100 rpm)" in capsys.readouterr().out
+    with cl.open_result("run.h5") as run:
+        assert run.status == "complete"
+        assert json.loads(run.file.attrs["parameters"]) == {"speed": cl.rpm(100)}
+    assert cli.main(["new", name]) == 2
+    assert "is there already" in capsys.readouterr().err
