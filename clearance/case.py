@@ -61,7 +61,9 @@ class Case:
     @property
     def until(self) -> float:
         """Length of a run of which none is asked for and nothing turns [s]: 2 s where the file has none."""
-        return checks.positive(f"case {self.name}: until", 2.0 if self.length is None else self.length)
+        field = "UNTIL" if self.path.suffix == ".py" else "until"
+        length = 2.0 if self.length is None else self.length
+        return checks.positive(f"case {self.name}: {field}", length)
 
     def scene(self, **values) -> Scene:
         """The scene for given parameter values; an unknown name lists the known ones."""
