@@ -35,19 +35,22 @@ class Series:
     text: str
 
 
-def by_turn(record: Record, first: int = 0, last: int | None = None) -> dict[str, Series]:
-    """Series of a run over its turns from `first` up to `last` (default: all whole ones), by name.
+def by_turn(
+    record: Record, first: float = 0.0, last: float = math.inf, forces: bool = False
+) -> dict[str, Series]:
+    """Series of a run over its whole turns between `first` and `last`, counted from `first`, by name.
 
-    Empty for runs without turns. Numbers of channels that were not kept are left out.
+    forces: peaks of forces, efforts and accelerations alone. Empty for runs without turns. Numbers of channels that
+    were not kept are left out.
     """
     if record.turn is None or not record.time.size:
         return {}
-    whole = math.floor(float(record.turns_at(record.time[-1])) + ROUNDING)
-    last = whole if last is None else min(last, whole)
-    if last <= first:
+    last = min(last, float(record.turns_at(record.time[-1])))
+    count = math.floor(last - first + ROUNDING)
+    if count < 1:
         return {}
-    edges = np.asarray(record.time_at(np.arange(first, last + 1)), float)
-    parts = (_bodies, _drives, _joints, _energy)
+    edges = np.asarray(record.time_at(first + np.arange(count + 1)), float)
+    parts = (_bodies, _drives, _forces) if forces else (_bodies, _drives, _efforts, _forces, _contacts, _energy)
     return {name: Series(*about) for part in parts for name, *about in part(record, edges)}
 
 
@@ -69,41 +72,50 @@ def _bodies(record: Record, edges: np.ndarray) -> Found:
             yield f"{body}_acceleration_peak", values / abs(share), "m/s2", text
 
 
-def _drives(record: Record, edges: np.ndarray) -> Found:
-    place = np.digitize(record.time, edges - ROUNDING * record.turn) - 1
+def _paths(record: Record) -> Iterator[tuple[str, str, str, str]]:
+    """Efforts of drives: path, name, units and words."""
     for drive in record.names("drives"):
         for quantity, units in EFFORTS.items():
-            path, name = f"drives/{drive}/{quantity}", f"drive_{drive}_{quantity}"
-            if path not in record:
-                continue
-            yield f"{name}_peak", _sizes(record, path, edges), units, f"largest {quantity} of drive {drive} in a turn"
-            inside = (place >= 0) & (place < len(edges) - 1)
-            squares = record.values(path)[inside] ** 2
-            counts = np.bincount(place[inside], minlength=len(edges) - 1)
-            if counts.all():
-                rms = np.sqrt(np.bincount(place[inside], squares, len(edges) - 1) / counts)
-                yield f"{name}_rms", rms, units, f"root mean square {quantity} of drive {drive} in a turn"
+            path = f"drives/{drive}/{quantity}"
+            if path in record:
+                yield path, f"drive_{drive}_{quantity}", units, f"{quantity} of drive {drive} in a turn"
 
 
-def _joints(record: Record, edges: np.ndarray) -> Found:
-    described = {j["name"]: j for j in record.scene["joints"]}
+def _drives(record: Record, edges: np.ndarray) -> Found:
+    for path, name, units, words in _paths(record):
+        yield f"{name}_peak", _sizes(record, path, edges), units, f"largest {words}"
+
+
+def _efforts(record: Record, edges: np.ndarray) -> Found:
+    turns = len(edges) - 1
+    place, inside = placed(record.time, edges)
+    counts = np.bincount(place[inside], minlength=turns)
+    for path, name, units, words in _paths(record) if counts.all() else ():
+        squares = np.bincount(place[inside], record.values(path)[inside] ** 2, turns)
+        yield f"{name}_rms", np.sqrt(squares / counts), units, f"root mean square {words}"
+
+
+def _forces(record: Record, edges: np.ndarray) -> Found:
     for name in record.names("joints"):
         force = _peaks(record, f"joints/{name}/force_max", edges)
         if force is not None:
             yield f"joint_{name}_force_peak", force, "N", f"largest force in joint {name} in a turn"
-        if name in record.clearances and described[name]["contact"]:
-            yield from _contacts(record, name, edges)
 
 
-def _contacts(record: Record, name: str, edges: np.ndarray) -> Found:
+def _contacts(record: Record, edges: np.ndarray) -> Found:
+    for joint in record.scene["joints"]:
+        if joint["name"] in record.clearances and joint["contact"]:
+            yield from _touches(record, joint["name"], edges)
+
+
+def _touches(record: Record, name: str, edges: np.ndarray) -> Found:
     gap = _peaks(record, f"joints/{name}/gap_min", edges)
     if gap is not None:
         deepest = np.maximum(-gap, 0.0)
         yield f"joint_{name}_penetration_peak", deepest, "m", f"largest penetration in joint {name} in a turn"
     events = record.events
     mine = np.array([str(spot).partition("/")[0] == name for spot in events["joint"]], bool)
-    speed, place = events["impact_speed"][mine], np.digitize(events["time"][mine], edges) - 1
-    inside = (place >= 0) & (place < len(edges) - 1)
+    speed, (place, inside) = events["impact_speed"][mine], placed(events["time"][mine], edges)
     fastest = np.zeros(len(edges) - 1)
     np.maximum.at(fastest, place[inside], speed[inside])
     yield f"joint_{name}_impact_speed_peak", fastest, "m/s", f"largest impact speed of joint {name} in a turn"
@@ -124,15 +136,32 @@ def _sizes(record: Record, path: str, edges: np.ndarray) -> np.ndarray | None:
 
 
 def _peaks(record: Record, name: str, edges: np.ndarray) -> np.ndarray | None:
-    """An extreme in each turn; None for a channel that was not kept."""
+    """An extreme in each turn; None where a turn has none, for the channel was not kept."""
     located = record.located
     if located is not None and name in located:
         first = round(edges[0] / located.length)
         starts = located.length * np.arange(first, first + len(edges))
         if np.allclose(edges, starts, rtol=0.0, atol=ROUNDING * located.length):
             return located.values[first : first + len(edges) - 1, located.columns[name]]
-    try:
-        pairs = zip(edges[:-1], edges[1:], strict=True)
-        return np.array([record.extreme(name, begin, end).value for begin, end in pairs])
-    except KeyError:
-        return None
+    sign, best = -1.0 if name.endswith("_min") else 1.0, np.full(len(edges) - 1, -np.inf)
+    for times, values in _seen(record, name):
+        place, inside = placed(times, edges)
+        np.maximum.at(best, place[inside], sign * values[inside])
+    return sign * best if np.isfinite(best).all() else None
+
+
+def placed(times: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The turn that each time lies in, and which lie in one at all; edges belong to the turn that they begin."""
+    place = np.digitize(times, edges - ROUNDING * (edges[1] - edges[0])) - 1
+    return place, (place >= 0) & (place < len(edges) - 1)
+
+
+def _seen(record: Record, name: str) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Times and values that an extreme may be among: located ones, and samples."""
+    path, located = name.rpartition("_")[0], record.located
+    if located is not None and name in located:
+        yield located.times[:, located.columns[name]], located.values[:, located.columns[name]]
+    if path in record:
+        yield record.time, record.values(path)
+    elif f"{path}_x" in record:
+        yield record.time, np.hypot(record.values(f"{path}_x"), record.values(f"{path}_y"))

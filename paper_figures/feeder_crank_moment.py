@@ -57,7 +57,8 @@ def moments(runs: dict):
         panels, ("crank moment", "what it has beyond\nthe ideal one", "dry: crank moment"), strict=True
     ):
         finish(axes, f"{label} [N m]", "", legend=False)
-    ratios, factors = over_ideal({n: r.drive("crank").torque[settled(r)] for n, r in runs.items()})
+    moments = {n: r.drive("crank").torque[settled(r)] for n, r in runs.items()}
+    ratios, factors = over_ideal(moments, turns_seen(runs))
     met = "met" if min(ratios.values()) > 1.0 and max(ratios, key=ratios.get) == DRY else "not met"
     claim = "clearance makes the moment peak, oil less than dry contact"
     say(figure, f"Largest crank moment over the ideal one: {factors}. Source: {claim}; {met}.")

@@ -13,7 +13,7 @@ raise the force of each; dry they lower that of B and raise those of C and E, an
 within a fraction of a millisecond.
 
 Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 5 mPa s. Dry motions are irregular:
-compared are numbers over ten turns, and correlations of the contact forces, which were averaged over 0.2 ms.
+compared are means over ten turns, and correlations of the contact forces, which were averaged over 0.2 ms.
 
 Not comparable: the source's forces and orbits of the three joints; its dimensions and clearances were not in the part
 we had.
@@ -29,6 +29,7 @@ from clearance.paper_figures.feeder_slider import (
     TRANSITIONAL,
     feeder,
     finished,
+    of_turn,
     rms,
     say,
     settled,
@@ -37,6 +38,8 @@ from clearance.paper_figures.feeder_slider import (
 from clearance.postprocess.channels import abscissa
 from clearance.postprocess.contacts import contacts_of
 from clearance.postprocess.figures import STROKES, finish, line, sheet, stroke
+
+from clearance.turns import by_turn
 
 JOINTS, ALL = ("B", "C", "E"), "B,C,E"
 CLEARANCE = 1e-4
@@ -55,10 +58,11 @@ def draw(work: workshop.Workshop) -> None:
     for model, suffix in ((TRANSITIONAL, "transitional"), (FILM, "lubricated")):
         work.keep(oiled(model, runs[model]), suffix)
     work.keep(dry(runs[DRY]), "dry")
-    remark = f"Of {turns_seen(runs[DRY])} turns after {SETTLE}; gaps and forces are those of samples and of contacts."
+    remark = f"Means over {turns_seen(runs[DRY])} turns after {SETTLE}; gaps are those of samples."
     heads = [
-        "model", "joint", "clearance", "largest force [N]", "rms force [N]", "smallest gap [um]",
-        "largest eccentricity / c", "contacts a turn", "time in contact [%]", "energy lost in a turn [J]",
+        "model", "joint", "clearance", "largest force of a turn [N]", "rms force [N]",
+        "smallest gap of a turn [um]", "largest eccentricity of a turn / c", "contacts a turn",
+        "time in contact [%]", "energy lost in a turn [J]",
     ]  # fmt: skip
     rows = [
         [model, j, "alone" if case == j else "all three", *numbers(found[case], j)]
@@ -70,13 +74,14 @@ def draw(work: workshop.Workshop) -> None:
 
 
 def interaction(model: str, runs: dict) -> str:
-    """By how much the neighbours' clearance changes each joint's largest force, and the source's statement."""
+    """Change of each joint's largest force of a turn by its neighbours' clearance, and the source's statement."""
     changed = {j: numbers(runs[ALL], j)[0] / numbers(runs[j], j)[0] for j in JOINTS}
     factors = ", ".join(f"{j} ×\u00a0{f:.3g}" for j, f in changed.items())
     noticed = max(abs(f - 1.0) for f in changed.values()) > NOTICED
     grows = max(changed.values()) > 1.0 + NOTICED
     verdict = "met" + ("" if grows else ", but forces fall") if noticed else "not met"
-    return f"Largest force, {model}, all three over alone: {factors}. Source: joints act on one another; {verdict}."
+    claim = f"Source: joints act on one another; {verdict}."
+    return f"Largest force of a turn, {model}, all three over alone: {factors}. {claim}"
 
 
 def oiled(model: str, runs: dict):
@@ -150,17 +155,15 @@ def contact_force(run, name: str, width: int) -> np.ndarray:
 def numbers(run, name: str) -> list:
     """Force, gap, contacts and losses of a joint."""
     now, joint, turns = settled(run), run.joint(name), round(run.time[-1] / run.turn) - SETTLE
-    force, gap = np.hypot(*joint.force[now].T), float(joint.gap[now].min())
-    peak, count, share = float(force.max()), "-", "-"
+    force, gap = np.hypot(*joint.force[now].T), joint.gap[now]
+    peak = float(by_turn(run, SETTLE, forces=True)[f"joint_{name}_force_peak"].values.mean())
+    deepest = run.clearances[name] - of_turn(run.clearances[name] - gap, turns)
+    count, share = "-", "-"
     if "contact_force" in joint:
         found = contacts_of(run, name, settle=SETTLE)
-        peak, count, share = (
-            max(peak, float(found.peak_force.max(initial=0.0))),
-            len(found.time) / turns,
-            100.0 * found.share,
-        )
+        count, share = len(found.time) / turns, 100.0 * found.share
     lost = float(np.ptp(joint.dissipated[now])) / turns
-    return [peak, rms(force), 1e6 * gap, 1.0 - gap / run.clearances[name], count, share, lost]
+    return [peak, rms(force), 1e6 * deepest, 1.0 - deepest / run.clearances[name], count, share, lost]
 
 
 if __name__ == "__main__":

@@ -7,12 +7,12 @@ source states that impacts grow with the number of joints.
 
 Reproduced: deviation of the slider's displacement from the ideal one, its acceleration, and the crank's moment at 300
 rpm with radial clearances of 0.2 mm at B, at B and C, and at B, C and E, with film only, transitional and dry;
-extremes and root mean squares, contacts and energy lost. Each picture has the growth of the largest acceleration. With
-oil it grows, as the source states; dry joints in series soften each other, against the source.
+largest values of a turn and root mean squares, contacts and energy lost. Each picture has the growth of the largest
+acceleration. With oil it grows, as the source states; dry joints in series soften each other, against the source.
 
 Assumed: that the source counts its clearances in this order (it gives joint forces of B, C and E); parameter set
 feeder-A, restitution 0.9, friction coefficient 0.1, oil of 5 mPa s in every wet joint. Dry motions are irregular:
-curves are samples, extremes are those of ten turns.
+curves are samples, largest values are means over ten turns.
 
 Not comparable: peaks and curves of the source, whose dimensions and clearances were not in the part we had.
 """
@@ -30,6 +30,7 @@ from clearance.paper_figures.feeder_slider import (
     conclude,
     feeder,
     finished,
+    of_turn,
     rms,
     settled,
     turns_seen,
@@ -58,8 +59,8 @@ def named(joints: str) -> str:
 
 
 def largest(runs: dict) -> tuple[float, float]:
-    """Largest acceleration with one and with all joints."""
-    first, *_, last = (float(np.abs(r["slider"].ax[settled(r)]).max()) for r in runs.values())
+    """Largest acceleration of a turn with one and with all joints."""
+    first, *_, last = (of_turn(r["slider"].ax[settled(r)], turns_seen(runs)) for r in runs.values())
     return first, last
 
 
@@ -78,7 +79,7 @@ def wet(models: dict, ideal):
             finish(axes, f"deviation of\n{label}" if first else "", "", legend=False)
         column[-1].set_xlabel(xlabel)
     grown = {model: largest(runs) for model, runs in models.items()}
-    conclude(figure, "Largest slider acceleration from one to three joints", grown, CLAIM)
+    conclude(figure, "Largest slider acceleration of a turn from one to three joints", grown, CLAIM)
     return finished(figure, panels[:, 0], xlabel)
 
 
@@ -96,7 +97,7 @@ def dry(runs: dict, ideal):
         column[-1].set(xlim=(0.0, 360.0), xticks=range(0, 361, 90))
     for axes, label in zip(panels[:, 0], LABELS, strict=True):
         axes.set_ylabel(f"deviation of\n{label}")
-    conclude(figure, "Largest slider acceleration from one to three joints", {DRY: largest(runs)}, CLAIM)
+    conclude(figure, "Largest slider acceleration of a turn from one to three joints", {DRY: largest(runs)}, CLAIM)
     figure.align_ylabels()
     return figure
 
@@ -111,8 +112,9 @@ def beyond(run, ideal) -> tuple[np.ndarray, ...]:
 def numbers(runs: dict, ideal) -> tuple[list[str], list[list]]:
     """Heads and rows: deviations, extremes, contacts and losses."""
     heads = [
-        "joints", "deviation of x, max [um]", "largest abs. acceleration [m/s2]", "of a turn [m/s2]",
-        "rms acceleration beyond ideal [m/s2]", "largest abs. moment [N m]", "rms moment [N m]", "contacts a turn",
+        "joints", "deviation of x, max of a turn [um]", "largest abs. acceleration of a turn [m/s2]",
+        "rms acceleration beyond ideal [m/s2]", "largest abs. moment of a turn [N m]", "rms moment [N m]",
+        "contacts a turn",
         "energy lost in a turn [J]",
     ]  # fmt: skip
     rows, turns = [], turns_seen(runs)
@@ -124,9 +126,9 @@ def numbers(runs: dict, ideal) -> tuple[list[str], list[list]]:
         count = sum(len(contacts_of(run, j, settle=SETTLE).time) for j in names) / turns if model == DRY else "-"
         lost = sum(np.ptp(run.joint(j).dissipated[now]) for j in names) / turns
         said = f"{model}, {joints.replace(',', ' ')}"
-        accelerations = [float(a.max()), by_turns(a, turns), rms(da)]
-        moments = [float(torque.max()), rms(torque)]
-        rows.append([said, float(np.abs(dx).max()), *accelerations, *moments, count, float(lost)])
+        accelerations = [by_turns(a, turns), rms(da)]
+        moments = [by_turns(torque, turns), rms(torque)]
+        rows.append([said, of_turn(dx, turns), *accelerations, *moments, count, float(lost)])
     return heads, rows
 
 

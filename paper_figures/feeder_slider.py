@@ -128,14 +128,15 @@ def motion(runs: dict):
 
 def disturbed(runs: dict, channel: str, label: str) -> str:
     """How much larger a rate of the slider gets than with ideal joints, and the source's statement."""
-    ratios, told = over_ideal({n: getattr(r["slider"], channel)[settled(r)] for n, r in runs.items()})
+    values = {n: getattr(r["slider"], channel)[settled(r)] for n, r in runs.items()}
+    ratios, told = over_ideal(values, turns_seen(runs))
     met = "met" if ratios[DRY] > max(r for n, r in ratios.items() if n != DRY) else "not met"
-    return f"Largest {label} over the ideal one: {told}. Source: oil softens what dry clearance does; {met}."
+    return f"Largest {label} of a turn over the ideal one: {told}. Source: oil softens what dry clearance does; {met}."
 
 
-def over_ideal(values: dict[str, np.ndarray]) -> tuple[dict[str, float], str]:
-    """Largest size of each model's values over the ideal one's, as numbers and in print."""
-    largest = {name: np.abs(v).max() for name, v in values.items()}
+def over_ideal(values: dict[str, np.ndarray], turns: int) -> tuple[dict[str, float], str]:
+    """Largest size of each model's values in a turn over the ideal one's, as numbers and in print."""
+    largest = {name: of_turn(v, turns) for name, v in values.items()}
     ratios = {name: v / largest[IDEAL] for name, v in largest.items() if name != IDEAL}
     return ratios, ", ".join(f"{name} ×\u00a0{ratio:.3g}" for name, ratio in ratios.items())
 
@@ -158,17 +159,17 @@ def deviations(runs: dict):
 
 
 def departures(runs: dict) -> str:
-    """Largest deviations of displacement and acceleration over their ideal ranges, and the source's statement."""
+    """Largest deviations in a turn over the ideal ranges, and the source's statement."""
     shares: dict[str, dict[str, float]] = {"x": {}, "ax": {}}
     for channel, found in shares.items():
         ideal = getattr(runs[IDEAL]["slider"], channel)
         for name, run in runs.items():
             if name != IDEAL:
-                beyond = np.abs(getattr(run["slider"], channel) - ideal)[settled(run)].max()
-                found[name] = float(beyond / np.ptp(ideal))
+                beyond = (getattr(run["slider"], channel) - ideal)[settled(run)]
+                found[name] = of_turn(beyond, turns_seen(runs)) / float(np.ptp(ideal))
     told = ", ".join(f"{n} {100 * shares['x'][n]:.2g} % and {100 * shares['ax'][n]:.3g} %" for n in shares["x"])
     met = "met" if all(shares["ax"][n] > 10.0 * shares["x"][n] for n in shares["x"]) else "not met"
-    text = f"Largest deviation of displacement and of acceleration, over their ideal ranges: {told}"
+    text = f"Largest deviation of displacement and of acceleration in a turn, over their ideal ranges: {told}"
     return f"{text}. Source: clearance shows in the acceleration, hardly in the displacement; {met}."
 
 
@@ -206,9 +207,19 @@ def peaks(runs: dict) -> tuple[list[str], list[list]]:
     return heads, [[float(c) if isinstance(c, np.floating) else c for c in row] for row in rows]
 
 
+def turn_peaks(values: np.ndarray, turns: int) -> np.ndarray:
+    """Largest size of the values in each turn."""
+    return np.abs(values)[: len(values) // turns * turns].reshape(turns, -1).max(axis=1)
+
+
+def of_turn(values: np.ndarray, turns: int) -> float:
+    """Mean over turns of the largest size of each: it does not grow with their number."""
+    return float(turn_peaks(values, turns).mean())
+
+
 def by_turns(values: np.ndarray, turns: int) -> str:
     """Mean over turns of the largest value of each, with half its 95 % interval where turns differ."""
-    largest = values[: len(values) // turns * turns].reshape(turns, -1).max(axis=1)
+    largest = turn_peaks(values, turns)
     if turns < FEWEST or np.ptp(largest) <= SAME * largest.mean():
         return f"{largest.mean():.4g}"
     return str(mean(largest))

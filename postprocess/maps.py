@@ -17,12 +17,18 @@ from clearance.sweeping.index import Sweep
 from clearance.sweeping.metrics import FEWEST as TURNS
 from clearance.sweeping.metrics import SETTLING
 
-#: metrics that a picture shows by itself, the first of each line that the sweep has; force: of a clearance joint
+#: metrics that a picture shows by itself, the first of each that the sweep has; force: of a clearance joint
 TELLING = (
-    "*_acceleration_max", "drive_*_torque_rms", "drive_*_force_rms", "joint_*_force_max",
+    "*_acceleration_peak_mean", "drive_*_torque_rms", "drive_*_force_rms", "joint_*_force_peak_mean",
     "joint_*_film_thickness_ratio_min", "joint_*_contact_fraction", "joint_*_impacts_per_*", "dissipated_per_turn",
     "dissipated_power", "period",
 )  # fmt: skip
+#: what stands for metrics that a sweep has not got: of version 0.1, or of runs without turns
+INSTEAD = {"_peak_mean": "_max"}
+#: end of the metrics that are half the width of another's 95 % interval
+INTERVAL = "_half_width"
+#: ends of metrics that only clearance joints have
+LOOSE = ("_gap_min", "_penetration_peak_mean")
 TOLD, MOST_METRICS, MOST_PANELS, MOST_CURVES = 6, 12, 6, 50
 #: numbers swept at fewer values than this have no distances: they stand beside each other like names
 FEWEST = 3
@@ -253,7 +259,7 @@ def chosen_metrics(sweep: Sweep, metrics: str | Iterable[str] | None, points: np
     if metrics is None:
         done = sweep.done & np.isin(np.arange(len(sweep)), sweep.select() if points is None else points)
         finite = [n for n in known if np.isfinite(sweep.metrics[n][done]).any()]
-        loose = {n.removesuffix("_gap_min") for n in known if n.endswith("_gap_min")}
+        loose = {n.removesuffix(end) for n in known for end in LOOSE if n.endswith(end)}
         hits = [_first(finite, pattern, loose) for pattern in TELLING]
         found = [n for n in hits if n][:TOLD] or finite[:TOLD]
         if not found:
@@ -272,8 +278,11 @@ def chosen_metrics(sweep: Sweep, metrics: str | Iterable[str] | None, points: np
 def _first(names: list[str], pattern: str, loose: set[str]) -> str | None:
     """The first metric of a pattern; forces are those of the clearance joints, where there are any."""
     hits = [n for n in names if fnmatchcase(n, pattern)]
-    if pattern == "joint_*_force_max":
-        hits = [n for n in hits if n.removesuffix("_force_max") in loose] or hits
+    if pattern.startswith("joint_*_force"):
+        hits = [n for n in hits if n.removesuffix(pattern[len("joint_*") :]) in loose] or hits
+    for end, other in INSTEAD.items():
+        if not hits and pattern.endswith(end):
+            return _first(names, pattern.removesuffix(end) + other, loose)
     return hits[0] if hits else None
 
 
@@ -469,8 +478,8 @@ def curves(
     """Metrics over a swept parameter, a panel each, saved under `path`; of samples, over each parameter.
 
     metrics: names or patterns (default: up to six telling ones); x: the parameter (default: the first with numbers);
-    a second one has a curve for each of its values; at: values (SI) of parameters that are held, numbers the nearest
-    that was swept; only_settled: leave out points whose motion did not come back to itself within the run (no finite
+    a second one has a curve for each of its values, with bars where a metric has 95 % intervals; at: values (SI) of
+    parameters that are held, numbers the nearest that was swept; only_settled: leave out points whose motion did not come back to itself within the run (no finite
     `period`). Crosses at the bottom: failed runs. Raises ValueError for unknown metrics and parameters.
     """
     choice = Choice.of(sweep, at, only_settled)
@@ -531,16 +540,28 @@ def _with_crosses(choice: Choice, width: float) -> str:
 def _curves(axes, choice: Choice, x: Axis, name: str, groups: list, styles: list[dict]) -> None:
     values, units, text = _metric(choice, name)
     shown = np.where(np.isfinite(values), values, np.nan)
-    apart = {} if x.values.dtype.kind in "iuf" else {"ls": ""}
+    apart, half = {} if x.values.dtype.kind in "iuf" else {"ls": ""}, _intervals(choice, name)
     for (_, there), style in zip(groups, styles, strict=True):
         order = np.flatnonzero(there)[np.argsort(x.place[there], kind="stable")]
-        axes.plot(x.at[x.place[order]], shown[order], **{"ms": 3.5, "lw": 1.0} | style | apart)
+        (drawn,) = axes.plot(x.at[x.place[order]], shown[order], **{"ms": 3.5, "lw": 1.0} | style | apart)
+        if half is not None:
+            bars = {"ecolor": drawn.get_color(), "elinewidth": 0.8, "capsize": 1.5, "fmt": "none"}
+            axes.errorbar(x.at[x.place[order]], shown[order], half[order], **bars)
     figures.finish(axes, axis_label(text, units), legend=False)
     _scale(axes, "x", x, 3.0)
     if np.isnan(shown).all():
         axes.set_xlim(x.at[0], x.at[-1])
     _heights(axes, shown)
     _absent(axes, x.at[x.place], choice, values, units)
+
+
+def _intervals(choice: Choice, name: str) -> np.ndarray | None:
+    """Half widths of the intervals of a metric in its display units; None for a metric without."""
+    intervals = f"{name}{INTERVAL}"
+    if intervals not in choice.sweep.metrics:
+        return None
+    _, factor = shown_in(choice.sweep.known.get(name, ("?", name))[0], choice.values(name))
+    return choice.values(intervals) * factor
 
 
 def _heights(axes, values: np.ndarray) -> None:

@@ -20,7 +20,8 @@ from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.index import checked
 from clearance.sweeping.journal import DONE, FAILED, LOST, Outcome
 from clearance.sweeping.made import files_named, made, modules_of
-from clearance.sweeping.metrics import Metric, metrics, own
+from clearance.sweeping.metrics import Metric, own
+from clearance.sweeping.peaks import of_point
 
 NO_SPACE = "no space left for its file"
 RESERVED = ("status", "reason")
@@ -71,7 +72,7 @@ class Keeper:
         self.memory.close(status, solver, warnings, facts, ranges)
         record, scene = self.memory.record, self.run.mechanism.scene
         ideal = ideal_motion(scene, self.run.span, record.scene)
-        self.found = metrics(record, self.definition.settle, ideal)
+        self.found = of_point(record, self.definition.settle, ideal)
         for reference in self.definition.own:
             function = load_function(*reference)
             try:

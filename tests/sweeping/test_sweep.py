@@ -16,7 +16,7 @@ import pytest
 
 import clearance as cl
 from clearance.sweeping import index as indices
-from clearance.sweeping.metrics import metrics
+from clearance.sweeping.peaks import of_point
 from tests.test_checkpoint import same
 
 CASE, OPTIONS = "slider_crank", {"turns": 2.0, "samples_per_turn": 50, "rtol": 1e-5}
@@ -57,7 +57,7 @@ def test_a_run_is_that_of_simulate(swept, tmp_path):
     with h5py.File(tmp_path / "plain.h5", "a") as plain:
         del plain["metrics"], plain["sweep"]  # what a sweep adds
     same(alone.path, tmp_path / "plain.h5")
-    for name, metric in metrics(alone).items():
+    for name, metric in of_point(alone).items():
         assert swept.metrics[name][swept.select(speed=30.0, clearance=2e-4)[0]] == metric.value
 
 
@@ -325,7 +325,7 @@ def test_metrics_are_those_of_the_file(undisturbed):
     for i in (0, 39):
         with undisturbed.run(i) as run:
             assert len(run.events["time"]) > 100
-            found = metrics(run)
+            found = of_point(run)
         for name, metric in found.items():
             assert undisturbed.metrics[name][i] == metric.value, name
 
