@@ -479,8 +479,8 @@ def curves(
 
     metrics: names or patterns (default: up to six telling ones); x: the parameter (default: the first with numbers);
     a second one has a curve for each of its values, with bars where a metric has 95 % intervals; at: values (SI) of
-    parameters that are held, numbers the nearest that was swept; only_settled: leave out points whose motion did not come back to itself within the run (no finite
-    `period`). Crosses at the bottom: failed runs. Raises ValueError for unknown metrics and parameters.
+    parameters that are held, numbers the nearest that was swept; only_settled: leave out points whose motion did not
+    come back to itself within the run (no finite `period`). Crosses at the bottom: failed runs. Raises ValueError for unknown metrics and parameters.
     """
     choice = Choice.of(sweep, at, only_settled)
     names = chosen_metrics(sweep, metrics, choice.points)
