@@ -477,10 +477,11 @@ def curves(
 ) -> Path:
     """Metrics over a swept parameter, a panel each, saved under `path`; of samples, over each parameter.
 
-    metrics: names or patterns (default: up to six telling ones); x: the parameter (default: the first with numbers);
-    a second one has a curve for each of its values, with bars where a metric has 95 % intervals; at: values (SI) of
+    metrics: names or patterns (default: up to six telling ones), with bars where one has 95 % intervals; x: the
+    parameter (default: the first with numbers); a second one has a curve for each of its values; at: values (SI) of
     parameters that are held, numbers the nearest that was swept; only_settled: leave out points whose motion did not
-    come back to itself within the run (no finite `period`). Crosses at the bottom: failed runs. Raises ValueError for unknown metrics and parameters.
+    come back to itself within the run (no finite `period`). Crosses at the bottom: failed runs. Raises ValueError for
+    unknown metrics and parameters.
     """
     choice = Choice.of(sweep, at, only_settled)
     names = chosen_metrics(sweep, metrics, choice.points)
