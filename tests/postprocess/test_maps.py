@@ -479,3 +479,26 @@ def test_values_that_crowd_stand_at_equal_distances(made, tmp_path, gallery):
     even = np.linspace(-50.0, 50.0, 60)
     maps(made(grid(speed=SPEEDS, restitution=even), numbers), tmp_path / "m.png", y="restitution")
     assert panels(gallery.last)[0].get_ylim()[0] < -50.0
+
+
+def test_means_of_turn_peaks_come_first(made):
+    """Of dry sweeps there is nothing else; forces are those of the joints with clearance."""
+    names = [
+        "slider_acceleration_peak_mean", "slider_acceleration_peak_mean_half_width", "drive_crank_torque_rms",
+        "joint_A_force_peak_mean", "joint_C_force_peak_mean", "joint_C_penetration_peak_mean", "joint_C_force_max",
+    ]  # fmt: skip
+    sweep = made(grid(speed=SPEEDS), {n: lambda speed: speed for n in names})
+    assert chosen_metrics(sweep, None)[:3] == [
+        "slider_acceleration_peak_mean", "drive_crank_torque_rms", "joint_C_force_peak_mean",
+    ]  # fmt: skip
+
+
+def test_curves_have_bars_of_intervals(made, tmp_path, monkeypatch):
+    """In the units of the metric: 2000 +- 100 N is 2 +- 0.1 kN."""
+    seen = []
+    monkeypatch.setattr("matplotlib.axes.Axes.errorbar", lambda self, x, y, half, **style: seen.append((y, half)))
+    metrics = {"force_peak_mean": lambda speed: 2e4, "force_peak_mean_half_width": lambda speed: 1e3}
+    sweep = made(grid(speed=SPEEDS), metrics)
+    curves(sweep, tmp_path / "c.png", metrics=["force_peak_mean"])
+    ((y, half),) = seen
+    np.testing.assert_allclose(half / y, 0.05)
