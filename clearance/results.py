@@ -15,6 +15,7 @@ import os
 import platform
 import shutil
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -226,7 +227,24 @@ class Channels:
         return f"<channels of {self._group}: {', '.join(self._record.names(self._group))}>"
 
 
-class Record(ABC):
+class Drawn:
+    """Pictures and pages of a run or a sweep, drawn by code that is imported when it is called."""
+
+    @property
+    def plot(self):
+        """Pictures, as `clearance plot` has them: `run.plot.orbit("B")`, `sweep.plot.map("period")`."""
+        return importlib.import_module("clearance.commands.plot").Pictures(self)
+
+    def view(self, output: str | Path | None = None, **options) -> Path:
+        """Write a page that moves, as `cl.view` does; options and errors are its."""
+        return importlib.import_module("clearance.postprocess.view").view(self, output, **options)
+
+    def report(self, output: str | Path, **options) -> Path:
+        """Write a page that needs nothing else, as `cl.report` does; options and errors are its."""
+        return importlib.import_module("clearance.postprocess.report").report(self, output, **options)
+
+
+class Record(Drawn, ABC):
     """Results of a run by name: `run["slider"].ax`, `run.joint("B").force`, `run.energy.residual`.
 
     Subclasses say where it is (in a file, in memory) by `attributes`, `solver`, `warnings`, `events`, `located`,
@@ -442,6 +460,30 @@ class Record(ABC):
         """Pressure fields of a joint's film; None where the run was not asked for any."""
         return None
 
+    @cached_property
+    def dataset(self):
+        """Channels along time as an xarray Dataset, by the names of the command line: `dataset["slider.ax"]`.
+
+        Names that two parts share are whole paths, as "joints/B/force_x". Coordinates: time [s], and
+        turns of the drive where one turns. Raises ImportError where xarray is not installed.
+        """
+        xarray = extra("xarray")
+        groups = [f"{kind}/{n}" for kind in PARTS for n in self.names(kind)] + ["energy", "friction"]
+        paths = [f"{group}/{name}" for group in groups for name in self.names(group)]
+        short = {path: ".".join(path.split("/")[-2:]) for path in paths}
+        shared = Counter(short.values())
+        names = {path: short[path] if shared[short[path]] == 1 else path for path in paths}
+        columns = {names[path]: ("time", self.values(path), self._about(path)) for path in paths}
+        along = {"time": ("time", self.time, {"units": "s"})}
+        if self.turning is not None:
+            along["turns"] = "time", self.turns_at(self.time), {"units": "1"}
+        about = {n: v for n, v in self.attributes.items() if n in ("case", "status", "parameters", "created")}
+        return xarray.Dataset(columns, along, about)
+
+    def _about(self, path: str) -> dict[str, str]:
+        """Attributes of a channel in a dataset."""
+        return {"units": self.units(path)}
+
     @property
     def energy(self) -> Channels:
         """The energy ledger [J]: kinetic, potential, input, dissipated, residual; where it was kept."""
@@ -483,6 +525,9 @@ class Result(Record):
 
     def units(self, path: str) -> str:
         return self.reader.attribute(path, "units")
+
+    def _about(self, path: str) -> dict[str, str]:
+        return {n: self.reader.attribute(path, n) for n in ("units", "long_name")}
 
     @property
     def attributes(self) -> dict:

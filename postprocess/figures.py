@@ -1,5 +1,6 @@
 """Shared parts of pictures: a sheet, lines whose peaks survive, labels with units, saving."""
 
+import io
 import shutil
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from clearance.results import replacing
 
 #: most points drawn per line; of longer records each bin's smallest and largest value is drawn, so no peak is lost
 POINTS = 20000
+SCREEN = 90  # dots per inch of a figure that a notebook shows
 #: kinds of file a picture can be saved as
 KINDS = (".png", ".pdf", ".svg")
 #: breadth of an entry of a small legend: its stroke and each of its characters [inch]
@@ -28,15 +30,30 @@ POWERS = (-3, 5)
 PRINTED = {"m/s2": "m/s²", "rad/s2": "rad/s²", "m3/s": "m³/s", "N m": "N m", "1": "-"}
 
 
+class Sheet(Figure):
+    """A figure that notebooks show."""
+
+    def _repr_png_(self) -> bytes:
+        image = io.BytesIO()
+        self.savefig(image, dpi=SCREEN, format="png")
+        return image.getvalue()
+
+
 def sheet(width: float, height: float) -> Figure:
     """An empty figure [inch], drawn without a screen."""
-    figure = Figure(figsize=(width, height), layout="constrained")
+    figure = Sheet(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
 
-def save(figure: Figure, path: str | Path, dpi: float = 150) -> Path:
-    """Write a picture, whole or not at all; its folder is made. Raises ValueError for a kind of file it cannot be."""
+def save(figure: Figure, path: str | Path | None, dpi: float = 150) -> Path | Figure:
+    """Write a picture, whole or not at all; its folder is made. Without a path the figure itself is returned.
+
+    Raises ValueError for a kind of file that a picture cannot be.
+    """
+    if path is None:
+        powers_into_labels(figure)
+        return figure
     path = Path(path)
     if path.suffix.lower() not in KINDS:
         raise ValueError(f"picture {path}: its name must end in {', '.join(KINDS)}")

@@ -47,7 +47,7 @@ def view(
     many runs, for channels that no run has and for runs of fewer than two samples,
     FileNotFoundError and ValueError as `open_result` and `open_sweep`.
     """
-    sources = list(source) if isinstance(source, list | tuple) else [source]
+    sources = [*source] if isinstance(source, list | tuple) else [source]
     if not sources:
         raise ValueError("view: give at least one run or sweep")
     sweeps = [

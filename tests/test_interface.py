@@ -244,8 +244,8 @@ def test_S11_pictures_and_reports_from_python(tmp_path, monkeypatch):
     """The guide's lines, of a run still open; a path and names as a list do as well."""
     monkeypatch.chdir(tmp_path)
     scope: dict = {}
-    exec(next(b for b in BLOCKS if "cl.plot(" in b), scope)
-    assert {"history.png", "sketch.pdf", "run.html"} <= {p.name for p in tmp_path.iterdir()}
+    exec(next(b for b in BLOCKS if "run.plot." in b), scope)
+    assert {"history.png", "moving.html", "run.html"} <= {p.name for p in tmp_path.iterdir()}
     path = scope["run"].save("run.h5")
     assert cl.plot(path, "phase", "phase.png", channels=["slider.x", "slider.vx"]).exists()
     with pytest.raises(ValueError, match="no kind 'orbits' .did you mean orbit"):

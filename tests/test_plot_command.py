@@ -253,3 +253,73 @@ def test_bad_lyapunov(arguments, line, capsys):
     assert (status, text) == (2, "")
     assert line in err
     assert err.count("\n") == 1
+
+
+# --- from Python
+def test_pictures_of_a_result(folder, tmp_path):
+    """A figure that notebooks show, or a file; the first argument is what the kind shows."""
+    with cl.open_result(folder / "dry.h5") as run:
+        figure = run.plot.orbit("C")
+        assert figure._repr_png_().startswith(b"\x89PNG")
+        assert "joint C" in figure.axes[0].get_title()
+        (axes,) = run.plot.history("slider.ax", along="angle").axes
+        assert axes.get_xlabel() == "crank angle [deg]"
+        assert run.plot.phase(output=tmp_path / "p.png", settle=1.0) == tmp_path / "p.png"
+        assert size(tmp_path / "p.png") > 8000
+        assert len(run.plot().axes) == len(cl.plot(run, "overview").axes)
+        assert {"orbit", "history", "animation"} <= set(dir(run.plot))
+        assert "map" not in dir(run.plot)
+
+
+def test_pictures_of_an_open_sweep(folder):
+    sweep = cl.open_sweep(folder / "grid")
+    figure = sweep.plot.map("drive_crank_torque_rms", x="clearance")
+    assert figure.axes[0].get_xlabel() == "clearance [mm]"
+    assert len(sweep.plot().axes) > len(figure.axes)  # the default metrics
+
+
+@pytest.mark.parametrize(
+    ("draw", "error", "message"),
+    [
+        (lambda run: run.plot.orbits(), AttributeError, "no picture 'orbits' .did you mean orbit"),
+        (lambda run: run.plot.map(), AttributeError, "no picture 'map'"),
+        (lambda run: run.plot.efforts("C"), TypeError, "efforts takes no argument but options"),
+        (lambda run: run.plot.animation(), ValueError, "an animation needs a file"),
+        (lambda run: run.plot.orbit("X"), ValueError, "X"),
+        (lambda run: run.plot.orbit(metrics="a"), ValueError, "--metrics does not belong to orbit"),
+    ],
+)
+def test_pictures_that_there_are_not(draw, error, message, folder):
+    with cl.open_result(folder / "dry.h5") as run, pytest.raises(error, match=message):
+        draw(run)
+
+
+def test_a_run_as_a_dataset(folder):
+    """By short names, with units and what they are; turns count with time at a constant speed."""
+    with cl.open_result(folder / "dry.h5") as run:
+        data = run.dataset
+        np.testing.assert_array_equal(data["slider.ax"], run["slider"].ax)
+        assert data["C.gap"].attrs["units"] == "m"
+        assert "film thickness" in data["C.gap"].attrs["long_name"]
+        assert {"energy.kinetic", "crank.torque", "B.force_x"} <= set(data)
+        assert data["turns"][-1] == pytest.approx(2.0)
+        nearest = np.abs(run.time - 0.03).argmin()
+        assert data["slider.x"].sel(time=0.03, method="nearest") == run["slider"].x[nearest]
+        assert data.attrs["status"] == "complete"
+
+
+def test_names_that_two_parts_share_are_paths(monkeypatch, folder):
+    """A body and a joint of one name are told apart."""
+    with cl.open_result(folder / "dry.h5") as run:
+        names = {"bodies": ("J",), "joints": ("J",), "bodies/J": ("x",), "joints/J": ("x",)}
+        monkeypatch.setattr(run, "names", lambda group: names.get(group, ()))
+        monkeypatch.setattr(run, "values", lambda path: np.zeros(run.time.size))
+        monkeypatch.setattr(run, "_about", lambda path: {})
+        monkeypatch.setattr(run, "turning", None)
+        assert set(run.dataset) == {"bodies/J/x", "joints/J/x"}
+
+
+def test_pages_of_a_result(folder, tmp_path):
+    with cl.open_result(folder / "dry.h5") as run:
+        assert run.view(tmp_path / "moving.html").stat().st_size > 50_000
+        assert run.report(tmp_path / "report.html").stat().st_size > 50_000

@@ -23,6 +23,8 @@ OF_SWEEPS = {
 #: kinds that lay several runs over each other
 OF_SEVERAL = ("history", "phase", "poincare", "spectrum")
 KINDS = OF_RUNS | OF_SWEEPS
+#: options that say what is shown
+SHOWN = ("channels", "joint", "metrics", "x")
 OPTIONS = tuple(dict.fromkeys(o for own in KINDS.values() for o in own))
 FRAMES = 120
 EXAMPLES = """\
@@ -93,32 +95,77 @@ def run(options) -> int:
     return DONE
 
 
-def plot(source, kind: str, output: str | Path, **options) -> Path:
-    """Draw a picture of a run or of a sweep, as `clearance plot` does, and save it.
+def plot(source, kind: str | None = None, output: str | Path | None = None, **options):
+    """Draw a picture of a run or of a sweep, as `clearance plot` does.
 
     source: a run file or Result (for history, phase, poincare and spectrum also a list of them),
     or the directory of a sweep or Sweep. kind: overview, history, orbit, phase, poincare, spectrum,
-    contacts, guide, efforts, friction, pressure, sketch, animation of a run; map, curves, bifurcation of a sweep.
-    output: .png, .pdf or .svg, of an animation .gif or .mp4; it is returned.
+    contacts, guide, efforts, friction, pressure, sketch, animation of a run; map, curves, bifurcation of a sweep;
+    default: the overview of a run, the map of a grid, the curves of other sweeps.
+    output: .png, .pdf or .svg, of an animation .gif or .mp4. The path is returned; without one,
+    the matplotlib figure, which notebooks show.
     options: those of the command that belong to the kind, in SI, such as joint="B",
     channels="slider.ax,B.force" or at={"model": "dry"}.
     Raises TypeError for other options, and ValueError for what cannot be drawn.
     """
-    if kind not in KINDS:
+    if kind is not None and kind not in KINDS:
         answer = f"{meant(kind, KINDS)}; there are {', '.join(KINDS)}"
         raise ValueError(f"plot: no kind {kind!r}{answer}")
     for name in options:
         if name not in OPTIONS:
             answer = f"{meant(name, OPTIONS)}; it has {', '.join(OPTIONS)}"
             raise TypeError(f"plot has no option {name!r}{answer}")
-    chosen = argparse.Namespace(**dict.fromkeys(OPTIONS) | options, output=output)
+    if output is None and kind == "animation":
+        raise ValueError("plot: an animation needs a file, .gif or .mp4")
+    chosen = argparse.Namespace(**dict.fromkeys(OPTIONS) | options, output=output, returned=output is None)
     chosen.at = chosen.at and [f"{name}={value}" for name, value in chosen.at.items()]
     sources = source if isinstance(source, list | tuple) else [source]
-    return _drawn(chosen, *_inputs([*map(_where, sources), kind]))
+    return _drawn(chosen, *_inputs([*map(_where, sources), *([kind] if kind else [])]))
+
+
+class Pictures:
+    """Pictures of a run or a sweep by their kinds: `run.plot.orbit("B")`, `sweep.plot.map("period")`.
+
+    The first argument of most kinds is what they show: channels, a joint, metrics. Options are those
+    of `clearance plot`, in SI; `output` saves the picture. Called itself it draws the overview of a
+    run, the map of a grid, the curves of other sweeps.
+    """
+
+    def __init__(self, source):
+        self._source = source
+
+    @property
+    def _kinds(self) -> dict:
+        return OF_SWEEPS if hasattr(self._source, "folder") else OF_RUNS
+
+    def __call__(self, **options):
+        return plot(self._source, **options)
+
+    def __getattr__(self, kind: str):
+        if kind.startswith("_") or kind not in self._kinds:
+            answer = f"{meant(kind, self._kinds)}; there are {', '.join(self._kinds)}"
+            raise AttributeError(f"no picture {kind!r}{answer}")
+        first = next((name for name in self._kinds[kind] if name in SHOWN), None)
+
+        def draw(shown=None, output: str | Path | None = None, **options):
+            if shown is not None:
+                if first is None:
+                    raise TypeError(f"{kind} takes no argument but options, got {shown!r}")
+                options[first] = shown
+            return plot(self._source, kind, output, **options)
+
+        draw.__name__ = kind
+        draw.__doc__ = f"Picture {kind!r}; options: {', '.join(self._kinds[kind]) or 'none'}."
+        return draw
+
+    def __dir__(self):
+        return [*super().__dir__(), *self._kinds]
 
 
 def _where(source) -> str:
-    """Path of a run's file or of a sweep's directory."""
+    """Path of a run's file or of a sweep's directory. Raises ValueError for a run without a file."""
+    if hasattr(source, "values") and not hasattr(source, "path"):
+        raise ValueError("plot: this run has no file; simulate keeps one, with or without a path")
     return str(getattr(source, "folder", getattr(source, "path", source)))
 
 
@@ -148,6 +195,11 @@ def _inputs(words: list[str]) -> tuple[list[Path], str | None]:
     return paths, kind
 
 
+def _output(options, default: Path) -> Path | None:
+    """Where the picture is saved; None where the figure is returned."""
+    return None if getattr(options, "returned", False) else Path(options.output or default)
+
+
 def _check(options, kind: str) -> None:
     for name in OPTIONS:
         if getattr(options, name) is not None and name not in KINDS[kind]:
@@ -165,7 +217,7 @@ def _of_runs(options, paths: list[Path], kind: str) -> Path:
     from clearance.results import open_result
 
     suffix = ".gif" if kind == "animation" else ".png"
-    output = Path(options.output or paths[0].with_name(f"{paths[0].stem}_{kind}{suffix}"))
+    output = _output(options, paths[0].with_name(f"{paths[0].stem}_{kind}{suffix}"))
     with ExitStack() as opened:
         records = [opened.enter_context(open_result(path)) for path in paths]
         for record in records:
@@ -302,7 +354,7 @@ def _of_sweep(options, folder: Path, kind: str | None) -> Path:
     points = sweep.definition.points
     kind = kind or ("map" if not points.sampled and sum(count > 1 for _, count in points.axes) > 1 else "curves")
     _check(options, kind)
-    output = Path(options.output or folder / f"{kind}.png")
+    output = _output(options, folder / f"{kind}.png")
     at = _at(sweep, options.at or [])
     if kind == "bifurcation":
         more = _given(options, "settle", "angle")

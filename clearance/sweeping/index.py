@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.reading import Damaged, NewerFormat, open_checked
-from clearance.results import Result, extra, open_result, save_tables
+from clearance.results import Drawn, Result, extra, open_result, save_tables
 from clearance.sweeping import definition as definitions
 from clearance.sweeping import journal as journals
 from clearance.sweeping.journal import DONE, FAILED, Outcome
@@ -30,7 +30,7 @@ RUN_COLUMNS = {
 }
 
 
-class Sweep:
+class Sweep(Drawn):
     """A sweep directory: `dataset` (xarray), `table` (pandas), `run(speed=..., clearance=...)`, `columns` and `metrics`
     as plain arrays over the points.
 
