@@ -313,7 +313,7 @@ def test_names_that_two_parts_share_are_paths(monkeypatch, folder):
     with cl.open_result(folder / "dry.h5") as run:
         names = {"bodies": ("J",), "joints": ("J",), "bodies/J": ("x",), "joints/J": ("x",)}
         monkeypatch.setattr(run, "names", lambda group: names.get(group, ()))
-        monkeypatch.setattr(run, "values", lambda path: np.zeros(run.time.size))
+        monkeypatch.setattr(run, "values", lambda path: np.arange(3.0))
         monkeypatch.setattr(run, "_about", lambda path: {})
         monkeypatch.setattr(run, "turning", None)
         assert set(run.dataset) == {"bodies/J/x", "joints/J/x"}
