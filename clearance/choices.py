@@ -1,4 +1,4 @@
-"""How a case turns plain words and numbers ("dry", "coulomb", 0.9) into joints: the command line has no others.
+"""Joints from plain words and numbers ("dry", "coulomb", 0.9), as cases and the command line have them.
 
 A law is a name, or a name with parameters in SI units: "fuzzy", "impact(damping=440, depth=1.5e-6)".
 """

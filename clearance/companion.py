@@ -56,7 +56,7 @@ class Parted(RuntimeError):
 
 
 def reason_without(run: Run, checkpoint: float | None = None) -> str:
-    """Why the numbers of a run get no stated error by default; "" where they do."""
+    """Reason for which the numbers of a run get no stated error by default; "" where they do."""
     mechanism, numbers = run.mechanism, run.span.samples * len(run.mechanism.layout.channels)
     if any(j.impacts for j in mechanism.scene.clearance_joints):
         return "trajectories part at impacts"
@@ -71,7 +71,7 @@ def reason_without(run: Run, checkpoint: float | None = None) -> str:
 
 @dataclass(frozen=True)
 class Start:
-    """Where a run began: its state and the work vector of its kernels."""
+    """Start of a run: its state and the work vector of its kernels."""
 
     y: np.ndarray
     work: np.ndarray

@@ -114,7 +114,7 @@ class Diagnosis:
         return last and f"at t = {last[0]:.9g} s: {last[1]}"
 
     def _suspects(self) -> str:
-        """Why an energy ledger may not close: impossible penetrations, else what this scene can do."""
+        """Reasons for an energy ledger that does not close: impossible penetrations, else what this scene can do."""
         if deep := [*filter(None, (depth_warning(j, depth) for j, depth in self._depths().items()))]:
             return "; ".join(deep)
         if at := self.look_for_dead_centre():

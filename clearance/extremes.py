@@ -109,7 +109,7 @@ def stretch_length(until: float, turn: float | None) -> float:
 
 
 def stretches(until: float, length: float) -> int:
-    """How many stretches a run has; its last may be shorter."""
+    """Number of stretches of a run; its last may be shorter."""
     return max(math.ceil(until / length * (1.0 - ROUNDING)), 1)
 
 

@@ -119,7 +119,7 @@ def hole_check(joint: ClearanceRevolute, entrainment: float, approach: float = 0
 
 
 def _cause(joint: ClearanceRevolute, ratio: list[float], rim: int, half: int) -> str:
-    """Why a load falls: what the film loses and contact lacks where half of the loss has come about."""
+    """Cause of a fall of the load: loss of the film and lack of contact where half of it has come about."""
     shares = [joint.transition(r * joint.roughness, joint.film_joint) for r in ratio]
     (film, _, rate, *_), (film_left, _, rate_left, *_) = shares[rim], shares[half]
     fades = "the film fades"

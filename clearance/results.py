@@ -432,7 +432,7 @@ class Record(Drawn, ABC):
         return self.extreme(f"joints/{joint}/force_max", begin, end).value
 
     def _between(self, begin: float, end: float) -> np.ndarray:
-        """Which samples lie between two times [s]."""
+        """True for samples between two times [s]."""
         time = self.time
         return (time >= begin * (1.0 - ROUNDING)) & (time <= end * (1.0 + ROUNDING))
 

@@ -280,7 +280,7 @@ def _placed(path: Path, text: str, document: Mapping, error: Misplaced) -> Value
 
 
 def _part(document: object, place: tuple[str, ...]) -> object:
-    """What stands at a place; None where nothing does."""
+    """Entry at a place; None where there is none."""
     for name in place:
         document = document.get(name) if isinstance(document, Mapping) else None
     return document

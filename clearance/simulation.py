@@ -172,7 +172,7 @@ def prepare(
 
 
 def _statement(run: Run, output: Output, error: str | None, settle: float | None) -> tuple[Statement | None, str]:
-    """What states the errors of a run, None where they are not stated, and why that is."""
+    """Statement of the errors of a run, None where they are not stated, and the reason."""
     reason = "none was asked for" if error is None else reason_without(run, output.checkpoint)
     return (None if reason else Statement(run, settle)), reason
 

@@ -1,4 +1,4 @@
-"""Where numba stands: code written as LLVM IR, functions called by address, and the folder of what
+"""Doors to numba: code written as LLVM IR, functions called by address, and the folder of what
 is compiled once.
 
 The store keeps what is dear and the same for all scenes: film tables, and what numba caches of the

@@ -1,4 +1,4 @@
-"""What each part of a scene costs, and what is saved by leaving it out.
+"""Cost of each part of a scene, saved by leaving it out.
 
 Group: evidence
 

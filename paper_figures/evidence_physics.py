@@ -1,4 +1,4 @@
-"""What each choice of physics costs and how far off it is: ideal, dry, lubricated, mixed feeder.
+"""Cost and error of each choice of physics: ideal, dry, lubricated, mixed feeder.
 
 Group: evidence
 

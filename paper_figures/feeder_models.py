@@ -246,7 +246,7 @@ def trends(dry: dict):
 
 
 def agreement(values: dict) -> str:
-    """Whether the trends over the speed agree, law by law."""
+    """Agreement of the trends over the speed, law by law."""
     columns = {"mean force": 4, "largest force": 2, "largest acceleration": 0}
     signs = {
         name: [np.sign(np.diff([row[c] for row in rows.values()])).tolist() for c in columns.values()]

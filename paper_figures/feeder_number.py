@@ -103,7 +103,7 @@ def dry(runs: dict, ideal):
 
 
 def beyond(run, ideal) -> tuple[np.ndarray, ...]:
-    """What displacement [um], acceleration [m/s2] and crank moment [N m] have beyond the ideal mechanism."""
+    """Displacement [um], acceleration [m/s2] and crank moment [N m] beyond those of the ideal mechanism."""
     now, then = run["slider"], ideal["slider"]
     torque = run.drive("crank").torque - ideal.drive("crank").torque
     return 1e6 * (now.x - then.x), now.ax - then.ax, torque

@@ -110,7 +110,7 @@ def portraits(runs: dict):
 
 
 def scattered(runs: dict) -> str:
-    """Where the dry motion departs most from the ideal one, over the ideal motion's largest value."""
+    """Largest departure of the dry motion from the ideal one, over the ideal motion's largest value."""
     apart = []
     for channel in ("vx", "ax"):
         dry, ideal = (getattr(runs[SPEEDS[0], m]["slider"], channel) for m in (DRY, IDEAL))

@@ -127,7 +127,7 @@ def motion(runs: dict):
 
 
 def disturbed(runs: dict, channel: str, label: str) -> str:
-    """How much larger a rate of the slider gets than with ideal joints, and the source's statement."""
+    """Ratio of a rate of the slider to that with ideal joints, and the source's statement."""
     values = {n: getattr(r["slider"], channel)[settled(r)] for n, r in runs.items()}
     ratios, told = over_ideal(values, turns_seen(runs))
     met = "met" if ratios[DRY] > max(r for n, r in ratios.items() if n != DRY) else "not met"

@@ -164,7 +164,7 @@ def choices(chosen: dict, places: list):
 
 
 def verdict(chosen: dict, places: list) -> str:
-    """How far choices lie from load sharing: the median over places and the largest."""
+    """Distances of choices from load sharing: the median over places and the largest."""
 
     def factors(name: str) -> str:
         ratios = [peak_of(chosen[name, p]) / peak_of(chosen[REFERENCE, p]) for p in places]

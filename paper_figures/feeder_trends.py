@@ -118,7 +118,7 @@ def listed(factors: np.ndarray, names: list[str]) -> str:
 
 
 def verdict(factors: np.ndarray, names: list[str]) -> str:
-    """Where a statement that something grows is met; names in the order in which it should show more and more."""
+    """Places where a statement of growth is met; names in the order in which it should show more and more."""
     met = factors > GROWN
     if met.all() or not met.any():
         return "met" if met.all() else "not met"

@@ -73,7 +73,7 @@ def bending(run, joint: str) -> np.ndarray:
 
 
 def reactions(run):
-    """What the pins carry, the friction load that it comes to, and the friction that the load makes."""
+    """Loads of the pins, the friction load that they come to, and the friction that it makes."""
     figure = sheet(7.0, 9.5)
     panels = figure.subplots(5, 1, sharex=True)
     shown = (

@@ -80,7 +80,7 @@ def remark(model: str, swept) -> str:
 
 
 def _trend(swept, metric: str) -> list:
-    """What a metric is, its range over the map, and how it goes with speed and clearance."""
+    """Name of a metric, its range over the map, and its trend with speed and clearance."""
     values = swept.metrics[metric]
     units, text = swept.known[metric]
     spread = (float(v) for v in (values.min(), np.median(values), values.max()))

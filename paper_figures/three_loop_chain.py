@@ -46,7 +46,7 @@ def draw(work: workshop.Workshop) -> None:
 
 
 def _added(run) -> np.ndarray:
-    """What friction adds to the driving torque (samples,) [N m]."""
+    """Part of friction in the driving torque (samples,) [N m]."""
     return run.drive("crank").torque - run.drive("crank").torque_ideal
 
 

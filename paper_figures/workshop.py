@@ -1,4 +1,4 @@
-"""What the scripts of figures share: runs and sweeps that are kept, pictures as PNG and PDF, tables, and a note of all.
+"""Common parts of the scripts of figures: results that are stored, pictures as PNG and PDF, tables, notes.
 
 A script is a module of this folder with a docstring (its title, then a paragraph for each of `PARTS`) and a function
 `draw(work)`, which asks `work` for results and hands it what it draws. Results lie under `DIR/results`, or in a folder
@@ -82,7 +82,7 @@ def main(file: str) -> None:
 
 
 class Workshop:
-    """Where the pictures and tables of one figure are made, and what it used is noted.
+    """Place where the pictures and tables of one figure are made, with a note of its sources.
 
     folder: of pictures and tables; name: of the figure, stem of its files; quick: a coarse preview, in which scripts
     ask for `less`; fresh: runs of before are not used again; say: called with what is being done; results: folder of
@@ -214,7 +214,7 @@ def _named(words: str) -> Iterator[None]:
 
 
 def _whole(path: Path) -> bool:
-    """Whether there is the result of a run that came to its end."""
+    """True for the result of a run that came to its end."""
     try:
         with cl.open_result(path) as found:
             return found.complete

@@ -119,7 +119,7 @@ class Lens:
         return np.stack([self._at(record, f"{channel}_{axis}") for axis in "xy"], axis=-1)
 
     def _fields_of(self, record: Record, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Which field each frame shows, and how far the bearing is turned then [rad]."""
+        """Field that each frame shows, and the angle of the bearing then [rad]."""
         if self.fields is None:
             return np.zeros(0, int), np.zeros(0)
         body, shown = self.joint["a"]["body"], np.searchsorted(self.fields.time, times, side="right") - 1

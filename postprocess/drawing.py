@@ -99,7 +99,7 @@ def outline(scene: dict, body: dict) -> np.ndarray:
 
 
 def bar(points: np.ndarray) -> list[int] | None:
-    """Which two of a body's points (n, 2) [m] are its ends, where all lie on a line; else None."""
+    """Two of a body's points (n, 2) [m] that are its ends, where all lie on a line; else None."""
     arms = points - points.mean(axis=0)
     _, breadths, axes = np.linalg.svd(arms)
     if len(points) < 2 or breadths[1] > 1e-6 * breadths[0]:

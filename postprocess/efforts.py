@@ -279,7 +279,7 @@ def friction(record: Record, path: str | Path, *, joints: str | Iterable[str] | 
 
 
 def _solved(record: Record) -> list[str]:
-    """How friction was found where it changes the reactions that make it."""
+    """Solution for friction that changes the reactions that make it, in words."""
     if not {"iterations", "contraction"} <= set(record.names("friction")):
         return []
     most, change = (record.range(f"friction/{c}")[1] for c in ("iterations", "contraction"))

@@ -208,7 +208,7 @@ def trajectory(axes, x: np.ndarray, y: np.ndarray, **style) -> None:
 
 
 def _cells(values: np.ndarray) -> np.ndarray:
-    """Which of the cells along an axis each value lies in, the first one for nan."""
+    """Cell along an axis in which each value lies, the first one for nan."""
     known = ~np.isnan(values)
     if not known.any():
         return np.zeros(len(values), np.int64)

@@ -125,7 +125,7 @@ def labels_of(records: list[Record], given: Iterable[str] | None = None) -> list
 
 
 def _moved(drive: dict) -> str:
-    """How a drive moves its target: the law of its effort, or prescribed."""
+    """Motion that a drive gives its target: the law of its effort, or prescribed."""
     law = drive.get("torque") or drive.get("force")
     if law is None:
         return "prescribed"

@@ -155,7 +155,7 @@ class Choice:
         return Axis(name, units, values * factor if factor != 1.0 else values, place)
 
     def along(self, name: str) -> int:
-        """Which of the free axes a parameter stands for. Raises ValueError where its values do not tell all places."""
+        """Free axis for which a parameter stands. Raises ValueError where its values do not tell all places."""
         own = self.axis(name)
         i = next(i for i, (names, _) in enumerate(self.free) if name in names)
         if len(own.values) != len(np.unique(self.free[i][1])):
@@ -186,7 +186,7 @@ class Choice:
         return "\n".join(wrapped(text, width) for text in (first, *more) if text)
 
     def counts(self) -> str:
-        """How many points are not done, in words."""
+        """Number of points that are not done, in words."""
         status = self.sweep.status[self.points]
         failed, missing = int(self.failed.sum()), int((status == "missing").sum())
         words = [f"{failed} of {len(status)} points failed"] if failed else []
@@ -515,7 +515,7 @@ def _shaded(choice: Choice, rest: list, groups: list) -> bool:
 
 
 def _styles(figure, panels: list, choice: Choice, rest: list, groups: list) -> list[dict]:
-    """How each curve is drawn: of many numbers with a colour, else with dashes, a marker and a name.
+    """Style of each curve: of many numbers with a colour, else with dashes, a marker and a name.
 
     Of two parameters the first one with few values gives colour and dashes, the other one the marker.
     """
@@ -695,7 +695,7 @@ def _how(run: Record, channels: list[str], angle: float, settle: float) -> list[
 
 
 def _passages(found: list, left_out: dict[float, None]) -> str:
-    """How many passages are drawn, and how many turns before them are not."""
+    """Number of passages drawn, and of turns before them that are not."""
     counts = sorted({len(rows) for _, rows in found if len(rows)})
     first = _range(sorted(left_out))
     return f"{first} turn{'s' * (first != '1')} dropped, {_range(counts)} passages after"
@@ -708,7 +708,7 @@ def _range(numbers: list) -> str:
 
 
 def _gone(choice: Choice, found: list) -> str:
-    """How many runs have no section to draw, and why, in words."""
+    """Number of runs without a section to draw, and the reason, in words."""
     why = []
     for i, (_, rows) in zip(choice.points, found, strict=True):
         status = str(choice.sweep.status[i])

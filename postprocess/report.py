@@ -163,7 +163,7 @@ def _needing(run: Result, paths: list[str], draw: Callable[[Path], object]) -> C
 
 
 def _how(run: Result) -> tuple[str, Markup]:
-    """How the run was computed, with its title."""
+    """Method, tolerance and cost of the run, with its title."""
     if "rtol" in run.solver:
         return "Integration", _integration(run)
     rows = [("method", run.solver["method"]), ("motion", _how_long(run)), ("samples", int(run.time.size))]

@@ -196,7 +196,7 @@ def _target(drive: dict) -> str:
 
 
 def _drive(drive: dict) -> str:
-    """How a drive moves its target."""
+    """Motion that a drive gives its target."""
     slides = isinstance(drive["target"], dict) and drive["target"]["type"] == "Prismatic"
     angle, rate, effort = ("m", "m/s", "N") if slides else ("rad", "rad/s", "N m")
     if (speed := drive["speed"]) is not None:

@@ -256,7 +256,7 @@ def _room(axes, sizes: list[float]) -> None:
 
 
 def _how(records: list[Record], pairs: list[Pair], angle: float, settle: float) -> list[str]:
-    """How the values of a section are found, in words."""
+    """Rule by which the values of a section are taken, in words."""
     times = [(r, section_times(r, angle, settle)) for r in records]
     return list(dict.fromkeys(interpolation(r, name, t) for r, t in times if len(t) for pair in pairs for name in pair))
 

@@ -69,7 +69,7 @@ def view(
 
 
 def _default(source, swept: bool) -> Path:
-    """Where a page is written by itself."""
+    """Path of a page that is given no name."""
     if swept:
         return Path(getattr(source, "folder", source)) / "view.html"
     place = getattr(source, "path", source)

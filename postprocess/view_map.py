@@ -55,7 +55,7 @@ def of_sweep(sweep: Sweep, channels: str | Iterable[str] | None = None) -> tuple
 
 
 def _note(sweep: Sweep, count: int) -> str:
-    """How many runs the page has, and where the others are, in words."""
+    """Number of runs in the page, and the place of the others, in words."""
     if not sweep.definition.files:
         return "This sweep keeps no files of its runs, only metrics."
     said = "Click a point to open its run, shift and click to lay it over the others."

@@ -1,7 +1,9 @@
 """Docstrings of public names: laws with equation, units and source, everything else with a sentence."""
 
+import ast
 import inspect
 import re
+from pathlib import Path
 
 import pytest
 
@@ -10,6 +12,7 @@ from clearance import results
 from clearance.identify import fit, models, records
 from clearance.laws.law import Family, Law
 
+ROOT = Path(__file__).parent.parent
 PUBLIC = {name: getattr(cl, name) for name in sorted({*cl.__all__, *cl._LAZY})}
 LAWS = {name: law for name, law in PUBLIC.items() if isinstance(law, Law)}
 FUNCTIONS = {name: f for name, f in PUBLIC.items() if inspect.isfunction(f)}
@@ -58,3 +61,23 @@ def test_classes_and_their_public_methods_have_docstrings():
 
 def test_families_are_described():
     assert all(inspect.getdoc(f) for f in PUBLIC.values() if isinstance(f, Family))
+
+
+#: words of a question that no docstring begins with
+QUESTIONS = re.compile(r"(What|Whether|Where|How|Which|Who|Why|When)\b")
+FOLDERS = ("clearance", "cases", "postprocess", "paper_figures", "tests")
+
+
+def documented(path):
+    """Names and docstrings of a file."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)):
+            yield getattr(node, "name", "the module"), ast.get_docstring(node) or ""
+
+
+def test_no_docstring_begins_with_a_question():
+    """Docstrings are sentences or phrases that name a thing."""
+    paths = [path for folder in FOLDERS for path in sorted((ROOT / folder).rglob("*.py"))]
+    assert len(paths) > 200
+    questions = [(p.name, n) for p in paths for n, d in documented(p) if QUESTIONS.match(d)]
+    assert questions == []

@@ -148,7 +148,7 @@ def test_a_companion_that_fails(feeder, monkeypatch):
 
 
 def test_an_interrupt_keeps_the_run(feeder, tmp_path, monkeypatch):
-    """What was computed is whole; only its errors are missing."""
+    """The run is complete; only its errors are missing."""
 
     def interrupted(*_):
         raise KeyboardInterrupt

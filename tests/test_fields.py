@@ -67,7 +67,7 @@ def test_opens_as_a_tree(feeder):
 
 
 def test_they_are_no_channels(feeder):
-    """Who goes through the channels of a joint meets numbers along time only."""
+    """Channels of a joint are numbers along time only."""
     assert "film" not in feeder.names("joints/B")
     assert "/joints/B" in feeder.to_xarray().groups
 

@@ -161,7 +161,7 @@ def test_edited_stepper_sources_make_new_caches():
 
 
 class Planted:
-    """What would run where a file is unpickled."""
+    """Code that would run where a file is unpickled."""
 
     def __reduce__(self):
         return os.mkdir, ("planted",)

@@ -37,7 +37,7 @@ CONTAINERS = dict | list | tuple | set | frozenset | CellType | MethodType | par
 
 
 def held(one):
-    """What an object holds as data: not the globals of functions, not the registries of a compiler."""
+    """Data that an object holds: not the globals of functions, not the registries of a compiler."""
     if isinstance(one, type | ModuleType):
         return []
     if isinstance(one, FunctionType):

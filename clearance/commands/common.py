@@ -61,7 +61,7 @@ def add_case(command: argparse.ArgumentParser) -> None:
 
 
 def add_length(command: argparse.ArgumentParser) -> None:
-    """How long, in turns or seconds, for length_of."""
+    """Options of the length of a run, in turns or seconds, for length_of."""
     length = command.add_mutually_exclusive_group()
     length.add_argument("--turns", type=number, help="length in turns of the drive (default 2)")
     length.add_argument(

@@ -166,7 +166,7 @@ def _simulated(options, case, scene, output: Path):
 
 
 def _comparable(scene, result, rtol: float) -> dict:
-    """How far the run can be compared with another, and statistics where that ends before the run does."""
+    """Time up to which the run can be compared with another, and statistics where that ends before the run."""
     from clearance.turns import TRANSIENT, means
 
     horizon = _horizon(scene, result, rtol)
@@ -183,7 +183,7 @@ def _comparable(scene, result, rtol: float) -> dict:
 
 
 def _horizon(scene, result, rtol: float) -> tuple[str, bool] | None:
-    """How far a run with impacts can be compared with another, and whether it ends there; None without impacts."""
+    """Time up to which a run with impacts can be compared, and True where it is chaotic; None without impacts."""
     from clearance.evidence.problem import NotSolved, horizon
 
     if not any(j.impacts for j in scene.clearance_joints) or not result.file["time"].size:
@@ -396,7 +396,7 @@ def _counted(contacts: int | None) -> str:
 
 
 def _film_part(joint: dict) -> str:
-    """What the film table's own error makes of the numbers before."""
+    """Errors of the numbers before that the film table's error makes."""
     found = [(joint.get(f"{name}_film_error"), units) for name, units in (("peak_force", "N"), ("smallest_gap", "m"))]
     texts = [f"+- {prefixed(error, units)}" for error, units in found if error]
     return f" of its force: {', '.join(texts)}" if texts else ""

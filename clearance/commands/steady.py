@@ -85,7 +85,7 @@ def solved(options, case, scene, output: Path):
 
 
 def summary(result) -> dict:
-    """What the file of a periodic motion says of it."""
+    """Summary of a periodic motion from its file."""
     facts = {
         name: getattr(value, "item", lambda v=value: v)()
         for name, value in result.facts("steady").items()

@@ -197,7 +197,7 @@ class _Motion:
 
     @property
     def touching(self) -> np.ndarray:
-        """Which joints are in a contact that began with an impact (shape joints)."""
+        """True for joints in a contact that began with an impact (shape joints)."""
         contacts = self.run.state.contacts
         return (contacts[:, KIND] == CONTACT) & (contacts[:, TOUCHING] > 0.0)
 

@@ -109,7 +109,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class Horizon:
-    """How far a trajectory can be compared: until `time`, or throughout where time is None."""
+    """Time up to which a trajectory can be compared; None where that is throughout."""
 
     time: float | None
     growth: float  # decades per second at which neighbours part (0 where they do not)

@@ -373,7 +373,7 @@ def on_grid(
 
 @njit(cache=True, error_model="numpy")
 def opening_of(vr, vt):
-    """How far a motion opens the gap: degrees of its direction beyond 100, at least 0."""
+    """Opening of the gap by a motion: degrees of its direction beyond 100, at least 0."""
     return max(math.degrees(math.atan2(abs(vt), vr)) - 100.0, 0.0)
 
 

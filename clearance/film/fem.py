@@ -143,7 +143,7 @@ def _gauss_and_vertices(mesh) -> tuple[tuple, tuple]:
 
 
 def _inside(groove: Groove, theta: np.ndarray, zeta: np.ndarray) -> np.ndarray:
-    """Which nodes the groove supplies, (theta, zeta)."""
+    """True for nodes that the groove supplies, (theta, zeta)."""
     apart = np.abs((theta - groove.angle + math.pi) % TURN - math.pi)
     inside = np.outer(apart <= 0.5 * groove.width + SAME, zeta <= 0.5 * groove.length + SAME)
     if not inside.any():

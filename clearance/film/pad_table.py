@@ -149,7 +149,7 @@ class PadKey:
 
     @property
     def size(self) -> int:
-        """How many numbers the table has."""
+        """Count of numbers in the table."""
         return HEAD + PARTS * (self.nodes + 2) * (self.around + 3)
 
     def name(self) -> str:

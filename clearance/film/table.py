@@ -122,7 +122,7 @@ class Key:
 
     @property
     def size(self) -> int:
-        """How many numbers the table has."""
+        """Count of numbers in the table."""
         layers, flow_layers = (n + 2 if n > 1 else 1 for n in (self.layers, self.flow_layers))
         force = PARTS * (self.nodes + 2) ** 2 * layers
         return HEAD + layers + force + (self.flow_nodes + 2) ** 2 * flow_layers

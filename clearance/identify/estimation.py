@@ -1,4 +1,4 @@
-"""How the parameters of friction models are found.
+"""Estimation of the parameters of friction models.
 
 LuGre: nonlinear least squares (trust region, bounds, static torque not below the kinetic one) in the logarithms of the
 parameters, from analytic sensitivities. Axes that no trial couples are fitted each for itself; starts are compared on a
@@ -442,7 +442,7 @@ def _estimate_lugre(model: LuGre, trials: Sequence, *, starts: int, seed: int, p
 
 
 def agreeing(found: Found) -> int:
-    """How many starts came near the least cost."""
+    """Number of starts that came near the least cost."""
     errors = np.sqrt(2.0 * np.append(found.costs, found.end.cost)) / found.size
     return int(np.sum(errors[:-1] <= errors[-1] + NEAR))
 

@@ -260,7 +260,7 @@ def fit(
 
 
 def _correlated(model: Model, values: dict[str, float], trials: Sequence) -> dict[str, float]:
-    """How many independent errors the samples' errors are worth, and what that widens intervals by."""
+    """Number of independent errors that the samples' errors are worth, and the factor on intervals."""
     errors, sizes = [], model.sizes(trials)
     for trial in trials:
         along = (model.predicted(values, trial) - model.observed(trial)) / sizes * model.senses(trial)

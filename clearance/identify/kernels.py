@@ -33,7 +33,7 @@ TINY, SMALL = 1e-8, 1e-2  # k dt below which the step, and its slope, are writte
 
 
 class Layout(NamedTuple):
-    """How a model's parameters stand in `values`.
+    """Places of a model's parameters in `values`.
 
     places: of the first one of each axis and function, (3, 4); knots [rad/s] of the tables over the speed, none for a
     Stribeck law; exponent d of that law; coupled: by the ellipsoid; static: no bristles, the torque of steady sliding;

@@ -146,7 +146,7 @@ def _extrapolation(fits: Fits, joint: Joint, trial: Trial) -> Extrapolation:
 
 
 def asymmetry_of(torque: Callable[[Trial], np.ndarray], trial: Trial) -> float:
-    """How far a model is from answering the mirrored motion with the mirrored torque: 0 for an odd one."""
+    """Difference between the torque of the mirrored motion and the mirrored torque: 0 for an odd model."""
     mirrored = replace(trial, rate=-trial.rate)
     axes = np.flatnonzero(trial.measured)
     one, other = torque(trial)[:, axes], torque(mirrored)[:, axes]
@@ -263,7 +263,7 @@ class Progress:
 
 
 def progress(fits: Fits, measurement: Measurement) -> list[Progress]:
-    """How each fit went; the samples are those of the trials for training."""
+    """Costs of each fit over its iterations; the samples are those of the trials for training."""
     trials = measurement.of("training").trials
     squares = sum(float(np.sum(t.torque[:, np.array(t.measured)] ** 2)) for t in trials)
     return [_progress(f, squares) for f in fits.values()]

@@ -32,7 +32,7 @@ HELD, TURNED = 0.5, 0.25  # s and rad, for which a speed is held at least to see
 # --- the preload
 @dataclass(frozen=True, eq=False)
 class Load:
-    """How a model with one choice of `load` fits trials of several preloads: NRMSE of test trials by preload."""
+    """Fit of a model with one choice of `load` to trials of several preloads: NRMSE of test trials by preload."""
 
     load: str
     fit: Fit

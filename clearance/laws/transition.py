@@ -1,4 +1,4 @@
-"""How film and contact share a rough joint, from full film to dry contact.
+"""Shares of film and contact in a rough joint, from full film to dry contact.
 
 A transition law takes the nominal gap h_0 = c - e [m] (negative where the nominal circles overlap) and its joint, and
 returns what the joint is made of:

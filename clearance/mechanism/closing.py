@@ -1,4 +1,4 @@
-"""Where a mechanism comes to an end: the time, the loop and its position, or the law that has no value there."""
+"""End of a mechanism that cannot go on: the time, the loop and its position, or the law that has no value there."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What elements see of a mechanism: numbers, laws, states, places and their rates along the real motion."""
+"""View that elements have of a mechanism: numbers, laws, states, places and their rates along the real motion."""
 
 from clearance.body import Body
 from clearance.elements.joint import ALONG, RELATIVE, Joint

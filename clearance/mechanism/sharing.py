@@ -1,4 +1,4 @@
-"""Which unknowns their equations determine: a bipartite matching of equations and bodies.
+"""Unknowns that their equations determine: a bipartite matching of equations and bodies.
 
 Every equation (two of a joint, one of a drive) is given to one of the bodies that it constrains,
 three to a body at most, as a body has three coordinates. Where all equations find a place, a set of

@@ -1,4 +1,4 @@
-"""What a planar motion loads out of its plane: axial forces and bending moments of the joints.
+"""Loads of a planar motion out of its plane: axial forces and bending moments of the joints.
 
 Each body is balanced along z and about x and y. The loads are gravity and forces along z, offsets of points and centres
 of mass in z, and products of inertia; a joint answers with an axial force and two bending moments at its point.

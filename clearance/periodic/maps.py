@@ -43,7 +43,7 @@ class NotPeriodic(RuntimeError):
 
 @dataclass(frozen=True)
 class Place:
-    """Where a motion stands. y: states; carried: what Newton's method in the kernel begins with;
+    """Place of a motion in its phase space. y: states; carried: what Newton's method in the kernel begins with;
     touching: which spots are in a contact that began with a touch; speeds: the impact speeds
     that they remember [m/s]; ages: how long their contacts have lasted [s].
     """
@@ -84,7 +84,7 @@ class Motion:
 
     # --- places
     def start(self, start=None) -> Place:
-        """Where the scene starts, or another run ended; see `simulate`."""
+        """Start of the scene, or end of another run; see `simulate`."""
         mechanism, spots = self.mechanism, len(self.mechanism.spots)
         y, carried = mechanism.y0.copy(), mechanism.work0[mechanism.layout.carried_places].copy()
         if start is not None:
@@ -284,7 +284,7 @@ class Section:
         return self._wound(end, place)
 
     def at_start(self, place: Place) -> Place:
-        """Where the motion that passes here stands at the beginning of a period."""
+        """Place, at the beginning of a period, of the motion that passes here."""
         if self.angle is not None or self.phase == 0.0:
             return place
         turn = self.motion.turn

@@ -1,4 +1,4 @@
-"""What a stepper may answer, and the sentence for each answer."""
+"""Status codes of steppers, and a sentence for each."""
 
 RUNNING = 0  # the call's budget is spent or a buffer is full: call again
 DONE = 1

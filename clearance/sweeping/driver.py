@@ -49,7 +49,7 @@ class SweepError(RuntimeError):
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a sweep is: numbers of points, runs a second and seconds left (None: not known yet).
+    """Progress of a sweep: numbers of points, runs a second and seconds left (None: not known yet).
 
     before: points that were done before this call; news: points that failed since the last report, in words.
     """

@@ -84,12 +84,12 @@ class Sweep(Drawn):
 
     @property
     def done(self) -> np.ndarray:
-        """Which points ran to their end, shape (points,)."""
+        """True for points that ran to their end, shape (points,)."""
         return self.status == DONE
 
     @property
     def failed(self) -> np.ndarray:
-        """Which points failed; `reason` says why."""
+        """True for points that failed; `reason` has the cause."""
         return self.status == FAILED
 
     @cached_property

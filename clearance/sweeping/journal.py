@@ -15,7 +15,7 @@ WAITING = "waiting"  # given back by a dead worker that had not begun it; never 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How one point ended.
+    """Outcome of one point.
 
     key: the point's name, "" where no worker tells but its team. status: done; failed (the run itself, which will fail
     again); lost (a worker died, a disk was full: try again). reason: why, or which own metrics of a run are missing.

@@ -164,7 +164,7 @@ def startup(record: Record, settle: float | None = None) -> dict[str, Metric]:
 
 
 def sliders(record: Record, window: Window, ideal: dict) -> Found:
-    """How bodies on guides move, and how far that is from where ideal joints would have them."""
+    """Motion of bodies on guides, and its distance from that with ideal joints."""
     for body, (dx, dy) in guides(record.scene).items():
         x, y, ax, ay = (record.values(f"bodies/{body}/{n}")[window.samples] for n in ("x", "y", "ax", "ay"))
         a = ax * dx + ay * dy

@@ -1,4 +1,4 @@
-"""Which point next: the longest first, so that no long run is left to the end alone.
+"""Order of the points: the longest first, so that no long run is left to the end alone.
 
 How long a run takes is guessed from its neighbours: points far apart are tried first, and each time the number of
 finished runs has doubled the rest is sorted by what the nearest finished point took.

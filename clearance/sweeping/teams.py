@@ -1,4 +1,4 @@
-"""Who runs the points: processes on this machine, or the workers of a Dask scheduler.
+"""Workers of a sweep: processes on this machine, or the workers of a Dask scheduler.
 
 A team takes points one by one (`give`), tells of those that ended (`wait`), and says how many it wants to have in hand
 (`places`). It survives the death of a worker and tells which point the worker was at.

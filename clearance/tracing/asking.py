@@ -1,4 +1,4 @@
-"""How a kernel asks Python for a film that no formula and no table holds.
+"""Calls from a kernel into Python, for a film that no formula and no table holds.
 
 A block of the parameter vector is the letter: [address of the answerer, what is wanted, inputs..., answer...]. The
 kernel fills in the inputs and calls; the answer stands in the same block. Only scenes with such a film carry a block.

@@ -245,7 +245,7 @@ def run():
 
 
 class TestTurns:
-    """What is counted in turns follows the angle."""
+    """Numbers that are counted in turns follow the angle."""
 
     def test_length(self, run):
         """The run and its samples are those of the nominal speed."""
