@@ -196,7 +196,7 @@ def _inputs(words: list[str]) -> tuple[list[Path], str | None]:
 
 
 def _output(options, default: Path) -> Path | None:
-    """Where the picture is saved; None where the figure is returned."""
+    """Path of the picture; None where the figure is returned."""
     return None if getattr(options, "returned", False) else Path(options.output or default)
 
 
