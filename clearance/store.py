@@ -213,6 +213,22 @@ def caller(kind: types.FunctionType) -> Callable:
     return function_at
 
 
+def entry_caller(count: int) -> Callable:
+    """For use inside compiled code: call the function of so many pointers at an address, all given as integers."""
+
+    @numba.extending.intrinsic
+    def call(context, place, pointers):
+        def generate(target, builder, signature, arguments):
+            kind = ir.FunctionType(ir.VoidType(), [ir.IntType(64)] * count)
+            entry = builder.inttoptr(arguments[0], kind.as_pointer())
+            builder.call(entry, numba.core.cgutils.unpack_tuple(builder, arguments[1], count))
+            return target.get_dummy_value()
+
+        return types.none(types.int64, pointers), generate
+
+    return call
+
+
 def opaque_address(function: Callable, arguments: str, count: int) -> int:
     """Address of a plain function compiled by numba, called as f(inputs, data, outputs), pointers
     to numbers.

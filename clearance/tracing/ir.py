@@ -162,10 +162,10 @@ class Lowering:
         if op == "item":
             return build.extract_value(self.values[node.args[0]], node.args[1])
         if op == "lookup":
-            return self.lanes(self.looked_up, [self.integer(node.args[0])])
+            return self.lookup(node)
         args = [self.value(a) for a in node.args]
         if op in ARITHMETIC:
-            return getattr(build, ARITHMETIC[op])(*args)
+            return self.arithmetic(ARITHMETIC[op], args)
         if op in ORDERED:
             return build.fcmp_ordered(ORDERED[op], *args)
         if op == "ne":
@@ -178,8 +178,19 @@ class Lowering:
             return build.fneg(*args) if op == "neg" else build.not_(*args)
         if op in INTRINSICS:
             return build.call(self.external(f"llvm.{op}.{self.suffix}", self.kind, len(args)), args)
+        return self.function(op, args)
+
+    def arithmetic(self, name: str, args: list[ir.Value]) -> ir.Value:
+        return getattr(self.builder, name)(*args)
+
+    def lookup(self, node: Scalar) -> ir.Value:
+        """The numbers of the parameters at the indices of the lanes."""
+        return self.lanes(self.looked_up, [self.integer(node.args[0])])
+
+    def function(self, op: str, args: list[ir.Value]) -> ir.Value:
+        """A function of the C library."""
         name = f"llvm.{op}.f64" if op in LIBRARY else op
-        return self.lanes(lambda *one: build.call(self.external(name, DOUBLE, len(one)), one), args)
+        return self.lanes(lambda *one: self.builder.call(self.external(name, DOUBLE, len(one)), one), args)
 
     @property
     def suffix(self) -> str:
@@ -243,7 +254,7 @@ class Lowering:
         made.linkage = "internal"
         arrays = {"par": made.args[0], "data": made.args[1]}
         builder = ir.IRBuilder(made.append_basic_block())
-        inner = Lowering(builder, arrays, None, self.addresses, self.width)
+        inner = type(self)(builder, arrays, None, self.addresses, self.width)
         inner.functions = self.functions
         (inner.repeat if isinstance(function, Loop) else inner.body)(function, made.args[2:])
         self.functions[function] = made

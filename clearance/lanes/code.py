@@ -1,0 +1,86 @@
+"""Machine code of functions written as LLVM IR, for the processor at hand."""
+
+import ctypes
+import os
+from collections.abc import Callable
+from functools import cache
+
+import llvmlite.binding as llvm
+import llvmlite.ir as ir
+
+from clearance.mechanism.ir import POINTER
+from clearance.mechanism.store import global_compiler_lock
+
+WIDTHS = (1, 2, 4, 8)
+
+
+@cache
+def host() -> tuple[str, str, dict]:
+    """Name of the processor, its features as LLVM takes them, and by name."""
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    features = dict(llvm.get_host_cpu_features())
+    text = ",".join(f"{'+' if there else '-'}{name}" for name, there in sorted(features.items()))
+    return llvm.get_host_cpu_name(), f"{text},-prefer-256-bit" if features.get("avx512f") else text, features
+
+
+@cache
+def natural_width() -> int:
+    """Numbers in a vector register of this processor; CLEARANCE_LANES=1, 2, 4 or 8 sets another.
+
+    Raises ValueError for another value of it.
+    """
+    if chosen := os.environ.get("CLEARANCE_LANES"):
+        if chosen not in map(str, WIDTHS):
+            raise ValueError(f"CLEARANCE_LANES must be 1, 2, 4 or 8, got {chosen!r}")
+        return int(chosen)
+    features = host()[2]
+    if features.get("avx512f"):
+        return 8
+    if features.get("avx2") and features.get("fma"):
+        return 4
+    return 2 if features.get("neon") else 1
+
+
+class Code:
+    """A module made machine code: addresses of its functions by name."""
+
+    def __init__(self, module: ir.Module, level: int = 2):
+        name, features, _ = host()
+        with global_compiler_lock:
+            self.module = llvm.parse_assembly(str(module))
+            self.module.verify()
+            target = llvm.Target.from_default_triple()
+            machine = target.create_target_machine(cpu=name, features=features, opt=level)
+            options = llvm.create_pipeline_tuning_options(speed_level=level)
+            passes = llvm.create_pass_builder(machine, options)
+            passes.getModulePassManager().run(self.module, passes)
+            self.engine = llvm.create_mcjit_compiler(self.module, machine)
+            self.engine.finalize_object()
+        self.machine = machine
+
+    def address(self, name: str) -> int:
+        return self.engine.get_function_address(name)
+
+
+def new_module() -> ir.Module:
+    llvm.initialize_native_target()
+    module = ir.Module("lanes")
+    module.triple = llvm.get_process_triple()
+    return module
+
+
+def begin(module: ir.Module, name: str, count: int, internal: bool = False) -> ir.Function:
+    """A function of so many pointers to numbers, none of which overlap."""
+    function = ir.Function(module, ir.FunctionType(ir.VoidType(), [POINTER] * count), name)
+    for argument in function.args:
+        argument.add_attribute("noalias")
+    if internal:
+        function.linkage = "internal"
+        function.attributes.add("noinline")
+    return function
+
+
+def callable_at(address: int, count: int) -> Callable:
+    """For Python: the function of so many pointers at an address."""
+    return ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * count)(address)

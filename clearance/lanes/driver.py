@@ -1,0 +1,337 @@
+"""The driver of the lanes: takes points from a queue, calls the piece that most lanes wait for, keeps what they end with.
+
+Every lane has its own time, step and phase; a piece changes the lanes that are in its phase. So a run does not depend,
+bit for bit, on which others run beside it. Places inside a step are searched for extremes as in stepping/locating.py.
+"""
+
+import math
+
+from clearance.lanes.steps import (
+    ARRIVED,
+    FINISH,
+    IDLE,
+    INSIDE,
+    ITERATE,
+    LOOK,
+    PREPARE,
+    START,
+)
+from clearance.lanes.watch import SAMPLE, SEARCH
+from clearance.mechanism.store import OPTIONS, cached, entry_caller, njit, types
+from clearance.stepping import status
+from clearance.stepping.locating import CLOSER, EDGE, REACH, ROUNDS, SETTLED
+
+PIECES = 6  # START to INSIDE, one for each phase
+NEVER = 1e300
+
+#: rows that the driver reads and sets, in the order in which it is given their places
+ROWS = (
+    "phase",
+    "status",
+    "t",
+    "end",
+    "from",
+    "last_h",
+    "steps",
+    "rejected",
+    "theta",
+    "job",
+    "share",
+    "due",
+    "within",
+    "value",
+    "last",
+    "next",
+    "search",
+    "seen",
+    "first",
+    "middle",
+    "tracks",
+    "given",
+    "y",
+)
+(
+    PHASE,
+    STATUS,
+    TIME,
+    END,
+    FROM,
+    LAST_H,
+    STEPS,
+    REJECTED,
+    THETA,
+    JOB,
+    SHARE,
+    DUE,
+    WITHIN,
+    VALUE,
+    LAST,
+    NEXT,
+    SEARCHED,
+    SEEN,
+    FIRST,
+    MIDDLES,
+    TRACKS,
+    GIVEN,
+    STATE,
+) = range(len(ROWS))
+
+#: columns of `spans`, a row for each point
+BEGIN, UNTIL, EVERY, SAMPLES = range(4)
+SPAN_COLUMNS = 4
+#: columns of `searches`, a row for each lane: the quantity, its parabola and how far it has come
+QUANTITY, STAGE, ROUND, A, B, C, AT_A, AT_B, AT_C, WIDTH, SAMPLE_INDEX, POINT, CALLED = range(13)
+SEARCH_COLUMNS = 13
+MIDDLE, SUMMIT, LEFT, RIGHT = range(4)  # stages of a search
+
+call = entry_caller(2)
+helper = njit(inline="never", **OPTIONS)
+
+
+@helper
+def sample_time(span, index):
+    """Time of a sample of a run."""
+    if index >= span[SAMPLES] - 1.0:
+        return span[UNTIL] if index == span[SAMPLES] - 1.0 else NEVER
+    return index * span[EVERY]
+
+
+@helper
+def load(rows, at, lane, point, blank, where, points, spans, searches):
+    """Begin a point in a lane."""
+    for i in range(rows.shape[0]):
+        rows[i, lane] = blank[i]
+    for i in range(where.size):
+        rows[where[i], lane] = points[point, i]
+    span = spans[point]
+    rows[at[PHASE], lane] = START
+    rows[at[END], lane] = span[BEGIN] if span[BEGIN] > 0.0 else span[UNTIL]
+    rows[at[WITHIN], lane] = 0.0 if span[BEGIN] > 0.0 else 1.0
+    index = math.ceil(span[BEGIN] * (1.0 - 1e-12) / span[EVERY])
+    searches[lane, SAMPLE_INDEX] = index
+    searches[lane, POINT] = point
+    rows[at[DUE], lane] = sample_time(span, index)
+
+
+@helper
+def arrive(rows, at, lane, quantities, span, energies, begun):
+    """Take in the begin of the window; False where the run is over."""
+    if rows[at[STATUS], lane] != 0.0 or rows[at[WITHIN], lane] > 0.5:
+        return False
+    for k in range(quantities):
+        rows[at[FIRST] + k, lane] = rows[at[VALUE] + k, lane]
+        rows[at[VALUE] + k, lane] = rows[at[NEXT] + k, lane]
+    for k in range(energies.size):
+        begun[k] = rows[at[STATE] + energies[k], lane]
+    rows[at[WITHIN], lane] = 1.0
+    rows[at[END], lane] = span[UNTIL]
+    rows[at[PHASE], lane] = PREPARE
+    return True
+
+
+# --- places inside a step
+@helper
+def next_place(rows, at, lane, span, quantities, given, searches):
+    """Choose the next place inside the step; True where there is one. Samples first, then searches."""
+    own = searches[lane]
+    if rows[at[DUE], lane] <= rows[at[TIME], lane]:
+        due, h = rows[at[DUE], lane], rows[at[LAST_H], lane]
+        rows[at[THETA], lane] = min((due - rows[at[FROM], lane]) / h, 1.0) if h > 0.0 else 0.0
+        half, begin, end = 0.5 * span[EVERY], span[BEGIN], span[UNTIL]
+        inside = min(due + half, end) - max(due - half, begin)
+        rows[at[SHARE], lane] = inside / (end - begin)
+        rows[at[JOB], lane] = SAMPLE
+        for k in range(given.shape[0]):
+            rows[at[GIVEN] + k, lane] = given[k, int(own[SAMPLE_INDEX])]
+        return True
+    if rows[at[JOB], lane] != SEARCH:  # the first search of this step begins in its middle
+        for k in range(quantities):
+            if rows[at[SEARCHED] + k, lane] > 0.5:
+                rows[at[JOB], lane] = SEARCH
+                rows[at[THETA], lane], own[STAGE] = 0.5, MIDDLE
+                return True
+        return False
+    return searched(rows, at, lane, quantities, own)
+
+
+@helper
+def searched(rows, at, lane, quantities, own):
+    """Go on with the searches of a step; False where they are over."""
+    while True:
+        k = int(own[QUANTITY])
+        if k < 0:
+            for k in range(quantities):
+                if rows[at[SEARCHED] + k, lane] > 0.5:
+                    break
+            else:
+                return False
+            rows[at[SEARCHED] + k, lane] = 0.0
+            own[QUANTITY], own[ROUND], own[WIDTH] = k, 0.0, 1.0
+            own[A], own[B], own[C] = 0.0, 0.5, 1.0
+            own[AT_A], own[AT_C] = rows[at[LAST] + k, lane], rows[at[NEXT] + k, lane]
+            own[AT_B] = rows[at[MIDDLES] + k, lane]
+            own[STAGE] = SUMMIT
+        if own[STAGE] == SUMMIT:
+            theta = summit(own, rows[at[VALUE] + k, lane])
+            if theta < 0.0:
+                own[QUANTITY] = -1.0
+                continue
+            rows[at[THETA], lane] = theta
+        elif own[STAGE] == LEFT:
+            rows[at[THETA], lane] = own[A]
+        else:
+            rows[at[THETA], lane] = own[C]
+        return True
+
+
+@helper
+def summit(own, best):
+    """Summit of the parabola through three places; -1 where there is nothing to find."""
+    slope = (own[AT_B] - own[AT_A]) / (own[B] - own[A])
+    bend = ((own[AT_C] - own[AT_B]) / (own[C] - own[B]) - slope) / (own[C] - own[A])
+    if not bend < 0.0:
+        return -1.0
+    top = 0.5 * (own[A] + own[B]) - 0.5 * slope / bend
+    if own[ROUND] == 0.0:
+        ends = max(own[AT_A], own[AT_C])
+        rise = own[AT_A] + (top - own[A]) * (slope + bend * (top - own[B])) - ends
+        if abs(top - own[B]) > REACH or not ends + 2.0 * rise > best:
+            return -1.0
+    return min(max(top, EDGE), 1.0 - EDGE)
+
+
+@helper
+def take(rows, at, lane, span, quantities, tracks, searches):
+    """Take in the outputs at the place that was asked for."""
+    own = searches[lane]
+    if rows[at[JOB], lane] == SAMPLE:
+        for k in range(tracks.shape[0]):
+            tracks[k, int(own[SAMPLE_INDEX])] = rows[at[TRACKS] + k, lane]
+        own[SAMPLE_INDEX] += 1.0
+        rows[at[DUE], lane] = sample_time(span, own[SAMPLE_INDEX])
+        rows[at[JOB], lane] = 0.0
+        return
+    if own[STAGE] == MIDDLE:
+        for k in range(quantities):
+            rows[at[MIDDLES] + k, lane] = rows[at[SEEN] + k, lane]
+        own[QUANTITY] = -1.0
+        return
+    value = rows[at[SEEN] + int(own[QUANTITY]), lane]
+    if own[STAGE] == SUMMIT:
+        theta = rows[at[THETA], lane]
+        if own[ROUND] > 0.0 and abs(theta - own[B]) < SETTLED * own[WIDTH]:
+            own[QUANTITY] = -1.0
+            return
+        own[WIDTH] *= CLOSER
+        own[A], own[B], own[C] = max(0.0, theta - own[WIDTH]), theta, min(1.0, theta + own[WIDTH])
+        own[AT_B], own[ROUND] = value, own[ROUND] + 1.0
+        own[STAGE] = LEFT
+        if own[ROUND] >= ROUNDS:
+            own[QUANTITY] = -1.0
+    elif own[STAGE] == LEFT:
+        own[AT_A], own[STAGE] = value, RIGHT
+    else:
+        own[AT_C], own[STAGE] = value, SUMMIT
+
+
+# --- the loop
+@helper
+def keep(rows, at, lane, gathered, values):
+    """Results of a run: chosen rows, status, steps."""
+    for i in range(gathered.size):
+        values[i] = rows[gathered[i], lane]
+    code = rows[at[STATUS], lane]
+    values[gathered.size] = status.DONE if code == 0.0 else code
+    values[gathered.size + 1], values[gathered.size + 2] = rows[at[STEPS], lane], rows[at[REJECTED], lane]
+
+
+@helper
+def wanted(rows, at, counts):
+    """The piece that is called next: what costs little first, else what most lanes wait for; -1 for none."""
+    for phase in range(counts.size):
+        counts[phase] = 0
+    for lane in range(rows.shape[1]):
+        counts[int(rows[at[PHASE], lane])] += 1
+    for phase in (LOOK, INSIDE):
+        if counts[phase] > 0:
+            return phase - START
+    best = ITERATE
+    for phase in (START, PREPARE, FINISH):
+        if counts[phase] > counts[best]:
+            best = phase
+    return best - START
+
+
+@helper
+def after(rows, at, lane, piece, quantities, span, given, energies, begun, tracks, searches, limit):
+    """Lead a lane on that a piece has changed; False where its run is over."""
+    if rows[at[PHASE], lane] == INSIDE:
+        if piece + START == INSIDE:
+            take(rows, at, lane, span, quantities, tracks, searches)
+        if not next_place(rows, at, lane, span, quantities, given, searches):
+            over = rows[at[TIME], lane] >= rows[at[END], lane]
+            rows[at[PHASE], lane] = ARRIVED if over else PREPARE
+    if rows[at[PHASE], lane] == PREPARE and rows[at[STEPS], lane] + rows[at[REJECTED], lane] >= limit:
+        rows[at[STATUS], lane] = status.TOO_MANY_STEPS
+        rows[at[PHASE], lane] = ARRIVED
+    if rows[at[PHASE], lane] == ARRIVED:
+        return arrive(rows, at, lane, quantities, span, energies, begun)
+    return True
+
+
+def run(
+    pieces, at, rows, data, blank, where, points, spans, given, queue, quantities, gathered, energies, begun, results,
+    tracks, searches, calls, counts,
+    limit,
+):  # fmt: skip
+    """Run the points of a queue; returns how many.
+
+    pieces: addresses; at: places of ROWS; rows: (rows, W), aligned; data: tables; blank: rows of a lane before its
+    point; where, points: rows that a point sets, and its numbers (points, rows); spans: see SPAN_COLUMNS; given:
+    (numbers, samples) of each sample; quantities: how many are located; gathered: rows kept; energies: places in the
+    state kept at the begin of the window, in begun (points, energies); results: (points, gathered + 3) with status,
+    steps and rejected ones; tracks: (points, outputs, samples); searches: (W, SEARCH_COLUMNS); calls: of each piece,
+    then lanes that were in them; counts: room for those in each phase;
+    limit: of steps.
+    """
+    lanes, taken, alive = rows.shape[1], 0, 0
+    address, table = rows.ctypes.data, data.ctypes.data
+    for lane in range(lanes):
+        load(rows, at, lane, queue[min(lane, queue.size - 1)], blank, where, points, spans, searches)
+        if taken < queue.size:
+            taken, alive = taken + 1, alive + 1
+        else:
+            rows[at[PHASE], lane] = IDLE
+    while alive > 0:
+        piece = wanted(rows, at, counts)
+        phase = piece + START
+        calls[piece] += 1
+        calls[PIECES] += counts[phase]
+        for lane in range(lanes):
+            searches[lane, CALLED] = 1.0 if rows[at[PHASE], lane] == phase else 0.0
+        call(pieces[piece], (address, table))
+        if phase == ITERATE:  # a lane goes on with it, or to FINISH
+            continue
+        for lane in range(lanes):
+            if searches[lane, CALLED] == 0.0:
+                continue
+            point = int(searches[lane, POINT])
+            span, track = spans[point], tracks[point]
+            if after(rows, at, lane, piece, quantities, span, given, energies, begun[point], track, searches, limit):
+                continue
+            keep(rows, at, lane, gathered, results[point])
+            rows[at[PHASE], lane] = IDLE
+            alive -= 1
+            if taken < queue.size:
+                load(rows, at, lane, queue[taken], blank, where, points, spans, searches)
+                taken, alive = taken + 1, alive + 1
+    return taken
+
+
+VECTOR, MATRIX, CUBE = types.float64[::1], types.float64[:, ::1], types.float64[:, :, ::1]
+INTEGERS = types.int64[::1]
+SIGNATURE = types.int64(
+    INTEGERS, INTEGERS, MATRIX, VECTOR, VECTOR, INTEGERS, MATRIX, MATRIX, MATRIX, INTEGERS, types.int64, INTEGERS,
+    INTEGERS, MATRIX, MATRIX, CUBE, MATRIX, INTEGERS, INTEGERS, types.int64,
+)  # fmt: skip
+run = cached(run, SIGNATURE, "lanes", nogil=True, **OPTIONS)

@@ -1,0 +1,123 @@
+"""Machine code of a stepper in lanes: pieces and kernels of one structure in one module."""
+
+from dataclasses import dataclass
+
+import llvmlite.ir as ir
+import numpy as np
+
+from clearance.lanes import kernels, radau5, steps, watch
+from clearance.lanes.code import Code, begin, new_module
+from clearance.lanes.lowering import Lanes
+from clearance.lanes.rows import Entry, Piece, Rows
+from clearance.lanes.steps import Entries, Shape
+from clearance.mechanism.ir import DOUBLE, INT64
+from clearance.mechanism.schedule import scheduled
+from clearance.mechanism.structure import Structure
+
+METHODS = {"radau5": radau5}
+#: pieces in the order in which the driver has them
+ORDER = ("start", "prepare", "iterate", "finish", "look", "inside")
+
+
+class PieceLowering(Lanes):
+    """Writes pieces: calls of the scene's kernels go through vectors on the stack."""
+
+    def __init__(self, builder, arrays, width, entries: dict):
+        super().__init__(builder, arrays, None, {}, width)
+        self.entries = entries
+
+    def call(self, function, args: list[ir.Value]) -> ir.Value:
+        """Values of a kernel, as one structure."""
+        build, made = self.builder, self.entries[function]
+        time, inputs, outputs = (self._room(n) for n in (1, len(args) - 1, function.count))
+        self.arrays |= {"time": time, "inputs": inputs, "outputs": outputs}
+        build.store(args[0], self.place("time", 0), align=8)
+        for i, value in enumerate(args[1:]):
+            build.store(self.number(value), self.place("inputs", i), align=8)
+        arrays = self.arrays
+        build.call(made, [time, inputs, arrays["par"], arrays["work"], outputs, arrays["data"]])
+        result = ir.Constant(self.structure(function.count), ir.Undefined)
+        for i in range(function.count):
+            result = build.insert_value(result, self.load("outputs", i), i)
+        return result
+
+    def _room(self, count: int) -> ir.Value:
+        """Room for so many numbers of all lanes."""
+        with self.builder.goto_entry_block():
+            room = self.builder.alloca(DOUBLE, ir.Constant(INT64, max(count, 1) * self.width))
+            room.align = 8 * self.width
+            return room
+
+    def fill(self, piece: Piece) -> None:
+        """The piece: rows of the lanes in its phase are set."""
+        self.run(scheduled([*piece.outputs.values(), piece.on]))
+        on = self.value(piece.on)
+        for place, value in sorted(piece.outputs.items()):
+            value = self.builder.select(on, self.number(self.value(value)), self.load("s", place))
+            self.builder.store(value, self.place("s", place), align=8)
+
+
+@dataclass(frozen=True, eq=False)
+class Engine:
+    """The stepper of a structure: where its rows are, and addresses of its pieces."""
+
+    width: int
+    rows: Rows
+    code: Code
+    pieces: np.ndarray
+
+
+def engine(structure: Structure, shape: Shape, kept: watch.Watch, channels: list[int], method: str, width: int) -> Engine:
+    """Trace and compile. channels: outputs that are looked at."""
+    stepper, programs = METHODS[method], structure.programs
+    rows = Rows()
+    steps.add_rows(rows, shape)
+    stepper.add_rows(rows, shape)
+    watch.add_rows(rows, kept)
+    rows.add("par", count=len(structure.layout.parameters) + structure.layout.derived)
+    rows.add("work", count=structure.layout.work + 1)
+    n = shape.states
+    jacobian = programs["jacobian"]
+    entries = Entries(
+        Entry("rhs", shape.size), Entry("jacobian", n * n), Entry("films", len(shape.films)), Entry("outputs", len(channels))
+    )
+    module, made, shared = new_module(), {}, {}
+    places = {
+        entries.rhs: ("rhs", list(range(shape.size))),
+        entries.films: ("events", [3 * spot for _, spot in shape.films]),
+        entries.outputs: ("observe", channels),
+    }
+    for entry, (role, outputs) in places.items():
+        made[entry] = kernels.write(module, entry.name, kernels.narrowed(programs[role], outputs), width, shared)
+    made[entries.jacobian] = kernels.write(module, "jacobian", filled(jacobian, n), width, shared)
+    pieces = {
+        "start": steps.start(rows, shape, entries, stepper.ORDER),
+        **{name: piece(rows, shape, entries) for name, piece in stepper.PIECES.items()},
+        "look": watch.look(rows, shape, entries, kept),
+        "inside": watch.inside(rows, shape, entries, kept, stepper.dense),
+    }
+    for name, piece in pieces.items():
+        write(module, f"piece_{name}", piece, rows, width, made)
+    code = Code(module)
+    addresses = np.array([code.address(f"piece_{name}") for name in ORDER], dtype=np.int64)
+    return Engine(width, rows, code, addresses)
+
+
+def filled(jacobian, n: int):
+    """The Jacobian's program with zeros where it has no entries."""
+    if jacobian.columns:
+        return jacobian
+    outputs = {i: jacobian.outputs.get(i, 0.0) for i in range(n * n)}
+    return type(jacobian)(jacobian.role, outputs, jacobian.slots)
+
+
+def write(module: ir.Module, name: str, piece: Piece, rows: Rows, width: int, made: dict) -> None:
+    """A piece as a function of the rows and of the tables."""
+    function = begin(module, name, 2)
+    builder = ir.IRBuilder(function.append_basic_block())
+    state, data = function.args
+    arrays = {"s": state, "data": data}
+    for part in ("par", "work"):
+        arrays[part] = builder.gep(state, [ir.Constant(INT64, rows.first[part] * width)])
+    PieceLowering(builder, arrays, width, made).fill(piece)
+    builder.ret_void()

@@ -1,0 +1,133 @@
+"""Kernels for W mechanisms side by side: vector functions, and tables read in rows."""
+
+import llvmlite.ir as ir
+
+from clearance.lanes.functions import FUNCTIONS, INT32, INT64, Functions
+from clearance.mechanism.ir import DOUBLE, Lowering
+from clearance.mechanism.schedule import Branch
+from clearance.mechanism.trace import Scalar
+
+FUSED = ("contract",)  # a product and a sum may become one operation
+FEWEST = 2  # numbers in a row worth reading together
+
+
+def linear(value) -> tuple[dict, float]:
+    """A traced number as a sum: coefficients of values that are no sums, and a constant."""
+    if not isinstance(value, Scalar):
+        return {}, float(value)
+    if value.op in ("add", "sub", "neg"):
+        sign = -1.0 if value.op == "sub" else 1.0
+        terms, constant = linear(value.args[0])
+        if value.op == "neg":
+            return {t: -c for t, c in terms.items()}, -constant
+        more, other = linear(value.args[1])
+        terms = dict(terms)
+        for term, factor in more.items():
+            terms[term] = terms.get(term, 0.0) + sign * factor
+        return terms, constant + sign * other
+    if value.op == "mul" and not isinstance(value.args[1], Scalar):
+        terms, constant = linear(value.args[0])
+        return {t: c * value.args[1] for t, c in terms.items()}, constant * value.args[1]
+    return {value: 1.0}, 0.0
+
+
+class Lanes(Lowering):
+    """The lowering of kernels that run in vector registers.
+
+    Numbers of a table that stand side by side are read in one piece for each lane, and the pieces
+    transposed.
+    """
+
+    def __init__(self, builder, arrays, time, addresses, width):
+        super().__init__(builder, arrays, time, addresses, width)
+        self.rows: dict[Scalar, list[list[tuple[int, Scalar]]]] = {}
+        self.write_function = Functions(self)
+
+    def run(self, steps: list) -> None:
+        """Compute the nodes of a schedule; look-ups in a row when the first is met."""
+        self.collect([s for s in steps if not isinstance(s, Branch) and s.op == "lookup"])
+        super().run(steps)
+
+    def collect(self, lookups: list[Scalar]) -> None:
+        """Look-ups whose indices differ by constants less than the width, together."""
+        groups: dict = {}
+        for node in lookups:
+            terms, constant = linear(node.args[0])
+            groups.setdefault(frozenset(terms.items()), []).append((constant, node))
+        for group in groups.values():
+            self._cut(sorted(group, key=lambda one: (one[0], one[1].index)))
+
+    def _cut(self, group: list[tuple[float, Scalar]]) -> None:
+        """Rows of a group, each no longer than the width."""
+        while group:
+            first = group[0][0]
+            row = [(int(c - first), n) for c, n in group if c - first < self.width]
+            group = [(c, n) for c, n in group if c - first >= self.width]
+            if len(row) >= FEWEST:
+                self.rows |= {node: row for _, node in row}
+
+    # --- operations
+    def arithmetic(self, name: str, args: list[ir.Value]) -> ir.Value:
+        return getattr(self.builder, name)(*args, flags=FUSED)
+
+    def operation(self, node: Scalar) -> ir.Value:
+        """The value of a node; one that was read with others is there."""
+        return self.values[node] if node in self.values else super().operation(node)
+
+    def function(self, op: str, args: list[ir.Value]) -> ir.Value:
+        if self.width > 1 and op in FUNCTIONS:
+            return self.write_function(op, args)
+        return self.lane_by_lane(op, args)
+
+    def lane_by_lane(self, op: str, args: list[ir.Value]) -> ir.Value:
+        """A function of the C library."""
+        return super().function(op, args)
+
+    # --- tables
+    def lookup(self, node: Scalar) -> ir.Value:
+        if self.width == 1 or node not in self.rows:
+            return super().lookup(node)
+        row = self.rows[node]
+        shift = next(c for c, n in row if n is node)
+        columns = self._columns(self.value(node.args[0]), shift)
+        self.values |= {n: columns[c] for c, n in row}
+        return self.values[node]
+
+    def _columns(self, index: ir.Value, shift: int) -> list[ir.Value]:
+        """W neighbours in the table, from `shift` places before an index on: a vector of lanes for each.
+
+        A lane without a number, which is not to count, reads at the table's begin.
+        """
+        build, width = self.builder, self.width
+        least = self.constant(shift)
+        index = build.select(build.fcmp_ordered(">", index, least), index, least)
+        places = build.fptosi(index, ir.VectorType(INT32, width))
+        pieces = []
+        for lane in range(width):
+            place = build.sext(build.extract_element(places, ir.Constant(INT32, lane)), INT64)
+            pointer = build.gep(self.arrays["data"], [build.sub(place, ir.Constant(INT64, shift))])
+            pieces.append(build.load(build.bitcast(pointer, self.kind.as_pointer()), align=8))
+        return self._transposed(pieces)
+
+    def _transposed(self, rows: list[ir.Value]) -> list[ir.Value]:
+        """A square of numbers, by swapping ever larger halves of pairs of rows."""
+        width, size = self.width, 1
+        while size < width:
+            first, second = ([0] * width for _ in range(2))
+            for i in range(width):
+                low = i & ~size
+                first[i] = low if i == low else width + low
+                second[i] = first[i] + size
+            swapped = list(rows)
+            for k in (k for k in range(width) if not k & size):
+                swapped[k] = self._shuffled(rows[k], rows[k + size], first)
+                swapped[k + size] = self._shuffled(rows[k], rows[k + size], second)
+            rows, size = swapped, 2 * size
+        return rows
+
+    def _shuffled(self, a: ir.Value, b: ir.Value, places: list[int]) -> ir.Value:
+        mask = ir.Constant(ir.VectorType(INT32, self.width), places)
+        return self.builder.shuffle_vector(a, b, mask)
+
+
+__all__ = ["DOUBLE", "Lanes"]

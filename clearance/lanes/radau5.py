@@ -1,0 +1,276 @@
+"""Radau IIA with three stages on traced numbers: the method of stepping/radau.py, a lane for each run.
+
+The Jacobian is that of every step. Lanes iterate Newton's method until enough of them are done.
+"""
+
+from clearance.lanes.linear import Complex, factor, solve
+from clearance.lanes.rows import Piece, Rows
+from clearance.lanes.steps import (
+    ARRIVED,
+    FINISH,
+    ITERATE,
+    PREPARE,
+    Entries,
+    Shape,
+    Trial,
+    conclude,
+    proposed,
+)
+from clearance.stepping.radau import ITERATIONS, SAFETY
+from clearance.stepping.tableaus import RADAU5 as K
+
+STAGES = 3
+ORDER = 4  # of the error estimate's defect
+PAIR = complex(K.pairs[0])
+NEWTON_TOLERANCE = 0.05  # error left by Newton's method, of the error tolerance
+
+
+def add_rows(rows: Rows, shape: Shape) -> None:
+    """Rows that this method needs."""
+    n, size = shape.states, shape.rates
+    exchanges = size * (size - 1) // 2
+    rows.add("solved", "factor", "old", "iteration", "last_h", "predictor", "convergence")
+    rows.add("weight", count=n)
+    rows.add("stages", "polynomial", count=STAGES * n)
+    rows.add("transformed", count=STAGES * size)
+    rows.add("powers", count=STAGES * shape.ledger)
+    rows.add("real", "complex_real", "complex_imag", count=size * size)
+    rows.add("exchanges", "complex_exchanges", count=exchanges)
+    rows.add("coupling", count=size * shape.coordinates)  # of the Jacobian: rates by coordinates
+
+
+def followed(piece: Piece, shape: Shape, h, y: list, stages: list[list]) -> None:
+    """Fill the stages of the coordinates in from those of their rates."""
+    p = shape.coordinates
+    for s in range(STAGES):
+        for i in range(p):
+            moved = piece.weighted(K.a[s], [stages[j][p + i] for j in range(STAGES)])
+            stages[s][i] = h * (y[p + i] * float(K.c[s]) + moved)
+
+
+def matrices(piece: Piece, shape: Shape, h, jacobian: list[list]) -> tuple[list[list], list[list]]:
+    """The Newton matrices of the rates, real and complex: g - J_u - J_q / g."""
+    p, size = shape.coordinates, shape.rates
+    inverse = piece.trace.div(1.0, h)
+    g, below, z, over = inverse * K.real, h * (1.0 / K.real), PAIR, 1.0 / PAIR
+    real, pair = [], []
+    for i in range(size):
+        row, line = [], []
+        for j in range(size):
+            own, value, imag = jacobian[p + i][p + j], 0.0, 0.0
+            value = -own
+            if j < p:
+                value_real = value - jacobian[p + i][j] * below
+                imag = -(jacobian[p + i][j] * h) * over.imag
+                value_complex = value - jacobian[p + i][j] * h * over.real
+            else:
+                value_real = value_complex = value
+            if i == j:
+                value_real, value_complex = value_real + g, value_complex + inverse * z.real
+                imag = imag + inverse * z.imag
+            row.append(value_real)
+            line.append(Complex(value_complex, imag))
+        real.append(row)
+        pair.append(line)
+    return real, pair
+
+
+def prepare(rows: Rows, shape: Shape, entries: Entries) -> Piece:
+    """Choose the step, factorise, predict the stages."""
+    piece, n, p = Piece(rows, PREPARE), shape.states, shape.coordinates
+    h, failed = proposed(piece)
+    t, y, rtol = piece.one("t"), piece.all("y"), piece.one("rtol")
+    scale = piece.all("scale")
+    entries_of = piece.call(entries.jacobian, t, y)
+    jacobian = [entries_of[i * n : (i + 1) * n] for i in range(n)]
+    real, pair = matrices(piece, shape, h, jacobian)
+    lu, exchanges = factor(piece, real)
+    complex_lu, complex_exchanges = factor(piece, pair)
+    ratio = piece.choose(piece.above(piece.one("predictor"), 0.5), h / piece.largest(piece.one("last_h"), 1e-300), 0.0)
+    predicted, polynomial = piece.above(ratio, 0.0), piece.all("polynomial")
+    stages = [[0.0] * n for _ in range(STAGES)]
+    for s in range(STAGES):
+        x = 1.0 + ratio * float(K.c[s])
+        for i in range(p, n):
+            value = 0.0
+            for r in range(STAGES - 1, -1, -1):
+                value = (value + polynomial[r * n + i]) * (x if r % 2 == 0 else 1.0 - x)
+            stages[s][i] = piece.choose(predicted, value - polynomial[i], 0.0)
+    followed(piece, shape, h, y, stages)
+    transformed = [piece.weighted(K.ti[s], [stages[j][i] for j in range(STAGES)]) for s in range(STAGES) for i in range(p, n)]
+    convergence = piece.largest(piece.one("convergence"), 1e-16)
+    piece.set("h", h)
+    piece.set("status", failed)
+    piece.set("weight", *(1.0 / (rtol * (s + piece.size(v))) for s, v in zip(scale, y, strict=False)))
+    piece.set("coupling", *(jacobian[p + i][j] for i in range(shape.rates) for j in range(p)))
+    piece.set("diagonal", *(piece.size(jacobian[p + f + k][p + f + k]) for f, _ in shape.films for k in range(2)))
+    piece.set("real", *(v for row in lu for v in row))
+    piece.set("complex_real", *(v.real for row in complex_lu for v in row))
+    piece.set("complex_imag", *(v.imag for row in complex_lu for v in row))
+    piece.set("exchanges", *map(piece.flag, exchanges))
+    piece.set("complex_exchanges", *map(piece.flag, complex_exchanges))
+    piece.set("stages", *(v for row in stages for v in row))
+    piece.set("transformed", *transformed)
+    piece.set("factor", piece.trace.binary("pow", convergence, 0.8))
+    piece.set("old", 0.0)
+    piece.set("iteration", 0.0)
+    piece.set("newton_rate", 0.0)
+    piece.set("phase", piece.choose(piece.above(failed, 0.0), float(ARRIVED), float(ITERATE)))
+    return piece
+
+
+def read_real(piece: Piece, shape: Shape) -> tuple[list[list], list]:
+    """Factors of the real matrix."""
+    size, values = shape.rates, piece.all("real")
+    exchanges = [piece.above(v, 0.5) for v in piece.all("exchanges")]
+    return [values[i * size : (i + 1) * size] for i in range(size)], exchanges
+
+
+def read_complex(piece: Piece, shape: Shape) -> tuple[list[list], list]:
+    """Factors of the complex matrix."""
+    size, pairs = shape.rates, zip(piece.all("complex_real"), piece.all("complex_imag"), strict=True)
+    values = [Complex(*pair) for pair in pairs]
+    exchanges = [piece.above(v, 0.5) for v in piece.all("complex_exchanges")]
+    return [values[i * size : (i + 1) * size] for i in range(size)], exchanges
+
+
+def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
+    """One iteration of the simplified Newton method."""
+    piece, n, p, size = Piece(rows, ITERATE), shape.states, shape.coordinates, shape.rates
+    t, h, y, rtol = piece.one("t"), piece.one("h"), piece.all("y"), piece.one("rtol")
+    inverse = piece.trace.div(1.0, h)
+    old_stages, weight = piece.all("stages"), piece.all("weight")
+    stages = [old_stages[s * n : (s + 1) * n] for s in range(STAGES)]
+    slopes, powers = [], []
+    for s in range(STAGES):
+        at = [v + d for v, d in zip(y, stages[s], strict=False)] + y[n:]
+        values = piece.call(entries.rhs, t + h * float(K.c[s]), at)
+        slopes.append(values[:n])
+        powers += values[n:]
+    old = piece.all("transformed")
+    w = [old[s * size : (s + 1) * size] for s in range(STAGES)]
+    turned = [[piece.weighted(K.ti[r], [slopes[s][p + i] for s in range(STAGES)]) for i in range(size)] for r in range(STAGES)]
+    lu, exchanges = read_real(piece, shape)
+    first = solve(piece, lu, exchanges, [turned[0][i] - inverse * K.real * w[0][i] for i in range(size)])
+    z_real, z_imag = inverse * PAIR.real, inverse * PAIR.imag
+    right = [
+        Complex(turned[1][i] - (z_real * w[1][i] - z_imag * w[2][i]), turned[2][i] - (z_real * w[2][i] + z_imag * w[1][i]))
+        for i in range(size)
+    ]
+    lu, exchanges = read_complex(piece, shape)
+    second = solve(piece, lu, exchanges, right)
+    norm, below, length = 0.0, h * (1.0 / K.real), h * h * (1.0 / abs(PAIR) ** 2)
+    for i in range(size):
+        rate = weight[p + i] * weight[p + i]
+        place = weight[i] * weight[i] if i < p else 0.0
+        norm = norm + (rate + place * below * below) * first[i] * first[i]
+        both = second[i].real * second[i].real + second[i].imag * second[i].imag
+        norm = norm + (rate + place * length) * both
+    norm = piece.sqrt(norm * (1.0 / (STAGES * n)))
+    corrections = [first, [v.real for v in second], [v.imag for v in second]]
+    w = [[a + b for a, b in zip(x, c, strict=True)] for x, c in zip(w, corrections, strict=True)]
+    judge(piece, norm, rtol)
+    new = [[0.0] * n for _ in range(STAGES)]
+    for i in range(size):
+        for s in range(STAGES):
+            new[s][p + i] = piece.weighted(K.t[s], [w[j][i] for j in range(STAGES)])
+    followed(piece, shape, h, y, new)
+    piece.set("transformed", *(v for row in w for v in row))
+    piece.set("stages", *(v for row in new for v in row))
+    piece.set("powers", *powers)
+    return piece
+
+
+def judge(piece: Piece, norm, rtol) -> None:
+    """Go on with the iteration, or end it: converged, or given up."""
+    iteration, old = piece.one("iteration"), piece.one("old")
+    tolerance = piece.largest(2e-15 / rtol, NEWTON_TOLERANCE)
+    later = piece.above(iteration, 0.5)
+    rate = piece.choose(later, norm / piece.largest(old, 1e-300), 0.0)
+    left = float(ITERATIONS - 1) - iteration
+    remaining, bound = 1.0, rate
+    for bit in (1.0, 2.0, 4.0, 8.0):  # rate to the power of the iterations left
+        half = left * (0.5 / bit)
+        odd = piece.not_below(half - piece.trace.function("floor", half), 0.5)
+        remaining = piece.choose(odd, remaining * bound, remaining)
+        bound = bound * bound
+    gap = piece.largest(1.0 - rate, 1e-16)
+    hopeless = piece.above(remaining * norm, tolerance * gap)
+    finite = piece.finite([norm])
+    bad = piece.either(piece.none(finite), piece.both(later, piece.either(piece.not_below(rate, 1.0), hopeless)))
+    factor_of_rate = piece.choose(later, rate / gap, piece.one("factor"))
+    settled = piece.either(piece.none(piece.above(norm, 0.0)), piece.less(factor_of_rate * norm, tolerance))
+    converged = piece.both(piece.none(bad), settled)
+    last = piece.above(iteration, ITERATIONS - 1.5)
+    ended = piece.either(converged, bad, last)
+    piece.set("solved", piece.flag(converged))
+    piece.set("factor", factor_of_rate)
+    piece.set("convergence", piece.choose(converged, factor_of_rate, 1.0))
+    piece.set("newton_rate", rate)
+    share = SAFETY * (2 * ITERATIONS + 1)
+    piece.set("effort", piece.choose(converged, share / (iteration + float(2 * ITERATIONS + 1)), piece.one("effort")))
+    piece.set("old", norm)
+    piece.set("iteration", iteration + 1.0)
+    piece.set("phase", piece.choose(ended, float(FINISH), float(ITERATE)))
+
+
+def error_of(piece: Piece, shape: Shape, f: list, stages: list[list]) -> tuple[list, object]:
+    """Error estimate and its norm over tolerance."""
+    n, p, size = shape.states, shape.coordinates, shape.rates
+    h, weight, coupling = piece.one("h"), piece.all("weight"), piece.all("coupling")
+    inverse, below = piece.trace.div(1.0, h), h * (1.0 / K.real)
+    defect = [f[i] + piece.weighted(K.e, [row[i] for row in stages]) * inverse for i in range(n)]
+    right = []
+    for i in range(size):
+        moved = piece.total(coupling[i * p + j] * defect[j] for j in range(p)) if p else 0.0
+        right.append(defect[p + i] + moved * below)
+    lu, exchanges = read_real(piece, shape)
+    rates = solve(piece, lu, exchanges, right)
+    error = [(defect[i] + rates[i]) * below for i in range(p)] + rates
+    return error, piece.length([e * w for e, w in zip(error, weight, strict=True)], n)
+
+
+def finish(rows: Rows, shape: Shape, entries: Entries) -> Piece:
+    """Error of the step, its end, and whether it is taken."""
+    piece, n = Piece(rows, FINISH), shape.states
+    t, h, y, f = piece.one("t"), piece.one("h"), piece.all("y"), piece.all("f")
+    values = piece.all("stages")
+    stages = [values[s * n : (s + 1) * n] for s in range(STAGES)]
+    solved = piece.above(piece.one("solved"), 0.5)
+    estimate, norm = error_of(piece, shape, f, stages)
+    doubtful = piece.both(piece.on, solved, piece.not_below(norm, 1.0), piece.finite([norm]))
+    again = [a + b for a, b in zip(y, estimate, strict=False)] + y[n:]
+    _, second = error_of(piece, shape, piece.call(entries.rhs, t, again)[:n], stages)
+    error = piece.choose(doubtful, second, norm)
+    inverse = piece.trace.div(1.0, h)
+    end = [a + b for a, b in zip(y, stages[-1], strict=False)]
+    slope = [piece.weighted(K.end, [row[i] for row in stages]) * inverse for i in range(n)]
+    powers = piece.all("powers")
+    changes = [
+        h * piece.weighted(K.a[-1], [powers[s * shape.ledger + i] for s in range(STAGES)]) for i in range(shape.ledger)
+    ]
+    trial = Trial(end, slope, error, solved, piece.finite([*end, *slope, error]), piece.all("diagonal"), changes)
+    taken = conclude(piece, shape, entries, trial, ORDER)
+    for r in range(STAGES):
+        places = range(r * n, (r + 1) * n)
+        for i, place in enumerate(places):
+            value = piece.weighted(K.basis[r], [row[i] for row in stages])
+            piece.outputs[rows.first["polynomial"] + place] = piece.choose(taken, value, piece.one("polynomial", place))
+    piece.set("predictor", piece.choose(taken, 1.0, piece.choose(solved, piece.one("predictor"), 0.0)))
+    piece.set("last_h", piece.choose(taken, h, piece.one("last_h")))
+    return piece
+
+
+def dense(piece: Piece, shape: Shape, theta) -> list:
+    """State at a share of the step made last."""
+    n, values = shape.states, piece.all("polynomial")
+    state = []
+    for i, begin in enumerate(piece.all("base")):
+        value = 0.0
+        for r in range(STAGES - 1, -1, -1):
+            value = (value + values[r * n + i]) * (theta if r % 2 == 0 else 1.0 - theta)
+        state.append(begin + value)
+    return state
+
+
+PIECES = {"prepare": prepare, "iterate": iterate, "finish": finish}

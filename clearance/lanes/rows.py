@@ -1,0 +1,140 @@
+"""The numbers of the lanes: rows by name, each of W numbers side by side."""
+
+from collections.abc import Callable
+
+from clearance.mechanism.trace import Trace
+
+LARGEST = 1.7e308
+
+
+class Rows:
+    """Places of rows by name: one, or several in turn."""
+
+    def __init__(self):
+        self.first: dict[str, int] = {}
+        self.counts: dict[str, int] = {}
+        self.total = 0
+
+    def add(self, *names: str, count: int = 1) -> None:
+        """One row, or so many, for each name."""
+        for name in names:
+            self.first[name], self.counts[name] = self.total, count
+            self.total += count
+
+    def places(self, name: str) -> range:
+        """Places of the rows of a name."""
+        return range(self.first[name], self.first[name] + self.counts[name])
+
+
+class Entry:
+    """A function of W lanes that others call: it fills a vector of `count` numbers.
+
+    It takes t, then the numbers of y.
+    """
+
+    operations, values_of = 200, None
+
+    def __init__(self, name: str, count: int):
+        self.name, self.count = name, count
+
+
+class Piece:
+    """A piece of a stepper on a trace: it reads rows and sets them.
+
+    It changes the lanes that are in its phase; all others stay as they are.
+    """
+
+    def __init__(self, rows: Rows, phase: float):
+        self.rows, self.trace = rows, Trace()
+        self.outputs: dict[int, object] = {}
+        self.on = self.trace.compare("eq", self.one("phase"), phase)
+
+    # --- rows
+    def one(self, name: str, i: int = 0):
+        """A row as it was."""
+        return self.trace.load(f"s[{self.rows.places(name)[i]}]")
+
+    def all(self, name: str) -> list:
+        """All rows of a name as they were."""
+        return [self.trace.load(f"s[{place}]") for place in self.rows.places(name)]
+
+    def set(self, name: str, *values) -> None:
+        """Set the first rows of a name."""
+        for place, value in zip(self.rows.places(name), values, strict=False):
+            self.outputs[place] = value
+
+    def set_one(self, name: str, i: int, value) -> None:
+        """Set a row."""
+        self.outputs[self.rows.places(name)[i]] = value
+
+    # --- arithmetic
+    def call(self, entry: Entry, t, y: list) -> list:
+        """Values of a function of time and state."""
+        return self.trace.call(entry, [t, *y])
+
+    def sqrt(self, a):
+        return self.trace.sqrt(a)
+
+    def size(self, a):
+        return self.trace.function("fabs", a)
+
+    def choose(self, condition, a, b):
+        """a where the condition holds, else b."""
+        return self.trace.select(condition, a, b)
+
+    def flag(self, condition):
+        """1 where the condition holds, else 0."""
+        return self.choose(condition, 1.0, 0.0)
+
+    def less(self, a, b):
+        return self.trace.compare("lt", a, b)
+
+    def above(self, a, b):
+        return self.trace.compare("gt", a, b)
+
+    def not_below(self, a, b):
+        return self.trace.compare("ge", a, b)
+
+    def both(self, *conditions):
+        """True where all of them hold."""
+        return self._joined(self.trace.both, conditions)
+
+    def either(self, *conditions):
+        """True where one of them holds."""
+        return self._joined(self.trace.either, conditions)
+
+    def _joined(self, join: Callable, conditions: tuple):
+        result = conditions[0]
+        for condition in conditions[1:]:
+            result = join(result, condition)
+        return result
+
+    def none(self, condition):
+        """True where it does not hold."""
+        return self.trace.negation(condition)
+
+    def largest(self, a, *others):
+        for b in others:
+            a = self.choose(self.above(a, b), a, b)
+        return a
+
+    def smallest(self, a, *others):
+        for b in others:
+            a = self.choose(self.less(a, b), a, b)
+        return a
+
+    def total(self, values):
+        return self.trace.sum(values)
+
+    def weighted(self, weights, values):
+        """Sum of products, those with a weight of zero left out."""
+        pairs = zip(weights, values, strict=True)
+        return self.trace.sum(value * float(w) for w, value in pairs if w != 0.0)
+
+    def length(self, values, count: int):
+        """Root of the mean square."""
+        return self.sqrt(self.total(v * v for v in values) * (1.0 / count))
+
+    def finite(self, values):
+        """True where all values are finite."""
+        return self.both(*(self.less(self.size(v), LARGEST) for v in values))

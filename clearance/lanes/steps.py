@@ -1,0 +1,226 @@
+"""Steps of all methods on traced numbers: first step, control of the step, films, advance of a lane.
+
+The control is that of stepping/loop.py, so that a lane makes the steps that the ordinary loop makes.
+"""
+
+from dataclasses import dataclass
+
+from clearance.lanes.rows import Entry, Piece, Rows
+from clearance.stepping import status
+from clearance.stepping.loop import (
+    DOMAIN_LEFT,
+    DOUBTED,
+    FILM_ERROR,
+    FORGET,
+    GOOD_RATE,
+    GROW,
+    NEWTON_FAILED,
+    SAFETY,
+    SHRINK,
+    SMALLEST,
+    SQUEEZE,
+)
+
+# phases of a lane
+IDLE, START, PREPARE, ITERATE, FINISH, LOOK, INSIDE, ARRIVED = range(8)
+INACCURATE, UNSOLVED = 1, 2  # reasons of a refusal, beside DOMAIN_LEFT
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Sizes of a scene: coordinates, states, and energy integrals behind them.
+
+    films: (place of the first offset in the state, place among the spots) of each joint that only its film carries.
+    """
+
+    coordinates: int
+    states: int
+    ledger: int
+    films: tuple[tuple[int, int], ...]
+
+    @property
+    def rates(self) -> int:
+        """Number of states that are no coordinates."""
+        return self.states - self.coordinates
+
+    @property
+    def size(self) -> int:
+        """States and energy integrals."""
+        return self.states + self.ledger
+
+
+@dataclass(frozen=True)
+class Entries:
+    """Functions of the scene: y' with the powers of the ledger, Jacobian, penetrations of the films, outputs."""
+
+    rhs: Entry
+    jacobian: Entry
+    films: Entry
+    outputs: Entry
+
+
+def add_rows(rows: Rows, shape: Shape) -> None:
+    """Rows that all methods need."""
+    rows.add("phase", "status", "t", "h", "end", "longest", "rtol", "step", "last_step", "last_error", "refusal")
+    rows.add("refusals", "steps", "rejected", "begin_step", "from", "effort", "newton_rate")
+    rows.add("y", count=shape.size)
+    rows.add("f", "scale", "base", count=shape.states)
+    rows.add("diagonal", count=2 * len(shape.films))
+    rows.add("before", "damping", "clearance", "pull", "rate_x", "rate_y", count=len(shape.films))
+
+
+def sizes_of_films(piece: Piece, shape: Shape, y: list, penetration: list, diagonal: list, damping: list) -> tuple:
+    """Natural sizes of all states, and dampings: see `weigh_films` of the loop."""
+    scale, kept, rtol = piece.all("scale"), [], piece.one("rtol")
+    for k, (first, _) in enumerate(shape.films):
+        clearance, pull = piece.one("clearance", k), piece.one("pull", k)
+        left = piece.largest(-penetration[k], clearance * 1e-15)
+        kept.append(piece.largest(damping[k] * FORGET, *diagonal[2 * k : 2 * k + 2]))
+        for i, usual in enumerate((piece.one("rate_x", k), piece.one("rate_y", k))):
+            offset = piece.size(y[first + i])
+            scale[first + i] = piece.smallest(clearance + offset, left * FILM_ERROR / rtol) - offset
+            bound = pull * FILM_ERROR / (piece.largest(kept[k], 1e-300) * rtol)
+            scale[shape.coordinates + first + i] = piece.smallest(usual, bound)
+    return scale, kept
+
+
+def start(rows: Rows, shape: Shape, entries: Entries, order: float) -> Piece:
+    """First evaluation and first step (Hairer, Norsett, Wanner 1993, section II.4)."""
+    piece, n = Piece(rows, START), shape.states
+    t, y, rtol = piece.one("t"), piece.all("y"), piece.one("rtol")
+    penetration = piece.call(entries.films, t, y) if shape.films else []
+    scale, damping = sizes_of_films(piece, shape, y, penetration, [0.0] * 2 * len(shape.films), piece.all("damping"))
+    rates = piece.call(entries.rhs, t, y)
+    f = rates[:n]
+    weights = [rtol * (s + piece.size(v)) for s, v in zip(scale, y, strict=False)]
+    size, rate = (piece.total((v / w) * (v / w) for v, w in zip(x, weights, strict=True)) for x in (scale, f))
+    h = piece.smallest(piece.one("longest"), piece.sqrt(size / piece.largest(rate, 1e-300)) * 0.01)
+    later = piece.call(entries.rhs, t + h, [v + h * r for v, r in zip(y, rates, strict=True)])
+    bend = piece.total(((b - a) / w) * ((b - a) / w) for a, b, w in zip(f, later, weights, strict=False))
+    largest = piece.largest(piece.sqrt(rate * (1.0 / n)), piece.sqrt(bend * (1.0 / n)) / h)
+    usable = piece.both(piece.above(largest, 0.0), piece.finite([largest]))
+    power = piece.trace.binary("pow", 0.01 / largest, 1.0 / (order + 1.0))
+    step = piece.choose(usable, piece.smallest(h * 100.0, power, piece.one("longest")), h * 1e-3)
+    begun = piece.finite(f)
+    piece.set("f", *f)
+    piece.set("scale", *scale)
+    piece.set("damping", *damping)
+    piece.set("before", *penetration)
+    piece.set("step", step)
+    piece.set("base", *y[:n])
+    piece.set("status", piece.choose(begun, 0.0, float(status.NOT_FINITE)))
+    piece.set("phase", piece.choose(begun, float(LOOK), float(ARRIVED)))
+    return piece
+
+
+def proposed(piece: Piece):
+    """The next step, stretched or halved so that the run does not end in a sliver; and a status other than 0 where it
+    is too small.
+    """
+    t, end = piece.one("t"), piece.one("end")
+    h, left = piece.smallest(piece.one("step"), piece.one("longest")), end - t
+    half = piece.choose(piece.not_below(h * 1.9, left), left * 0.5, h)
+    h = piece.choose(piece.not_below(h * 1.0001, left), left, half)
+    clock = piece.largest(piece.size(t), end * 1e-6) * SMALLEST
+    stuck = piece.both(piece.none(piece.above(h, clock)), piece.above(left, h))
+    refusal = piece.one("refusal")
+    left_film = piece.above(refusal, DOMAIN_LEFT - 0.5)
+    unsolved = piece.above(refusal, UNSOLVED - 0.5)
+    reason = piece.choose(unsolved, float(status.NOT_FINITE), float(status.STEP_TOO_SMALL))
+    reason = piece.choose(left_film, float(status.FILM_LEFT), reason)
+    return h, piece.choose(stuck, reason, 0.0)
+
+
+@dataclass
+class Trial:
+    """A step tried: state and rates at its end, error over tolerance, whether the method worked at all."""
+
+    y: list
+    f: list
+    error: object
+    solved: object
+    finite: object
+    diagonal: list
+    powers: list  # changes of the energy integrals
+
+
+def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: float) -> object:
+    """Accept or refuse a trial step and choose the next; returns where it is accepted."""
+    t, h, n = piece.one("t"), piece.one("h"), shape.states
+    states = zip(trial.y[:n], piece.all("y"), strict=False)
+    y = [piece.choose(trial.solved, a, b) for a, b in states]  # no look-ups where there is no number
+    penetration = piece.call(entries.films, t + h, [*y, *piece.all("y")[n:]]) if shape.films else []
+    ends = zip(penetration, piece.all("before"), strict=True)
+    near = [piece.not_below(after, before * SQUEEZE) for after, before in ends]
+    accurate = piece.both(trial.solved, piece.none(piece.above(trial.error, 1.0)))
+    usable = piece.both(accurate, trial.finite)
+    taken = piece.both(usable, piece.none(piece.either(*near))) if near else usable
+    error = piece.largest(trial.error, 1e-10)
+    step = piece.choose(taken, grown(piece, h, error, order), refused(piece, h, trial, accurate, usable, order))
+    reached = piece.not_below(t + h, piece.one("end"))
+    scale, damping = sizes_of_films(piece, shape, y, penetration, trial.diagonal, piece.all("damping"))
+
+    def keep(name: str, values) -> None:
+        pairs = zip(values, piece.all(name), strict=False)
+        piece.set(name, *(piece.choose(taken, new, old) for new, old in pairs))
+
+    keep("y", [*trial.y, *(a + b for a, b in zip(piece.all("y")[n:], trial.powers, strict=True))])
+    keep("f", trial.f)
+    keep("base", piece.all("y")[:n])
+    keep("scale", scale)
+    keep("damping", damping)
+    keep("before", penetration)
+    keep("from", [t])
+    keep("t", [piece.choose(reached, piece.one("end"), t + h)])
+    keep("last_step", [h])
+    keep("last_error", [piece.largest(error, 1e-2)])
+    keep("steps", [piece.one("steps") + 1.0])
+    more = piece.one("rejected") + 1.0
+    piece.set("rejected", piece.choose(taken, piece.one("rejected"), more))
+    piece.set("refusals", piece.choose(taken, 0.0, piece.one("refusals") + 1.0))
+    piece.set("refusal", piece.choose(taken, 0.0, reason(piece, trial, accurate, usable)))
+    piece.set("step", step)
+    piece.set("phase", piece.choose(taken, float(LOOK), float(PREPARE)))
+    return taken
+
+
+def reason(piece: Piece, trial: Trial, accurate, usable):
+    """Number of the reason of a refusal."""
+    unsolved = piece.choose(trial.finite, float(INACCURATE), float(UNSOLVED))
+    value = piece.choose(accurate, float(UNSOLVED), unsolved)
+    return piece.choose(usable, float(DOMAIN_LEFT), value)
+
+
+def refused(piece: Piece, h, trial: Trial, accurate, usable, order: float):
+    """The step after one that is refused: see `refuse` and `shrink` of the loop."""
+    bounded = piece.smallest(piece.largest(trial.error, 1.0), 1e30)
+    first = power(piece, bounded, 1.0 / order)
+    again = piece.trace.binary("pow", bounded, DOUBTED)
+    root = piece.choose(piece.above(piece.one("refusals"), 0.5), again, first)
+    factor = piece.choose(trial.solved, piece.largest(SHRINK, SAFETY / root), NEWTON_FAILED)
+    factor = piece.choose(piece.none(trial.finite), NEWTON_FAILED, factor)
+    factor = piece.choose(accurate, NEWTON_FAILED, factor)
+    return h * piece.choose(usable, SHRINK, factor)
+
+
+def power(piece: Piece, a, exponent: float):
+    """a to a power; a quarter by two roots."""
+    if exponent == 0.25:
+        return piece.sqrt(piece.sqrt(a))
+    return piece.trace.binary("pow", a, exponent)
+
+
+def grown(piece: Piece, h, error, order: float):
+    """The step after one that is taken: see `grow` of the loop."""
+    before, effort, rate = piece.one("last_step"), piece.one("effort"), piece.one("newton_rate")
+    wanted = effort / power(piece, error, 1.0 / order)
+    ratio = power(piece, piece.one("last_error") / (error * error), 1.0 / order)
+    predicted = effort * (h / piece.largest(before, 1e-300)) * ratio
+    wanted = piece.choose(piece.above(before, 0.0), piece.smallest(wanted, predicted), wanted)
+    wanted = piece.smallest(GROW, piece.largest(SHRINK, wanted))
+    good = piece.largest(0.5, GOOD_RATE / piece.largest(rate, 1e-300))
+    wanted = piece.choose(piece.above(rate, 0.0), piece.smallest(wanted, good), wanted)
+    after = piece.above(piece.one("refusal"), 0.5)
+    wanted = piece.choose(after, piece.smallest(wanted, 1.0), wanted)
+    stays = piece.both(piece.not_below(wanted, 1.0), piece.none(piece.above(wanted, 1.2)))
+    return piece.choose(stays, h, h * wanted)

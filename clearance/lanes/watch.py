@@ -1,0 +1,126 @@
+"""Outputs of the lanes: extremes located on the dense output, and sums over samples.
+
+The search is that of stepping/locating.py: a step is looked into where its ends and the end before let a larger value
+lie inside. The driver asks for places inside a step; one piece answers for searches and samples alike.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from clearance.lanes.rows import Piece, Rows
+from clearance.lanes.steps import ARRIVED, INSIDE, LOOK, PREPARE, Entries, Shape
+
+SAMPLE, SEARCH = 1, 2  # what a place inside a step is for
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity whose largest value times its sign is located.
+
+    channel: its place among the outputs that lanes compute; paired: length of the vector of this one and the next;
+    always: also before the window.
+    """
+
+    channel: int
+    paired: bool
+    sign: float
+    always: bool
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """Mean over time of samples, or their largest value: of a function of outputs and of given numbers, both traced."""
+
+    value: Callable
+    mean: bool = True
+
+
+@dataclass(frozen=True)
+class Watch:
+    """What is kept of a run.
+
+    quantities: see above; reductions: sums over samples; tracks: outputs kept at every sample; given: how many
+    numbers of each sample the reductions are given.
+    """
+
+    quantities: tuple[Quantity, ...]
+    reductions: tuple[Reduction, ...]
+    tracks: tuple[int, ...]
+    given: int
+
+
+def add_rows(rows: Rows, watch: Watch) -> None:
+    """Rows of the outputs."""
+    count = len(watch.quantities)
+    rows.add("interval", "within", "due", "theta", "job", "share")
+    rows.add("value", "earlier", "last", "next", "search", "seen", "first", "middle", count=count)
+    rows.add("sums", count=len(watch.reductions))
+    rows.add("tracks", count=len(watch.tracks))
+    rows.add("given", count=watch.given)
+
+
+def values_of(piece: Piece, watch: Watch, row: list) -> list:
+    """Values of the quantities, times their signs."""
+    values = []
+    for q in watch.quantities:
+        value = row[q.channel]
+        if q.paired:
+            value = piece.sqrt(value * value + row[q.channel + 1] * row[q.channel + 1])
+        values.append(value * q.sign)
+    return values
+
+
+def look(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
+    """Take in the end of a step; find the quantities that may have an extreme inside it."""
+    piece = Piece(rows, LOOK)
+    t, width, back = piece.one("t"), piece.one("last_h"), piece.one("interval")
+    stepped, early = piece.above(width, 0.0), piece.none(piece.above(back, 0.0))
+    per_width = piece.trace.div(1.0, piece.largest(width, 1e-300))
+    per_back = piece.trace.div(1.0, piece.largest(back, 1e-300))
+    curving = width * 4.0 / piece.largest(width + back, 1e-300)
+    now = values_of(piece, watch, piece.call(entries.outputs, t, piece.all("y")))
+    flags = []
+    for k, (q, value) in enumerate(zip(watch.quantities, now, strict=True)):
+        last, earlier, best = piece.one("next", k), piece.one("last", k), piece.largest(piece.one("value", k), value)
+        slope = (value - last) * per_width
+        change = curving * piece.size(slope - (last - earlier) * per_back)
+        higher = piece.largest(last, value)
+        bends = piece.both(
+            piece.none(piece.above(piece.size(slope), change)),
+            piece.above((higher - best) * per_width + change * 0.25, 0.0),
+        )
+        rises = piece.above(higher + piece.size(value - last), best)
+        may = piece.both(stepped, piece.either(piece.both(early, rises), piece.both(piece.none(early), bends)))
+        if not q.always:
+            may = piece.both(may, piece.above(piece.one("within"), 0.5))
+        flags.append(may)
+        piece.set_one("value", k, best)
+        piece.set_one("last", k, last)
+        piece.set_one("next", k, value)
+        piece.set_one("search", k, piece.flag(may))
+    pending = piece.either(*flags, piece.none(piece.above(piece.one("due"), t)))
+    reached = piece.not_below(t, piece.one("end"))
+    piece.set("interval", width)
+    piece.set("job", 0.0)
+    onward = piece.choose(reached, float(ARRIVED), float(PREPARE))
+    piece.set("phase", piece.choose(pending, float(INSIDE), onward))
+    return piece
+
+
+def inside(rows: Rows, shape: Shape, entries: Entries, watch: Watch, dense: Callable) -> Piece:
+    """Outputs at a place inside the step made last: quantities, and sums where it is a sample."""
+    piece = Piece(rows, INSIDE)
+    theta = piece.one("theta")
+    y = [*dense(piece, shape, theta), *piece.all("y")[shape.states :]]
+    row = piece.call(entries.outputs, piece.one("from") + theta * piece.one("last_h"), y)
+    values = values_of(piece, watch, row)
+    sampled = piece.less(piece.one("job"), 0.5 * (SAMPLE + SEARCH))
+    given, share = piece.all("given"), piece.one("share")
+    piece.set("seen", *values)
+    piece.set("value", *(piece.largest(piece.one("value", k), v) for k, v in enumerate(values)))
+    for k, reduction in enumerate(watch.reductions):
+        value, before = reduction.value(piece, row, given), piece.one("sums", k)
+        after = before + share * value if reduction.mean else piece.largest(before, value)
+        piece.set_one("sums", k, piece.choose(sampled, after, before))
+    piece.set("tracks", *(row[c] for c in watch.tracks))
+    return piece
