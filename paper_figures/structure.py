@@ -110,7 +110,7 @@ BOXES = {
         0.0,
         "#c62828",
         "simulation run run.* options watched diagnosis observers starting fields inverse* "
-        "turns ensemble chaos",
+        "turns ensemble chaos lanes*",
         step=3,
     ),
     "files": Box(

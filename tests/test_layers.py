@@ -26,7 +26,7 @@ LAYERS = [
     ["clearance.turns"],
     ["clearance.observers"],
     ["clearance.run", "clearance.sweeping.metrics"],
-    ["clearance.companion"],
+    ["clearance.companion", "clearance.lanes"],
     ["clearance.simulation", "clearance.inverse"],
     ["clearance.films", "clearance.choices"],
     ["clearance.case"],

@@ -8,8 +8,8 @@ from functools import cache
 import llvmlite.binding as llvm
 import llvmlite.ir as ir
 
-from clearance.mechanism.ir import POINTER
-from clearance.mechanism.store import global_compiler_lock
+from clearance.store import global_compiler_lock
+from clearance.tracing.ir import POINTER
 
 WIDTHS = (1, 2, 4, 8)
 
@@ -21,7 +21,11 @@ def host() -> tuple[str, str, dict]:
     llvm.initialize_native_asmprinter()
     features = dict(llvm.get_host_cpu_features())
     text = ",".join(f"{'+' if there else '-'}{name}" for name, there in sorted(features.items()))
-    return llvm.get_host_cpu_name(), f"{text},-prefer-256-bit" if features.get("avx512f") else text, features
+    return (
+        llvm.get_host_cpu_name(),
+        f"{text},-prefer-256-bit" if features.get("avx512f") else text,
+        features,
+    )
 
 
 @cache

@@ -1,10 +1,12 @@
-"""The driver of the lanes: takes points from a queue, calls the piece that most lanes wait for, keeps what they end with.
+"""The driver of the lanes: takes points from a queue, calls the piece that most lanes wait for, keeps results.
 
 Every lane has its own time, step and phase; a piece changes the lanes that are in its phase. So a run does not depend,
 bit for bit, on which others run beside it. Places inside a step are searched for extremes as in stepping/locating.py.
 """
 
+import hashlib
 import math
+from pathlib import Path
 
 from clearance.lanes.steps import (
     ARRIVED,
@@ -17,9 +19,10 @@ from clearance.lanes.steps import (
     START,
 )
 from clearance.lanes.watch import SAMPLE, SEARCH
-from clearance.mechanism.store import OPTIONS, cached, entry_caller, njit, types
 from clearance.stepping import status
 from clearance.stepping.locating import CLOSER, EDGE, REACH, ROUNDS, SETTLED
+from clearance.stepping.types import DIGEST
+from clearance.store import OPTIONS, cached, entry_caller, njit, types
 
 PIECES = 6  # START to INSIDE, one for each phase
 NEVER = 1e300
@@ -242,7 +245,10 @@ def keep(rows, at, lane, gathered, values):
         values[i] = rows[gathered[i], lane]
     code = rows[at[STATUS], lane]
     values[gathered.size] = status.DONE if code == 0.0 else code
-    values[gathered.size + 1], values[gathered.size + 2] = rows[at[STEPS], lane], rows[at[REJECTED], lane]
+    values[gathered.size + 1], values[gathered.size + 2] = (
+        rows[at[STEPS], lane],
+        rows[at[REJECTED], lane],
+    )
 
 
 @helper
@@ -271,7 +277,10 @@ def after(rows, at, lane, piece, quantities, span, given, energies, begun, track
         if not next_place(rows, at, lane, span, quantities, given, searches):
             over = rows[at[TIME], lane] >= rows[at[END], lane]
             rows[at[PHASE], lane] = ARRIVED if over else PREPARE
-    if rows[at[PHASE], lane] == PREPARE and rows[at[STEPS], lane] + rows[at[REJECTED], lane] >= limit:
+    if (
+        rows[at[PHASE], lane] == PREPARE
+        and rows[at[STEPS], lane] + rows[at[REJECTED], lane] >= limit
+    ):
         rows[at[STATUS], lane] = status.TOO_MANY_STEPS
         rows[at[PHASE], lane] = ARRIVED
     if rows[at[PHASE], lane] == ARRIVED:
@@ -297,7 +306,9 @@ def run(
     lanes, taken, alive = rows.shape[1], 0, 0
     address, table = rows.ctypes.data, data.ctypes.data
     for lane in range(lanes):
-        load(rows, at, lane, queue[min(lane, queue.size - 1)], blank, where, points, spans, searches)
+        load(
+            rows, at, lane, queue[min(lane, queue.size - 1)], blank, where, points, spans, searches
+        )
         if taken < queue.size:
             taken, alive = taken + 1, alive + 1
         else:
@@ -317,7 +328,20 @@ def run(
                 continue
             point = int(searches[lane, POINT])
             span, track = spans[point], tracks[point]
-            if after(rows, at, lane, piece, quantities, span, given, energies, begun[point], track, searches, limit):
+            if after(
+                rows,
+                at,
+                lane,
+                piece,
+                quantities,
+                span,
+                given,
+                energies,
+                begun[point],
+                track,
+                searches,
+                limit,
+            ):
                 continue
             keep(rows, at, lane, gathered, results[point])
             rows[at[PHASE], lane] = IDLE
@@ -334,4 +358,6 @@ SIGNATURE = types.int64(
     INTEGERS, INTEGERS, MATRIX, VECTOR, VECTOR, INTEGERS, MATRIX, MATRIX, MATRIX, INTEGERS, types.int64, INTEGERS,
     INTEGERS, MATRIX, MATRIX, CUBE, MATRIX, INTEGERS, INTEGERS, types.int64,
 )  # fmt: skip
-run = cached(run, SIGNATURE, "lanes", nogil=True, **OPTIONS)
+SOURCE = hashlib.sha256(Path(__file__).read_bytes() + DIGEST.encode()).hexdigest()[:12]
+run.__qualname__ = f"run_{SOURCE}"  # an edited source has a cache of its own
+run = cached(run, SIGNATURE, SOURCE, nogil=True, **OPTIONS)

@@ -10,9 +10,9 @@ from clearance.lanes.code import Code, begin, new_module
 from clearance.lanes.lowering import Lanes
 from clearance.lanes.rows import Entry, Piece, Rows
 from clearance.lanes.steps import Entries, Shape
-from clearance.mechanism.ir import DOUBLE, INT64
-from clearance.mechanism.schedule import scheduled
 from clearance.mechanism.structure import Structure
+from clearance.tracing.ir import DOUBLE, INT64
+from clearance.tracing.schedule import scheduled
 
 METHODS = {"radau5": radau5}
 #: pieces in the order in which the driver has them
@@ -67,7 +67,14 @@ class Engine:
     pieces: np.ndarray
 
 
-def engine(structure: Structure, shape: Shape, kept: watch.Watch, channels: list[int], method: str, width: int) -> Engine:
+def engine(
+    structure: Structure,
+    shape: Shape,
+    kept: watch.Watch,
+    channels: list[int],
+    method: str,
+    width: int,
+) -> Engine:
     """Trace and compile. channels: outputs that are looked at."""
     stepper, programs = METHODS[method], structure.programs
     rows = Rows()
@@ -79,7 +86,10 @@ def engine(structure: Structure, shape: Shape, kept: watch.Watch, channels: list
     n = shape.states
     jacobian = programs["jacobian"]
     entries = Entries(
-        Entry("rhs", shape.size), Entry("jacobian", n * n), Entry("films", len(shape.films)), Entry("outputs", len(channels))
+        Entry("rhs", shape.size),
+        Entry("jacobian", n * n),
+        Entry("films", len(shape.films)),
+        Entry("outputs", len(channels)),
     )
     module, made, shared = new_module(), {}, {}
     places = {
@@ -88,7 +98,9 @@ def engine(structure: Structure, shape: Shape, kept: watch.Watch, channels: list
         entries.outputs: ("observe", channels),
     }
     for entry, (role, outputs) in places.items():
-        made[entry] = kernels.write(module, entry.name, kernels.narrowed(programs[role], outputs), width, shared)
+        made[entry] = kernels.write(
+            module, entry.name, kernels.narrowed(programs[role], outputs), width, shared
+        )
     made[entries.jacobian] = kernels.write(module, "jacobian", filled(jacobian, n), width, shared)
     pieces = {
         "start": steps.start(rows, shape, entries, stepper.ORDER),

@@ -56,7 +56,9 @@ ARCTANGENT_BELOW = (
     1.945506571482613964425e2,
 )
 EXPONENTIAL = tuple(1.0 / math.factorial(i) for i in range(13, -1, -1))
-LARGEST_POWER = 700.0  # exponents of e beyond which the result may leave the range of normal numbers
+LARGEST_POWER = (
+    700.0  # exponents of e beyond which the result may leave the range of normal numbers
+)
 SMALLEST, LARGEST = 2.3e-308, 1.7e308  # normal numbers lie between
 ROOT_HALF = 0x3FE6A09E667F3BCD  # bits of sqrt(1/2)
 ONE = 0x3FF0000000000000

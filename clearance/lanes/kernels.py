@@ -4,8 +4,8 @@ import llvmlite.ir as ir
 
 from clearance.lanes.code import begin
 from clearance.lanes.lowering import Lanes
-from clearance.mechanism.emission import Program
-from clearance.mechanism.kernels import addresses
+from clearance.tracing.emission import Program
+from clearance.tracing.kernels import addresses
 
 ARRAYS = ("t", "y", "par", "work", "out", "data")
 
@@ -16,7 +16,9 @@ def narrowed(program: Program, places: list[int]) -> Program:
     return Program(program.role, outputs, program.slots, program.columns)
 
 
-def write(module: ir.Module, name: str, program: Program, width: int, shared: dict | None = None) -> ir.Function:
+def write(
+    module: ir.Module, name: str, program: Program, width: int, shared: dict | None = None
+) -> ir.Function:
     """A kernel f(t, y, par, work, out, data): vectors hold the W numbers of a place side by side.
 
     data: numbers that all lanes read, such as tables, at the places that parameters tell. shared: functions that
@@ -24,7 +26,13 @@ def write(module: ir.Module, name: str, program: Program, width: int, shared: di
     """
     function = begin(module, name, len(ARRAYS), internal=shared is not None)
     builder = ir.IRBuilder(function.append_basic_block())
-    lowering = Lanes(builder, dict(zip(ARRAYS, function.args, strict=True)), None, addresses(program.functions), width)
+    lowering = Lanes(
+        builder,
+        dict(zip(ARRAYS, function.args, strict=True)),
+        None,
+        addresses(program.functions),
+        width,
+    )
     lowering.functions = {} if shared is None else shared
     lowering.time = lowering.load("t", 0)
     lowering.write(program)

@@ -40,7 +40,9 @@ def magnitude(piece, a):
 
 def chosen(piece, condition, a, b):
     if isinstance(a, Complex):
-        return Complex(*(piece.choose(condition, x, y) for x, y in ((a.real, b.real), (a.imag, b.imag))))
+        return Complex(
+            *(piece.choose(condition, x, y) for x, y in ((a.real, b.real), (a.imag, b.imag)))
+        )
     return piece.choose(condition, a, b)
 
 

@@ -3,9 +3,9 @@
 import llvmlite.ir as ir
 
 from clearance.lanes.functions import FUNCTIONS, INT32, INT64, Functions
-from clearance.mechanism.ir import DOUBLE, Lowering
-from clearance.mechanism.schedule import Branch
-from clearance.mechanism.trace import Scalar
+from clearance.tracing.ir import Lowering
+from clearance.tracing.schedule import Branch
+from clearance.tracing.trace import Scalar
 
 FUSED = ("contract",)  # a product and a sum may become one operation
 FEWEST = 2  # numbers in a row worth reading together
@@ -130,4 +130,4 @@ class Lanes(Lowering):
         return self.builder.shuffle_vector(a, b, mask)
 
 
-__all__ = ["DOUBLE", "Lanes"]
+

@@ -86,7 +86,11 @@ def prepare(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     real, pair = matrices(piece, shape, h, jacobian)
     lu, exchanges = factor(piece, real)
     complex_lu, complex_exchanges = factor(piece, pair)
-    ratio = piece.choose(piece.above(piece.one("predictor"), 0.5), h / piece.largest(piece.one("last_h"), 1e-300), 0.0)
+    ratio = piece.choose(
+        piece.above(piece.one("predictor"), 0.5),
+        h / piece.largest(piece.one("last_h"), 1e-300),
+        0.0,
+    )
     predicted, polynomial = piece.above(ratio, 0.0), piece.all("polynomial")
     stages = [[0.0] * n for _ in range(STAGES)]
     for s in range(STAGES):
@@ -97,13 +101,22 @@ def prepare(rows: Rows, shape: Shape, entries: Entries) -> Piece:
                 value = (value + polynomial[r * n + i]) * (x if r % 2 == 0 else 1.0 - x)
             stages[s][i] = piece.choose(predicted, value - polynomial[i], 0.0)
     followed(piece, shape, h, y, stages)
-    transformed = [piece.weighted(K.ti[s], [stages[j][i] for j in range(STAGES)]) for s in range(STAGES) for i in range(p, n)]
+    transformed = [
+        piece.weighted(K.ti[s], [stages[j][i] for j in range(STAGES)])
+        for s in range(STAGES)
+        for i in range(p, n)
+    ]
     convergence = piece.largest(piece.one("convergence"), 1e-16)
     piece.set("h", h)
     piece.set("status", failed)
-    piece.set("weight", *(1.0 / (rtol * (s + piece.size(v))) for s, v in zip(scale, y, strict=False)))
+    piece.set(
+        "weight", *(1.0 / (rtol * (s + piece.size(v))) for s, v in zip(scale, y, strict=False))
+    )
     piece.set("coupling", *(jacobian[p + i][j] for i in range(shape.rates) for j in range(p)))
-    piece.set("diagonal", *(piece.size(jacobian[p + f + k][p + f + k]) for f, _ in shape.films for k in range(2)))
+    piece.set(
+        "diagonal",
+        *(piece.size(jacobian[p + f + k][p + f + k]) for f, _ in shape.films for k in range(2)),
+    )
     piece.set("real", *(v for row in lu for v in row))
     piece.set("complex_real", *(v.real for row in complex_lu for v in row))
     piece.set("complex_imag", *(v.imag for row in complex_lu for v in row))
@@ -128,7 +141,10 @@ def read_real(piece: Piece, shape: Shape) -> tuple[list[list], list]:
 
 def read_complex(piece: Piece, shape: Shape) -> tuple[list[list], list]:
     """Factors of the complex matrix."""
-    size, pairs = shape.rates, zip(piece.all("complex_real"), piece.all("complex_imag"), strict=True)
+    size, pairs = (
+        shape.rates,
+        zip(piece.all("complex_real"), piece.all("complex_imag"), strict=True),
+    )
     values = [Complex(*pair) for pair in pairs]
     exchanges = [piece.above(v, 0.5) for v in piece.all("complex_exchanges")]
     return [values[i * size : (i + 1) * size] for i in range(size)], exchanges
@@ -149,12 +165,20 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
         powers += values[n:]
     old = piece.all("transformed")
     w = [old[s * size : (s + 1) * size] for s in range(STAGES)]
-    turned = [[piece.weighted(K.ti[r], [slopes[s][p + i] for s in range(STAGES)]) for i in range(size)] for r in range(STAGES)]
+    turned = [
+        [piece.weighted(K.ti[r], [slopes[s][p + i] for s in range(STAGES)]) for i in range(size)]
+        for r in range(STAGES)
+    ]
     lu, exchanges = read_real(piece, shape)
-    first = solve(piece, lu, exchanges, [turned[0][i] - inverse * K.real * w[0][i] for i in range(size)])
+    first = solve(
+        piece, lu, exchanges, [turned[0][i] - inverse * K.real * w[0][i] for i in range(size)]
+    )
     z_real, z_imag = inverse * PAIR.real, inverse * PAIR.imag
     right = [
-        Complex(turned[1][i] - (z_real * w[1][i] - z_imag * w[2][i]), turned[2][i] - (z_real * w[2][i] + z_imag * w[1][i]))
+        Complex(
+            turned[1][i] - (z_real * w[1][i] - z_imag * w[2][i]),
+            turned[2][i] - (z_real * w[2][i] + z_imag * w[1][i]),
+        )
         for i in range(size)
     ]
     lu, exchanges = read_complex(piece, shape)
@@ -197,9 +221,13 @@ def judge(piece: Piece, norm, rtol) -> None:
     gap = piece.largest(1.0 - rate, 1e-16)
     hopeless = piece.above(remaining * norm, tolerance * gap)
     finite = piece.finite([norm])
-    bad = piece.either(piece.none(finite), piece.both(later, piece.either(piece.not_below(rate, 1.0), hopeless)))
+    bad = piece.either(
+        piece.none(finite), piece.both(later, piece.either(piece.not_below(rate, 1.0), hopeless))
+    )
     factor_of_rate = piece.choose(later, rate / gap, piece.one("factor"))
-    settled = piece.either(piece.none(piece.above(norm, 0.0)), piece.less(factor_of_rate * norm, tolerance))
+    settled = piece.either(
+        piece.none(piece.above(norm, 0.0)), piece.less(factor_of_rate * norm, tolerance)
+    )
     converged = piece.both(piece.none(bad), settled)
     last = piece.above(iteration, ITERATIONS - 1.5)
     ended = piece.either(converged, bad, last)
@@ -208,7 +236,12 @@ def judge(piece: Piece, norm, rtol) -> None:
     piece.set("convergence", piece.choose(converged, factor_of_rate, 1.0))
     piece.set("newton_rate", rate)
     share = SAFETY * (2 * ITERATIONS + 1)
-    piece.set("effort", piece.choose(converged, share / (iteration + float(2 * ITERATIONS + 1)), piece.one("effort")))
+    piece.set(
+        "effort",
+        piece.choose(
+            converged, share / (iteration + float(2 * ITERATIONS + 1)), piece.one("effort")
+        ),
+    )
     piece.set("old", norm)
     piece.set("iteration", iteration + 1.0)
     piece.set("phase", piece.choose(ended, float(FINISH), float(ITERATE)))
@@ -247,16 +280,29 @@ def finish(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     slope = [piece.weighted(K.end, [row[i] for row in stages]) * inverse for i in range(n)]
     powers = piece.all("powers")
     changes = [
-        h * piece.weighted(K.a[-1], [powers[s * shape.ledger + i] for s in range(STAGES)]) for i in range(shape.ledger)
+        h * piece.weighted(K.a[-1], [powers[s * shape.ledger + i] for s in range(STAGES)])
+        for i in range(shape.ledger)
     ]
-    trial = Trial(end, slope, error, solved, piece.finite([*end, *slope, error]), piece.all("diagonal"), changes)
+    trial = Trial(
+        end,
+        slope,
+        error,
+        solved,
+        piece.finite([*end, *slope, error]),
+        piece.all("diagonal"),
+        changes,
+    )
     taken = conclude(piece, shape, entries, trial, ORDER)
     for r in range(STAGES):
         places = range(r * n, (r + 1) * n)
         for i, place in enumerate(places):
             value = piece.weighted(K.basis[r], [row[i] for row in stages])
-            piece.outputs[rows.first["polynomial"] + place] = piece.choose(taken, value, piece.one("polynomial", place))
-    piece.set("predictor", piece.choose(taken, 1.0, piece.choose(solved, piece.one("predictor"), 0.0)))
+            piece.outputs[rows.first["polynomial"] + place] = piece.choose(
+                taken, value, piece.one("polynomial", place)
+            )
+    piece.set(
+        "predictor", piece.choose(taken, 1.0, piece.choose(solved, piece.one("predictor"), 0.0))
+    )
     piece.set("last_h", piece.choose(taken, h, piece.one("last_h")))
     return piece
 

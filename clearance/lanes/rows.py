@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from clearance.mechanism.trace import Trace
+from clearance.tracing.trace import Trace
 
 LARGEST = 1.7e308
 

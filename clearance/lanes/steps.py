@@ -61,7 +61,19 @@ class Entries:
 
 def add_rows(rows: Rows, shape: Shape) -> None:
     """Rows that all methods need."""
-    rows.add("phase", "status", "t", "h", "end", "longest", "rtol", "step", "last_step", "last_error", "refusal")
+    rows.add(
+        "phase",
+        "status",
+        "t",
+        "h",
+        "end",
+        "longest",
+        "rtol",
+        "step",
+        "last_step",
+        "last_error",
+        "refusal",
+    )
     rows.add("refusals", "steps", "rejected", "begin_step", "from", "effort", "newton_rate")
     rows.add("y", count=shape.size)
     rows.add("f", "scale", "base", count=shape.states)
@@ -69,7 +81,9 @@ def add_rows(rows: Rows, shape: Shape) -> None:
     rows.add("before", "damping", "clearance", "pull", "rate_x", "rate_y", count=len(shape.films))
 
 
-def sizes_of_films(piece: Piece, shape: Shape, y: list, penetration: list, diagonal: list, damping: list) -> tuple:
+def sizes_of_films(
+    piece: Piece, shape: Shape, y: list, penetration: list, diagonal: list, damping: list
+) -> tuple:
     """Natural sizes of all states, and dampings: see `weigh_films` of the loop."""
     scale, kept, rtol = piece.all("scale"), [], piece.one("rtol")
     for k, (first, _) in enumerate(shape.films):
@@ -89,14 +103,20 @@ def start(rows: Rows, shape: Shape, entries: Entries, order: float) -> Piece:
     piece, n = Piece(rows, START), shape.states
     t, y, rtol = piece.one("t"), piece.all("y"), piece.one("rtol")
     penetration = piece.call(entries.films, t, y) if shape.films else []
-    scale, damping = sizes_of_films(piece, shape, y, penetration, [0.0] * 2 * len(shape.films), piece.all("damping"))
+    scale, damping = sizes_of_films(
+        piece, shape, y, penetration, [0.0] * 2 * len(shape.films), piece.all("damping")
+    )
     rates = piece.call(entries.rhs, t, y)
     f = rates[:n]
     weights = [rtol * (s + piece.size(v)) for s, v in zip(scale, y, strict=False)]
-    size, rate = (piece.total((v / w) * (v / w) for v, w in zip(x, weights, strict=True)) for x in (scale, f))
+    size, rate = (
+        piece.total((v / w) * (v / w) for v, w in zip(x, weights, strict=True)) for x in (scale, f)
+    )
     h = piece.smallest(piece.one("longest"), piece.sqrt(size / piece.largest(rate, 1e-300)) * 0.01)
     later = piece.call(entries.rhs, t + h, [v + h * r for v, r in zip(y, rates, strict=True)])
-    bend = piece.total(((b - a) / w) * ((b - a) / w) for a, b, w in zip(f, later, weights, strict=False))
+    bend = piece.total(
+        ((b - a) / w) * ((b - a) / w) for a, b, w in zip(f, later, weights, strict=False)
+    )
     largest = piece.largest(piece.sqrt(rate * (1.0 / n)), piece.sqrt(bend * (1.0 / n)) / h)
     usable = piece.both(piece.above(largest, 0.0), piece.finite([largest]))
     power = piece.trace.binary("pow", 0.01 / largest, 1.0 / (order + 1.0))
@@ -148,7 +168,9 @@ def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: 
     """Accept or refuse a trial step and choose the next; returns where it is accepted."""
     t, h, n = piece.one("t"), piece.one("h"), shape.states
     states = zip(trial.y[:n], piece.all("y"), strict=False)
-    y = [piece.choose(trial.solved, a, b) for a, b in states]  # no look-ups where there is no number
+    y = [
+        piece.choose(trial.solved, a, b) for a, b in states
+    ]  # no look-ups where there is no number
     penetration = piece.call(entries.films, t + h, [*y, *piece.all("y")[n:]]) if shape.films else []
     ends = zip(penetration, piece.all("before"), strict=True)
     near = [piece.not_below(after, before * SQUEEZE) for after, before in ends]
@@ -156,9 +178,13 @@ def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: 
     usable = piece.both(accurate, trial.finite)
     taken = piece.both(usable, piece.none(piece.either(*near))) if near else usable
     error = piece.largest(trial.error, 1e-10)
-    step = piece.choose(taken, grown(piece, h, error, order), refused(piece, h, trial, accurate, usable, order))
+    step = piece.choose(
+        taken, grown(piece, h, error, order), refused(piece, h, trial, accurate, usable, order)
+    )
     reached = piece.not_below(t + h, piece.one("end"))
-    scale, damping = sizes_of_films(piece, shape, y, penetration, trial.diagonal, piece.all("damping"))
+    scale, damping = sizes_of_films(
+        piece, shape, y, penetration, trial.diagonal, piece.all("damping")
+    )
 
     def keep(name: str, values) -> None:
         pairs = zip(values, piece.all(name), strict=False)

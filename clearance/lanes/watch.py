@@ -81,7 +81,11 @@ def look(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
     now = values_of(piece, watch, piece.call(entries.outputs, t, piece.all("y")))
     flags = []
     for k, (q, value) in enumerate(zip(watch.quantities, now, strict=True)):
-        last, earlier, best = piece.one("next", k), piece.one("last", k), piece.largest(piece.one("value", k), value)
+        last, earlier, best = (
+            piece.one("next", k),
+            piece.one("last", k),
+            piece.largest(piece.one("value", k), value),
+        )
         slope = (value - last) * per_width
         change = curving * piece.size(slope - (last - earlier) * per_back)
         higher = piece.largest(last, value)
@@ -90,7 +94,9 @@ def look(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
             piece.above((higher - best) * per_width + change * 0.25, 0.0),
         )
         rises = piece.above(higher + piece.size(value - last), best)
-        may = piece.both(stepped, piece.either(piece.both(early, rises), piece.both(piece.none(early), bends)))
+        may = piece.both(
+            stepped, piece.either(piece.both(early, rises), piece.both(piece.none(early), bends))
+        )
         if not q.always:
             may = piece.both(may, piece.above(piece.one("within"), 0.5))
         flags.append(may)
