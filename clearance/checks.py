@@ -6,6 +6,8 @@ import inspect
 import math
 from collections.abc import Callable, Iterable
 
+from clearance.columns import Column
+
 Check = Callable[[str, object], float]
 ROUNDING = 1e-15  # by which the length of a direction may be off
 
@@ -40,10 +42,10 @@ def finite(field: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) and not hasattr(value, "__float__"):
         raise TypeError(f"{field} must be a number, got {value!r}")
     try:
-        number = float(value)
+        number = value if isinstance(value, Column) else float(value)
     except (TypeError, ValueError):
         raise TypeError(f"{field} must be a number, got {value!r}") from None
-    if not math.isfinite(number):
+    if not number - number == 0.0:
         raise ValueError(f"{field} must be finite, got {value!r}")
     return number
 

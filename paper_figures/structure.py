@@ -135,7 +135,7 @@ BOXES = {
     ),
 }
 #: modules that all parts may use: they are drawn without arrows
-SHARED = "checks units extremes interrupts loading locks demand version compiling store series"
+SHARED = "columns checks units extremes interrupts loading locks demand version compiling store series"
 #: the package itself: its public names come from all parts
 PUBLIC = "clearance"
 

@@ -8,7 +8,8 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 #: lowest first; a module may import its own layer and those before it
 LAYERS = [
-    ["clearance.checks", "clearance.units", "clearance.extremes", "clearance.interrupts", "clearance.loading"],
+    ["clearance.columns", "clearance.checks", "clearance.units"],
+    ["clearance.extremes", "clearance.interrupts", "clearance.loading"],
     ["clearance.locks", "clearance.demand", "clearance.version", "clearance.series", "clearance.errors"],
     ["clearance.store"],
     ["clearance.tracing"],

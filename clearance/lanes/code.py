@@ -74,13 +74,12 @@ def new_module() -> ir.Module:
     return module
 
 
-def begin(module: ir.Module, name: str, count: int, internal: bool = False) -> ir.Function:
+def begin(module: ir.Module, name: str, count: int, apart: bool = False) -> ir.Function:
     """A function of so many pointers to numbers, none of which overlap."""
     function = ir.Function(module, ir.FunctionType(ir.VoidType(), [POINTER] * count), name)
     for argument in function.args:
         argument.add_attribute("noalias")
-    if internal:
-        function.linkage = "internal"
+    if apart:
         function.attributes.add("noinline")
     return function
 

@@ -1,12 +1,13 @@
 """Machine code of a stepper in lanes: pieces and kernels of one structure in one module."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import llvmlite.ir as ir
 import numpy as np
 
 from clearance.lanes import kernels, radau5, steps, watch
-from clearance.lanes.code import Code, begin, new_module
+from clearance.lanes.code import Code, begin, callable_at, new_module
 from clearance.lanes.lowering import Lanes
 from clearance.lanes.rows import Entry, Piece, Rows
 from clearance.lanes.steps import Entries, Shape
@@ -65,6 +66,21 @@ class Engine:
     rows: Rows
     code: Code
     pieces: np.ndarray
+    rhs: Callable
+
+    def rates(
+        self, par: np.ndarray, work: np.ndarray, y: np.ndarray, data: np.ndarray
+    ) -> np.ndarray:
+        """y' at t = 0 of many points: arrays (numbers, points)."""
+        width, (size, count) = self.width, y.shape
+        padded = np.arange(-(-count // width) * width) % count
+        blocks = [np.ascontiguousarray(a[:, padded]) for a in (par, work, y)]
+        time, out, result = np.zeros(width), np.zeros((size, width)), np.zeros((size, len(padded)))
+        for first in range(0, len(padded), width):
+            p, w, state = (np.ascontiguousarray(b[:, first : first + width]) for b in blocks)
+            self.rhs(*(a.ctypes.data for a in (time, state, p, w, out, data)))
+            result[:, first : first + width] = out
+        return result[:, :count]
 
 
 def engine(
@@ -112,7 +128,9 @@ def engine(
         write(module, f"piece_{name}", piece, rows, width, made)
     code = Code(module)
     addresses = np.array([code.address(f"piece_{name}") for name in ORDER], dtype=np.int64)
-    return Engine(width, rows, code, addresses)
+    return Engine(
+        width, rows, code, addresses, callable_at(code.address("rhs"), len(kernels.ARRAYS))
+    )
 
 
 def filled(jacobian, n: int):

@@ -22,9 +22,9 @@ def write(
     """A kernel f(t, y, par, work, out, data): vectors hold the W numbers of a place side by side.
 
     data: numbers that all lanes read, such as tables, at the places that parameters tell. shared: functions that
-    kernels of the module have in common; without it the kernel can be called from outside.
+    kernels of the module have in common; without it the kernel stands alone.
     """
-    function = begin(module, name, len(ARRAYS), internal=shared is not None)
+    function = begin(module, name, len(ARRAYS), apart=shared is not None)
     builder = ir.IRBuilder(function.append_basic_block())
     lowering = Lanes(
         builder,

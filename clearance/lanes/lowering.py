@@ -128,6 +128,3 @@ class Lanes(Lowering):
     def _shuffled(self, a: ir.Value, b: ir.Value, places: list[int]) -> ir.Value:
         mask = ir.Constant(ir.VectorType(INT32, self.width), places)
         return self.builder.shuffle_vector(a, b, mask)
-
-
-

@@ -200,8 +200,8 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
             new[s][p + i] = piece.weighted(K.t[s], [w[j][i] for j in range(STAGES)])
     followed(piece, shape, h, y, new)
     piece.set("transformed", *(v for row in w for v in row))
-    piece.set("stages", *(v for row in new for v in row))
     piece.set("powers", *powers)
+    piece.set("stages", *(v for row in new for v in row))
     return piece
 
 
@@ -278,11 +278,8 @@ def finish(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     inverse = piece.trace.div(1.0, h)
     end = [a + b for a, b in zip(y, stages[-1], strict=False)]
     slope = [piece.weighted(K.end, [row[i] for row in stages]) * inverse for i in range(n)]
-    powers = piece.all("powers")
-    changes = [
-        h * piece.weighted(K.a[-1], [powers[s * shape.ledger + i] for s in range(STAGES)])
-        for i in range(shape.ledger)
-    ]
+    powers, count = piece.all("powers"), shape.ledger  # where Newton's method looked last
+    changes = [h * piece.weighted(K.a[-1], powers[i::count]) for i in range(count)]
     trial = Trial(
         end,
         slope,

@@ -18,18 +18,22 @@ class Quantity:
     """A quantity whose largest value times its sign is located.
 
     channel: its place among the outputs that lanes compute; paired: length of the vector of this one and the next;
-    always: also before the window.
+    always: also before the window; searched: inside steps too, not only where they end.
     """
 
     channel: int
     paired: bool
     sign: float
-    always: bool
+    always: bool = False
+    searched: bool = True
 
 
 @dataclass(frozen=True)
 class Reduction:
-    """Mean over time of samples, or their largest value: of a function of outputs and of given numbers, both traced."""
+    """Mean over time of samples, or their largest value.
+
+    value(piece, outputs, given, own): traced, from the outputs, what is given for the sample, and the point's numbers.
+    """
 
     value: Callable
     mean: bool = True
@@ -47,6 +51,7 @@ class Watch:
     reductions: tuple[Reduction, ...]
     tracks: tuple[int, ...]
     given: int
+    own: int = 0
 
 
 def add_rows(rows: Rows, watch: Watch) -> None:
@@ -57,6 +62,7 @@ def add_rows(rows: Rows, watch: Watch) -> None:
     rows.add("sums", count=len(watch.reductions))
     rows.add("tracks", count=len(watch.tracks))
     rows.add("given", count=watch.given)
+    rows.add("own", count=watch.own)
 
 
 def values_of(piece: Piece, watch: Watch, row: list) -> list:
@@ -99,11 +105,12 @@ def look(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
         )
         if not q.always:
             may = piece.both(may, piece.above(piece.one("within"), 0.5))
-        flags.append(may)
+        if q.searched:
+            flags.append(may)
         piece.set_one("value", k, best)
         piece.set_one("last", k, last)
         piece.set_one("next", k, value)
-        piece.set_one("search", k, piece.flag(may))
+        piece.set_one("search", k, piece.flag(may) if q.searched else 0.0)
     pending = piece.either(*flags, piece.none(piece.above(piece.one("due"), t)))
     reached = piece.not_below(t, piece.one("end"))
     piece.set("interval", width)
@@ -121,11 +128,13 @@ def inside(rows: Rows, shape: Shape, entries: Entries, watch: Watch, dense: Call
     row = piece.call(entries.outputs, piece.one("from") + theta * piece.one("last_h"), y)
     values = values_of(piece, watch, row)
     sampled = piece.less(piece.one("job"), 0.5 * (SAMPLE + SEARCH))
-    given, share = piece.all("given"), piece.one("share")
+    given, own, share = piece.all("given"), piece.all("own"), piece.one("share")
     piece.set("seen", *values)
-    piece.set("value", *(piece.largest(piece.one("value", k), v) for k, v in enumerate(values)))
+    for k, (q, value) in enumerate(zip(watch.quantities, values, strict=True)):
+        if q.searched:
+            piece.set_one("value", k, piece.largest(piece.one("value", k), value))
     for k, reduction in enumerate(watch.reductions):
-        value, before = reduction.value(piece, row, given), piece.one("sums", k)
+        value, before = reduction.value(piece, row, given, own), piece.one("sums", k)
         after = before + share * value if reduction.mean else piece.largest(before, value)
         piece.set_one("sums", k, piece.choose(sampled, after, before))
     piece.set("tracks", *(row[c] for c in watch.tracks))

@@ -28,6 +28,12 @@ class Numbers:
         self.signature = (tuple(folded), tuple(self.index), _structure(scene))
 
 
+def numbers_of(scene: Scene) -> Iterator[tuple[str, float]]:
+    """(name, value) of each number, in scene order."""
+    for key, value, _ in _rows(scene):
+        yield key, value
+
+
 def _rows(scene: Scene) -> Iterator[Row]:
     """(name, value, values that are folded) of each number, in scene order."""
     for axis, value in zip("xyz", (*scene.gravity, 0.0), strict=False):

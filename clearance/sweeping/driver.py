@@ -284,7 +284,9 @@ class _Driver:
         try:
             for outcome in found:  # runs whose files the journal did not know
                 self.journal.add(outcome)
-            if pending:
+            if pending and scheduler is None:
+                pending = self._in_lanes(pending, workers)
+            if pending and not self.stop:
                 self._work(pending, workers, scheduler)
             interrupted = False
         except OSError as error:
@@ -302,7 +304,7 @@ class _Driver:
         again. Raises ValueError that names the changes; where they are accepted, or nothing is to come, warns.
         """
         changed = dict.fromkeys(c for o in done for c in common_differences(o.made, self.now))
-        for outcome in _examples([o for o in done if o.made]):
+        for outcome in _examples([o for o in done if "numbers" in o.made]):
             if differences := self._rebuilt(outcome):
                 where = self.definition.says(outcome.index)
                 changed |= dict.fromkeys(f"at {where}: {d}" for d in differences)
@@ -342,6 +344,23 @@ class _Driver:
             if i in done and done[i].status != LOST:
                 self.counts[done[i].status] -= 1
         return list(done.values()), pending
+
+    def _in_lanes(self, pending: list[int], workers: int | None) -> list[int]:
+        """Run the points that suit side by side, threads in place of workers; returns those that are left."""
+        from clearance.sweeping.together import Lanes
+
+        definition, done = self.definition, set()
+        lanes = Lanes(definition, find_case(definition.path), self.now)
+        queue = Queue(definition.points, [])
+        for block in lanes.outcomes(pending, workers or _cores()):
+            for outcome in block:
+                self._take(outcome, queue)
+                done.add(outcome.index)
+            self._report(0)
+            if self.stop:
+                break
+        LOG.info("%s", lanes.report())
+        return [index for index in pending if index not in done]
 
     def _work(self, pending: list[int], workers: int | None, scheduler: str | None) -> None:
         queue = Queue(self.definition.points, pending)

@@ -1,0 +1,93 @@
+"""Parameters with all their values at once: one scene in place of many of the same structure.
+
+A `Column` is a float, the first of its values, that carries the others along through arithmetic. A comparison that does
+not come out alike for all of them, or a conversion that would lose them, raises `Mixed`. Functions of `math` lose them
+without a word: what is made this way has to be compared with some scenes made one by one.
+"""
+
+import operator
+from collections.abc import Callable
+
+import numpy as np
+
+
+class Mixed(ValueError):
+    """The values of a column do not share one way."""
+
+
+def values_of(number) -> np.ndarray | float:
+    """All values of a number."""
+    return number.values if isinstance(number, Column) else float(number)
+
+
+def _arithmetic(function: Callable, turned: bool = False) -> Callable:
+    def method(self, other):
+        if not isinstance(other, int | float | np.floating):
+            return NotImplemented
+        a, b = self.values, values_of(other)
+        return Column(function(b, a) if turned else function(a, b))
+
+    return method
+
+
+def _comparison(function: Callable) -> Callable:
+    def method(self, other):
+        if not isinstance(other, int | float | np.floating):
+            return NotImplemented
+        holds = function(self.values, values_of(other))
+        if holds.any() != holds.all():
+            raise Mixed("a condition holds for some values and not for others")
+        return bool(holds[0])
+
+    return method
+
+
+def _refused(name: str) -> Callable:
+    def method(self, *arguments):
+        raise Mixed(f"{name} of many values")
+
+    return method
+
+
+class Column(float):
+    """A number with many values; see above."""
+
+    __slots__ = ("values",)
+
+    def __new__(cls, values: np.ndarray) -> "Column":
+        column = super().__new__(cls, values[0])
+        column.values = values
+        return column
+
+    __add__, __radd__ = _arithmetic(operator.add), _arithmetic(operator.add, True)
+    __sub__, __rsub__ = _arithmetic(operator.sub), _arithmetic(operator.sub, True)
+    __mul__, __rmul__ = _arithmetic(operator.mul), _arithmetic(operator.mul, True)
+    __truediv__, __rtruediv__ = _arithmetic(operator.truediv), _arithmetic(operator.truediv, True)
+    __pow__, __rpow__ = _arithmetic(operator.pow), _arithmetic(operator.pow, True)
+    __lt__, __le__ = _comparison(operator.lt), _comparison(operator.le)
+    __gt__, __ge__ = _comparison(operator.gt), _comparison(operator.ge)
+    __eq__, __ne__ = _comparison(operator.eq), _comparison(operator.ne)
+    __hash__ = float.__hash__
+    __int__, __trunc__, __round__ = (
+        _refused("the integer"),
+        _refused("the integer"),
+        _refused("rounding"),
+    )
+    __floor__, __ceil__, __format__ = (
+        _refused("rounding"),
+        _refused("rounding"),
+        _refused("the text"),
+    )
+    __mod__, __floordiv__ = _refused("the remainder"), _refused("the remainder")
+
+    def __neg__(self) -> "Column":
+        return Column(-self.values)
+
+    def __pos__(self) -> "Column":
+        return self
+
+    def __abs__(self) -> "Column":
+        return Column(np.abs(self.values))
+
+    def __bool__(self) -> bool:
+        return self != 0.0

@@ -1,0 +1,230 @@
+"""Runs of one structure in lanes: their numbers in arrays, their results in arrays."""
+
+import threading
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearance.elements.element import CONTACT, FILM
+from clearance.lanes import driver
+from clearance.lanes.code import natural_width
+from clearance.lanes.engine import METHODS, Engine, engine
+from clearance.lanes.steps import Shape
+from clearance.lanes.watch import Watch
+from clearance.mechanism.build import Mechanism
+from clearance.tracing.asking import Answerer
+from clearance.tracing.function import Opaque
+
+MOST_RATES = 16  # equations of a Newton iteration whose factors are written down
+LONGEST = 2**62  # steps
+BLOCK = 64  # bytes that rows are aligned to
+#: numbers of a point beside its states and parameters: a row for each
+NUMBERS = ("rtol", "longest", "own")
+FILMS = ("clearance", "pull", "rate_x", "rate_y")
+
+
+def impossible(mechanism: Mechanism, method: str) -> str | None:
+    """The reason why runs of a mechanism cannot go in lanes; None where they can."""
+    structure, layout = mechanism.structure, mechanism.layout
+    if method not in METHODS:
+        return f"method {method} has no lanes"
+    if mechanism.size == 0:
+        return "nothing is free to move"
+    if touching := [e.name for e, spot in mechanism.spots if spot.kind == CONTACT]:
+        return f"contacts of joint {touching[0]} begin with a touch"
+    if layout.commits:
+        return "steps carry numbers to the next"
+    if any(isinstance(source, Answerer) for source in mechanism.sources.values()):
+        return "a film is solved as the run goes"
+    if (
+        mechanism.size - mechanism.coordinates > MOST_RATES
+        or structure.programs["jacobian"].columns
+    ):
+        return "its equations are too many"
+    programs = structure.programs.values()
+    if opaque := [f.name for p in programs for f in p.functions if isinstance(f, Opaque)]:
+        return f"law {opaque[0]} is compiled apart"
+    return None
+
+
+def shape_of(mechanism: Mechanism) -> Shape:
+    """Sizes of a mechanism."""
+    places, layout = mechanism.places, mechanism.layout
+    films = [
+        (places[element], i)
+        for i, (element, spot) in enumerate(mechanism.spots)
+        if spot.kind == FILM and element in places
+    ]
+    ledger = layout.length - layout.states
+    return Shape(mechanism.coordinates, mechanism.size, ledger, tuple(films))
+
+
+@dataclass
+class Points:
+    """Numbers of many runs; the last axis goes over them.
+
+    y: start states with the ledger; scale: natural sizes of states; par: parameters, without tables; work: the work
+    vector and one more; clearance, pull, rate_x, rate_y: of films (films, points); longest: step [s]; begin, until:
+    of the window and of the run [s]; own: numbers that reductions may read.
+    """
+
+    y: np.ndarray
+    scale: np.ndarray
+    par: np.ndarray
+    work: np.ndarray
+    films: dict[str, np.ndarray]
+    longest: np.ndarray
+    begin: np.ndarray
+    until: np.ndarray
+    own: np.ndarray
+
+
+@dataclass
+class Answers:
+    """Results of many runs: the last axis goes over the quantities, sums or states.
+
+    extremes: of the window, start: of what was before it, both times the sign of the quantity; sums: reductions; begun,
+    ended: energy integrals at the window's ends; tracks: (points, outputs, samples); status; steps: taken.
+    """
+
+    extremes: np.ndarray
+    start: np.ndarray
+    sums: np.ndarray
+    begun: np.ndarray
+    ended: np.ndarray
+    tracks: np.ndarray
+    status: np.ndarray
+    steps: np.ndarray
+    rejected: np.ndarray
+
+
+class Group:
+    """Runs of one structure with one method, tolerance and number of samples.
+
+    channels: outputs that are looked at, to which the watch refers; data: parameter vector of one of them, with the
+    tables behind; given: numbers of each sample (numbers, samples).
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        method: str,
+        rtol: float,
+        samples: int,
+        watch: Watch,
+        channels: list[int],
+        given: np.ndarray,
+        width: int | None = None,
+    ):
+        self.shape, self.watch, self.samples, self.rtol = shape_of(mechanism), watch, samples, rtol
+        self.structure, self.width = mechanism.structure, width or natural_width()
+        self.data = np.append(mechanism.par, np.zeros(driver.PIECES * BLOCK))
+        self.given = np.ascontiguousarray(given, float).reshape(watch.given, -1)
+        self.engine: Engine = engine(
+            mechanism.structure, self.shape, watch, channels, method, self.width
+        )
+
+    # --- what the driver is given
+    def _where(self) -> np.ndarray:
+        """Rows that points set, in the order of `_numbers`."""
+        names = ["y", "scale", "par", "work", *NUMBERS, *(FILMS if self.shape.films else ())]
+        return np.concatenate([self.engine.rows.places(n) for n in names]).astype(np.int64)
+
+    def _numbers(self, points: Points) -> np.ndarray:
+        """Numbers of the points: (points, rows)."""
+        count = len(points.until)
+        rtol = np.full((1, count), self.rtol)
+        parts = [
+            points.y,
+            points.scale,
+            points.par,
+            points.work,
+            rtol,
+            points.longest[None],
+            points.own,
+        ]
+        if self.shape.films:
+            parts += [points.films[name] for name in FILMS]
+        return np.ascontiguousarray(np.concatenate(parts).T)
+
+    def _spans(self, points: Points) -> np.ndarray:
+        every = points.until / (self.samples - 1)
+        count = np.full_like(every, self.samples)
+        return np.column_stack([points.begin, points.until, every, count])
+
+    def _blank(self) -> np.ndarray:
+        """Rows of a lane before its point."""
+        rows = self.engine.rows
+        blank = np.zeros(rows.total)
+        blank[list(rows.places("effort"))] = 0.9
+        blank[list(rows.places("convergence"))] = 1.0
+        for name in ("value", "first"):
+            blank[list(rows.places(name))] = -driver.NEVER
+        return blank
+
+    def run(self, points: Points, threads: int = 1, limit: int | None = None) -> Answers:
+        """Run all points, some of them in each thread; Python's lock is released."""
+        count, rows = len(points.until), self.engine.rows
+        names = ("value", "first", "sums", "y")
+        gathered = np.concatenate([rows.places(n) for n in names]).astype(np.int64)
+        energies = np.arange(self.shape.states, self.shape.size)
+        begun, results = np.zeros((count, len(energies))), np.zeros((count, len(gathered) + 3))
+        kept = self.samples if self.watch.tracks else 0
+        tracks = np.zeros((count, len(self.watch.tracks), kept))
+        shared = self._where(), self._numbers(points), self._spans(points), self.given
+        outputs = gathered, energies, begun, results, tracks
+
+        def work(part: int) -> None:
+            self._run(shared, np.arange(part, count, threads), outputs, limit or LONGEST)
+
+        others = [threading.Thread(target=work, args=(part,)) for part in range(1, threads)]
+        for thread in others:
+            thread.start()
+        work(0)
+        for thread in others:
+            thread.join()
+        return self._answers(results, begun, tracks)
+
+    def _run(self, shared: tuple, queue: np.ndarray, outputs: tuple, limit: int) -> None:
+        """The runs of a queue, in this thread."""
+        if not queue.size:
+            return
+        where, numbers, spans, given = shared
+        gathered, energies, begun, results, tracks = outputs
+        rows, width = self.engine.rows, self.width
+        at = np.array([rows.first[name] for name in driver.ROWS], dtype=np.int64)
+        searches = np.zeros((width, driver.SEARCH_COLUMNS))
+        calls, counts = np.zeros(driver.PIECES + 1, np.int64), np.zeros(driver.PIECES + 2, np.int64)
+        driver.run(
+            self.engine.pieces, at, aligned(rows.total, width), self.data, self._blank(),
+            where, numbers, spans, given, queue, len(self.watch.quantities), gathered, energies,
+            begun, results, tracks, searches, calls, counts, limit,
+        )  # fmt: skip
+
+    def _answers(self, results: np.ndarray, begun: np.ndarray, tracks: np.ndarray) -> Answers:
+        quantities, sums = len(self.watch.quantities), len(self.watch.reductions)
+        first, second, third = quantities, 2 * quantities, 2 * quantities + sums
+        states = results[:, third : third + self.shape.size]
+        signs = np.array([q.sign for q in self.watch.quantities])
+        return Answers(
+            signs * results[:, :first],
+            signs * results[:, first:second],
+            results[:, second:third],
+            begun,
+            states[:, self.shape.states :],
+            tracks,
+            results[:, -3].astype(int),
+            results[:, -2].astype(int),
+            results[:, -1].astype(int),
+        )
+
+    def rates(self, points: Points, y: np.ndarray) -> np.ndarray:
+        """y' at t = 0 of all points for given states (size, points)."""
+        return self.engine.rates(points.par, points.work, y, self.data)
+
+
+def aligned(rows: int, width: int) -> np.ndarray:
+    """Zeros (rows, width) that begin at a multiple of a register."""
+    raw = np.zeros(rows * width + BLOCK // 8)
+    shift = (-raw.ctypes.data % BLOCK) // 8
+    return raw[shift : shift + rows * width].reshape(rows, width)

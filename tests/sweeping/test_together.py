@@ -1,0 +1,113 @@
+"""Sweeps in lanes: the metrics of the ordinary way, whatever runs beside; what does not suit is left to it."""
+
+import math
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance.catalogue import find_case
+from clearance.columns import Column, Mixed
+from clearance.sweeping.together import FEWEST, Together, Unsuited
+
+FEEDER = {"model": "lubricated", "joints": "B"}
+SPEEDS = np.linspace(20.0, 60.0, 8)
+CLEARANCES = np.geomspace(3e-5, 4e-4, 4)
+
+
+def together(**others):
+    """The feeder's points at once: speed times clearance."""
+    speed, clearance = (a.ravel() for a in np.meshgrid(SPEEDS, CLEARANCES))
+    case = find_case("six_bar_feeder")
+    many = case.scene(**FEEDER, speed=Column(speed), clearance=Column(clearance), **others)
+    first = case.scene(**FEEDER, speed=float(speed[0]), clearance=float(clearance[0]), **others)
+    return Together(first, many, speed.size, {"turns": 2.0}, None)
+
+
+@pytest.fixture(scope="module")
+def feeder():
+    return together()
+
+
+def test_company(feeder):
+    """A run is the same, bit for bit, in other company and in two threads."""
+    places = np.arange(feeder.count)
+    alone = feeder.answers(places, 1)
+    assert feeder.sound(alone).all()
+    mixed = np.random.default_rng(5).permutation(places)
+    others = feeder.answers(mixed, 2)
+    for name in ("extremes", "sums", "ended", "steps"):
+        np.testing.assert_array_equal(getattr(others, name), getattr(alone, name)[mixed])
+
+
+def test_steps(feeder):
+    """The steps of the ordinary loop: within 5 % of their number, with one first step and one end more or less."""
+    answers = feeder.answers(np.arange(1), 1)
+    assert abs(answers.steps[0] - feeder.steps) <= 0.05 * feeder.steps + 2
+
+
+def test_another_number_is_noticed(feeder):
+    """A point whose scene has a number that the others have not."""
+    scene = cl.load_case("six_bar_feeder", **FEEDER, speed=20.0, clearance=3e-5, viscosity=0.04)
+    with pytest.raises(Unsuited, match="parameters"):
+        feeder.compare(0, scene)
+
+
+def test_left_to_the_ordinary_way():
+    case = find_case("slider_crank")
+    scene = case.scene(model="dry")
+    with pytest.raises(Unsuited, match="dop853"):
+        Together(scene, scene, 1, {"turns": 2.0}, None)
+
+
+@pytest.fixture(scope="module")
+def sweeps(tmp_path_factory):
+    """The same sweep with lanes and without."""
+    folder, points = tmp_path_factory.mktemp("lanes"), cl.grid(speed=SPEEDS, clearance=CLEARANCES)
+    assert len(points) >= FEWEST
+    options = {"fixed": FEEDER, "turns": 2.0, "channels": [], "workers": 1}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("CLEARANCE_LANES", raising=False)
+        lanes = cl.sweep("six_bar_feeder", points, folder / "lanes", **options)
+        patch.setenv("CLEARANCE_LANES", "0")
+        ordinary = cl.sweep("six_bar_feeder", points, folder / "ordinary", **options)
+    return lanes, ordinary
+
+
+def test_metrics(sweeps):
+    """Within 2e-4 of each other at rtol 1e-6; deviations from ideal joints, a small difference of two, 5e-3."""
+    lanes, ordinary = sweeps
+    assert "in lanes" in (lanes.folder / "sweep.log").read_text()
+    assert list(lanes.metrics) == list(ordinary.metrics)
+    assert lanes.done.all()
+    for name in ordinary.metrics:
+        share = 5e-3 if "deviation" in name else 2e-4
+        np.testing.assert_allclose(lanes.metrics[name], ordinary.metrics[name], rtol=share, err_msg=name)
+    np.testing.assert_array_equal(lanes.costs["warnings"], ordinary.costs["warnings"])
+
+
+class TestColumn:
+    def test_arithmetic(self):
+        """That of its values; with numbers on either side."""
+        values = np.array([1.0, 2.0, 4.0])
+        column = Column(values)
+        for made, expected in (
+            (2.0 * column + 1.0, 2.0 * values + 1.0),
+            (1.0 / column - column**2, 1.0 / values - values**2),
+            (abs(-column), values),
+        ):
+            np.testing.assert_array_equal(made.values, expected)
+            assert float(made) == expected[0]
+
+    def test_conditions(self):
+        column = Column(np.array([1.0, 2.0]))
+        assert column > 0.5
+        assert not column < 0.5
+        for condition in (lambda: column > 1.5, lambda: column == 1.0, lambda: max(column, 1.5)):
+            with pytest.raises(Mixed):
+                condition()
+
+    @pytest.mark.parametrize("lose", [int, round, math.floor, "{:.3g}".format])
+    def test_what_would_lose_values(self, lose):
+        with pytest.raises(Mixed):
+            lose(Column(np.array([1.0, 2.0])))
