@@ -26,6 +26,7 @@ from clearance.store import OPTIONS, cached, entry_caller, njit, types
 
 PIECES = 6  # START to INSIDE, one for each phase
 NEVER = 1e300
+SAME = 1e-12  # share of the time within which two moments are one
 
 #: rows that the driver reads and sets, in the order in which it is given their places
 ROWS = (
@@ -47,7 +48,6 @@ ROWS = (
     "next",
     "search",
     "seen",
-    "first",
     "middle",
     "tracks",
     "given",
@@ -72,7 +72,6 @@ ROWS = (
     NEXT,
     SEARCHED,
     SEEN,
-    FIRST,
     MIDDLES,
     TRACKS,
     GIVEN,
@@ -80,11 +79,12 @@ ROWS = (
 ) = range(len(ROWS))
 
 #: columns of `spans`, a row for each point
-BEGIN, UNTIL, EVERY, SAMPLES = range(4)
-SPAN_COLUMNS = 4
+BEGIN, UNTIL, EVERY, SAMPLES, TURN = range(5)
 #: columns of `searches`, a row for each lane: the quantity, its parabola and how far it has come
-QUANTITY, STAGE, ROUND, A, B, C, AT_A, AT_B, AT_C, WIDTH, SAMPLE_INDEX, POINT, CALLED = range(13)
-SEARCH_COLUMNS = 13
+QUANTITY, STAGE, ROUND, A, B, C, AT_A, AT_B, AT_C, WIDTH, SAMPLE_INDEX, POINT, CALLED, TURNS = (
+    range(14)
+)
+SEARCH_COLUMNS = 14
 MIDDLE, SUMMIT, LEFT, RIGHT = range(4)  # stages of a search
 
 call = entry_caller(2)
@@ -100,6 +100,13 @@ def sample_time(span, index):
 
 
 @helper
+def end_of_turn(span, turn):
+    """Where a turn of a run ends, the last with the run."""
+    end = (turn + 1) * span[TURN]
+    return span[UNTIL] if end > span[UNTIL] * (1.0 - SAME) else end
+
+
+@helper
 def load(rows, at, lane, point, blank, where, points, spans, searches):
     """Begin a point in a lane."""
     for i in range(rows.shape[0]):
@@ -108,26 +115,32 @@ def load(rows, at, lane, point, blank, where, points, spans, searches):
         rows[where[i], lane] = points[point, i]
     span = spans[point]
     rows[at[PHASE], lane] = START
-    rows[at[END], lane] = span[BEGIN] if span[BEGIN] > 0.0 else span[UNTIL]
+    rows[at[END], lane] = end_of_turn(span, 0)
     rows[at[WITHIN], lane] = 0.0 if span[BEGIN] > 0.0 else 1.0
-    index = math.ceil(span[BEGIN] * (1.0 - 1e-12) / span[EVERY])
+    searches[lane, TURNS] = 0.0
+    index = math.ceil(span[BEGIN] * (1.0 - SAME) / span[EVERY])
     searches[lane, SAMPLE_INDEX] = index
     searches[lane, POINT] = point
     rows[at[DUE], lane] = sample_time(span, index)
 
 
 @helper
-def arrive(rows, at, lane, quantities, span, energies, begun):
-    """Take in the begin of the window; False where the run is over."""
-    if rows[at[STATUS], lane] != 0.0 or rows[at[WITHIN], lane] > 0.5:
+def arrive(rows, at, lane, quantities, span, energies, begun, extremes, searches):
+    """Take in the end of a turn: its extremes, and that the window begins; False where the run is over."""
+    if rows[at[STATUS], lane] != 0.0:
         return False
+    turn, time = int(searches[lane, TURNS]), rows[at[TIME], lane]
     for k in range(quantities):
-        rows[at[FIRST] + k, lane] = rows[at[VALUE] + k, lane]
+        extremes[turn, k] = rows[at[VALUE] + k, lane]
         rows[at[VALUE] + k, lane] = rows[at[NEXT] + k, lane]
-    for k in range(energies.size):
-        begun[k] = rows[at[STATE] + energies[k], lane]
-    rows[at[WITHIN], lane] = 1.0
-    rows[at[END], lane] = span[UNTIL]
+    if time >= span[UNTIL]:
+        return False
+    if rows[at[WITHIN], lane] == 0.0 and time >= span[BEGIN] * (1.0 - SAME):
+        for k in range(energies.size):
+            begun[k] = rows[at[STATE] + energies[k], lane]
+        rows[at[WITHIN], lane] = 1.0
+    searches[lane, TURNS] = turn + 1.0
+    rows[at[END], lane] = end_of_turn(span, turn + 1)
     rows[at[PHASE], lane] = PREPARE
     return True
 
@@ -269,7 +282,9 @@ def wanted(rows, at, counts):
 
 
 @helper
-def after(rows, at, lane, piece, quantities, span, given, energies, begun, tracks, searches, limit):
+def after(
+    rows, at, lane, piece, quantities, span, given, energies, begun, extremes, tracks, searches, limit,
+):  # fmt: skip
     """Lead a lane on that a piece has changed; False where its run is over."""
     if rows[at[PHASE], lane] == INSIDE:
         if piece + START == INSIDE:
@@ -284,24 +299,24 @@ def after(rows, at, lane, piece, quantities, span, given, energies, begun, track
         rows[at[STATUS], lane] = status.TOO_MANY_STEPS
         rows[at[PHASE], lane] = ARRIVED
     if rows[at[PHASE], lane] == ARRIVED:
-        return arrive(rows, at, lane, quantities, span, energies, begun)
+        return arrive(rows, at, lane, quantities, span, energies, begun, extremes, searches)
     return True
 
 
 def run(
-    pieces, at, rows, data, blank, where, points, spans, given, queue, quantities, gathered, energies, begun, results,
-    tracks, searches, calls, counts,
-    limit,
+    pieces, at, rows, data, blank, where, points, spans, given, queue, quantities, gathered, energies, begun,
+    extremes, results, tracks, searches, calls, counts, limit,
 ):  # fmt: skip
     """Run the points of a queue; returns how many.
 
-    pieces: addresses; at: places of ROWS; rows: (rows, W), aligned; data: tables; blank: rows of a lane before its
-    point; where, points: rows that a point sets, and its numbers (points, rows); spans: see SPAN_COLUMNS; given:
-    (numbers, samples) of each sample; quantities: how many are located; gathered: rows kept; energies: places in the
-    state kept at the begin of the window, in begun (points, energies); results: (points, gathered + 3) with status,
-    steps and rejected ones; tracks: (points, outputs, samples); searches: (W, SEARCH_COLUMNS); calls: of each piece,
-    then lanes that were in them; counts: room for those in each phase;
-    limit: of steps.
+    pieces: addresses; at: places of ROWS; rows: (rows, W), aligned; data: tables; blank: rows of a
+    lane before its point; where, points: rows that a point sets, and its numbers (points, rows);
+    spans: columns BEGIN to TURN; given: (numbers, samples) of each sample; quantities: how many
+    are located; gathered: rows kept; energies: places in the state kept at the begin of the window,
+    in begun (points, energies); extremes: (points, turns, quantities); results: (points, gathered
+    + 3) with status, steps and rejected ones; tracks: (points, outputs, samples); searches: (W,
+    SEARCH_COLUMNS); calls: of each piece, then lanes that were in them; counts: room for those in
+    each phase; limit: of steps.
     """
     lanes, taken, alive = rows.shape[1], 0, 0
     address, table = rows.ctypes.data, data.ctypes.data
@@ -327,21 +342,10 @@ def run(
             if searches[lane, CALLED] == 0.0:
                 continue
             point = int(searches[lane, POINT])
-            span, track = spans[point], tracks[point]
             if after(
-                rows,
-                at,
-                lane,
-                piece,
-                quantities,
-                span,
-                given,
-                energies,
-                begun[point],
-                track,
-                searches,
-                limit,
-            ):
+                rows, at, lane, piece, quantities, spans[point], given, energies, begun[point],
+                extremes[point], tracks[point], searches, limit,
+            ):  # fmt: skip
                 continue
             keep(rows, at, lane, gathered, results[point])
             rows[at[PHASE], lane] = IDLE
@@ -356,7 +360,7 @@ VECTOR, MATRIX, CUBE = types.float64[::1], types.float64[:, ::1], types.float64[
 INTEGERS = types.int64[::1]
 SIGNATURE = types.int64(
     INTEGERS, INTEGERS, MATRIX, VECTOR, VECTOR, INTEGERS, MATRIX, MATRIX, MATRIX, INTEGERS, types.int64, INTEGERS,
-    INTEGERS, MATRIX, MATRIX, CUBE, MATRIX, INTEGERS, INTEGERS, types.int64,
+    INTEGERS, MATRIX, CUBE, MATRIX, CUBE, MATRIX, INTEGERS, INTEGERS, types.int64,
 )  # fmt: skip
 SOURCE = hashlib.sha256(Path(__file__).read_bytes() + DIGEST.encode()).hexdigest()[:12]
 run.__qualname__ = f"run_{SOURCE}"  # an edited source has a cache of its own

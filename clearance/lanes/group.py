@@ -1,5 +1,6 @@
 """Runs of one structure in lanes: their numbers in arrays, their results in arrays."""
 
+import math
 import threading
 from dataclasses import dataclass
 
@@ -65,7 +66,7 @@ class Points:
 
     y: start states with the ledger; scale: natural sizes of states; par: parameters, without tables; work: the work
     vector and one more; clearance, pull, rate_x, rate_y: of films (films, points); longest: step [s]; begin, until:
-    of the window and of the run [s]; own: numbers that reductions may read.
+    of the window and of the run, turn: length of a turn [s]; own: numbers that reductions may read.
     """
 
     y: np.ndarray
@@ -76,19 +77,24 @@ class Points:
     longest: np.ndarray
     begin: np.ndarray
     until: np.ndarray
+    turn: np.ndarray
     own: np.ndarray
+
+    @property
+    def turns(self) -> int:
+        """Turns of a run, the last may be a part of one."""
+        return math.ceil(float((self.until / self.turn).max()) * (1.0 - 1e-9))
 
 
 @dataclass
 class Answers:
     """Results of many runs: the last axis goes over the quantities, sums or states.
 
-    extremes: of the window, start: of what was before it, both times the sign of the quantity; sums: reductions; begun,
-    ended: energy integrals at the window's ends; tracks: (points, outputs, samples); status; steps: taken.
+    extremes: (points, turns, quantities); sums: reductions; begun, ended: energy integrals at the window's ends;
+    tracks: (points, outputs, samples); status; steps: taken.
     """
 
     extremes: np.ndarray
-    start: np.ndarray
     sums: np.ndarray
     begun: np.ndarray
     ended: np.ndarray
@@ -150,7 +156,7 @@ class Group:
     def _spans(self, points: Points) -> np.ndarray:
         every = points.until / (self.samples - 1)
         count = np.full_like(every, self.samples)
-        return np.column_stack([points.begin, points.until, every, count])
+        return np.column_stack([points.begin, points.until, every, count, points.turn])
 
     def _blank(self) -> np.ndarray:
         """Rows of a lane before its point."""
@@ -158,21 +164,20 @@ class Group:
         blank = np.zeros(rows.total)
         blank[list(rows.places("effort"))] = 0.9
         blank[list(rows.places("convergence"))] = 1.0
-        for name in ("value", "first"):
-            blank[list(rows.places(name))] = -driver.NEVER
+        blank[list(rows.places("value"))] = -driver.NEVER
         return blank
 
     def run(self, points: Points, threads: int = 1, limit: int | None = None) -> Answers:
         """Run all points, some of them in each thread; Python's lock is released."""
         count, rows = len(points.until), self.engine.rows
-        names = ("value", "first", "sums", "y")
-        gathered = np.concatenate([rows.places(n) for n in names]).astype(np.int64)
+        gathered = np.concatenate([rows.places(n) for n in ("sums", "y")]).astype(np.int64)
         energies = np.arange(self.shape.states, self.shape.size)
         begun, results = np.zeros((count, len(energies))), np.zeros((count, len(gathered) + 3))
         kept = self.samples if self.watch.tracks else 0
         tracks = np.zeros((count, len(self.watch.tracks), kept))
         shared = self._where(), self._numbers(points), self._spans(points), self.given
-        outputs = gathered, energies, begun, results, tracks
+        extremes = np.zeros((count, points.turns, len(self.watch.quantities)))
+        outputs = gathered, energies, begun, extremes, results, tracks
 
         def work(part: int) -> None:
             self._run(shared, np.arange(part, count, threads), outputs, limit or LONGEST)
@@ -183,14 +188,14 @@ class Group:
         work(0)
         for thread in others:
             thread.join()
-        return self._answers(results, begun, tracks)
+        return self._answers(results, begun, extremes, tracks)
 
     def _run(self, shared: tuple, queue: np.ndarray, outputs: tuple, limit: int) -> None:
         """The runs of a queue, in this thread."""
         if not queue.size:
             return
         where, numbers, spans, given = shared
-        gathered, energies, begun, results, tracks = outputs
+        gathered, energies, begun, extremes, results, tracks = outputs
         rows, width = self.engine.rows, self.width
         at = np.array([rows.first[name] for name in driver.ROWS], dtype=np.int64)
         searches = np.zeros((width, driver.SEARCH_COLUMNS))
@@ -198,24 +203,20 @@ class Group:
         driver.run(
             self.engine.pieces, at, aligned(rows.total, width), self.data, self._blank(),
             where, numbers, spans, given, queue, len(self.watch.quantities), gathered, energies,
-            begun, results, tracks, searches, calls, counts, limit,
+            begun, extremes, results, tracks, searches, calls, counts, limit,
         )  # fmt: skip
 
-    def _answers(self, results: np.ndarray, begun: np.ndarray, tracks: np.ndarray) -> Answers:
-        quantities, sums = len(self.watch.quantities), len(self.watch.reductions)
-        first, second, third = quantities, 2 * quantities, 2 * quantities + sums
-        states = results[:, third : third + self.shape.size]
+    def _answers(self, results: np.ndarray, begun, extremes, tracks: np.ndarray) -> Answers:
+        sums = len(self.watch.reductions)
+        states = results[:, sums : sums + self.shape.size]
         signs = np.array([q.sign for q in self.watch.quantities])
         return Answers(
-            signs * results[:, :first],
-            signs * results[:, first:second],
-            results[:, second:third],
+            signs * extremes,
+            results[:, :sums],
             begun,
             states[:, self.shape.states :],
             tracks,
-            results[:, -3].astype(int),
-            results[:, -2].astype(int),
-            results[:, -1].astype(int),
+            *results[:, -3:].T.astype(int),
         )
 
     def rates(self, points: Points, y: np.ndarray) -> np.ndarray:

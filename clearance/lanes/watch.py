@@ -58,7 +58,7 @@ def add_rows(rows: Rows, watch: Watch) -> None:
     """Rows of the outputs."""
     count = len(watch.quantities)
     rows.add("interval", "within", "due", "theta", "job", "share")
-    rows.add("value", "earlier", "last", "next", "search", "seen", "first", "middle", count=count)
+    rows.add("value", "earlier", "last", "next", "search", "seen", "middle", count=count)
     rows.add("sums", count=len(watch.reductions))
     rows.add("tracks", count=len(watch.tracks))
     rows.add("given", count=watch.given)

@@ -32,12 +32,13 @@ from clearance.stepping.state import CLEARANCE, PULL, RATE_X, RATE_Y
 from clearance.sweeping.definition import Definition
 from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.journal import DONE, Outcome
-from clearance.sweeping.metrics import ROUNDING, Window, metrics, periodicity
+from clearance.sweeping.metrics import ROUNDING, Window, periodicity
+from clearance.sweeping.peaks import of_point
 
 COMPARED = 6  # points whose numbers are compared with those of a scene built alone
 SAME = 1e-9  # share within which natural sizes are the same
 TOGETHER = 1024  # points of one block
-TRACKED = 2**24  # samples kept at a time
+TRACKED = 2**24  # numbers of a block's turns and samples that are kept at a time
 FEWEST = 24  # points that are worth machine code of their own
 #: options of runs that lanes know
 OPTIONS = {"turns", "rtol", "method", "samples_per_turn", "samples", "energy", "max_steps"}
@@ -123,7 +124,7 @@ class Together:
             raise Unsuited(f"its first point fails: {failure}")
         self.record: MemoryRecord = sink.record
         self.ideal = ideal_motion(run.mechanism.scene, run.span, self.record.scene)
-        self.first = metrics(self.record, self.settle, self.ideal)
+        self.first = of_point(self.record, self.settle, self.ideal)
         self.steps = int(self.record.solver["steps"])
 
     def _check_window(self) -> None:
@@ -132,8 +133,9 @@ class Together:
         turn, until = self.mechanism.scene.turn, self.run.span.until
         if window is None or not turn or window.turns is None or self.record.uneven:
             raise Unsuited("no drive turns at a constant speed")
-        self.before = window.begin / turn
-        whole = abs(self.before - round(self.before)) < ROUNDING
+        before = window.begin / turn
+        self.past = round(before)  # turns before the window
+        whole = abs(before - self.past) < ROUNDING
         if not whole or window.end < until * (1.0 - ROUNDING) or window.turns < 1.0 - ROUNDING:
             raise Unsuited("the run does not end with the whole turns that its metrics are about")
         self.turns = window.turns
@@ -236,8 +238,9 @@ class Together:
             work=state.work[:, None] * repeated,
             films=films,
             longest=turn * (longest_step(mechanism, self.run.span) / base),
-            begin=self.before * turn,
+            begin=self.past * turn,
             until=until,
+            turn=turn,
             own=self.faster[None] ** 2,
         )
 
@@ -345,9 +348,9 @@ class Together:
     # --- results
     def blocks(self):
         """Places of the points, block by block."""
-        size = TOGETHER
-        if self.wanted.tracks:
-            size = max(TRACKED // (len(self.wanted.tracks) * self.run.span.samples), 1)
+        numbers = len(self.wanted.tracks) * self.run.span.samples
+        numbers += len(self.wanted.quantities) * self.points.turns
+        size = min(TOGETHER, max(TRACKED // numbers, 1))
         return (np.arange(self.count)[i : i + size] for i in range(0, self.count, size))
 
     def answers(self, places: np.ndarray, threads: int) -> Answers:
@@ -362,29 +365,32 @@ class Together:
             longest=points.longest[places],
             begin=points.begin[places],
             until=points.until[places],
+            turn=points.turn[places],
             own=points.own[:, places],
         )
         return self.group.run(part, threads, self.options.get("max_steps"))
 
     def sound(self, answers: Answers) -> np.ndarray:
         """True for runs that reached their end and whose energy adds up."""
-        good = (answers.status == status.DONE) & np.isfinite(answers.extremes).all(axis=1)
-        places = {name: i for i, name in enumerate(self.wanted.quantities)}
-        if "energy/residual_max" not in places:
+        good = answers.status == status.DONE
+        if "energy/residual_max" not in self.wanted.quantities:
             return good
         ends = {
-            name: answers.extremes[:, place]
-            for name, place in places.items()
-            if name.startswith("energy/")
+            n: self._of_all(answers, f"energy/{n}", self.past)
+            for n in ("kinetic_max", "kinetic_min")
         }
-        turned = np.maximum(ends["energy/kinetic_max"] - ends["energy/kinetic_min"], 1e-300)
+        ends |= {
+            n: self._of_all(answers, f"energy/{n}", self.past)
+            for n in ("residual_max", "residual_min")
+        }
+        turned = np.maximum(ends["kinetic_max"] - ends["kinetic_min"], 1e-300)
         doubt = max(LOST_ENERGY, 100.0 * self.run.solver.rtol)
-        return good & (ends["energy/residual_max"] - ends["energy/residual_min"] <= doubt * turned)
+        return good & (ends["residual_max"] - ends["residual_min"] <= doubt * turned)
 
-    def _both(self, answers: Answers, place: int) -> tuple[np.ndarray, np.ndarray]:
-        """An extreme of the window, and the outermost of it and of that of the start-up."""
-        inside, before = answers.extremes[:, place], answers.start[:, place]
-        return inside, np.where(np.abs(before) < 1e299, before, inside)
+    def _of_all(self, answers: Answers, name: str, first: int = 0) -> np.ndarray:
+        """Outermost of the extremes of a quantity in the turns from one on."""
+        values = answers.extremes[:, first:, list(self.wanted.quantities).index(name)]
+        return values.min(axis=1) if name.endswith("_min") else values.max(axis=1)
 
     def metrics(self, answers: Answers, places: np.ndarray) -> dict[str, np.ndarray]:
         """Metrics of the points by name, as the first point has them. Raises Unsuited for others."""
@@ -394,7 +400,12 @@ class Together:
         return {name: made[name] for name in self.first}
 
     def _parts(self, answers: Answers, places: np.ndarray):
-        extremes = dict(zip(self.wanted.quantities, answers.extremes.T, strict=True))
+        by_turn = np.moveaxis(answers.extremes[:, self.past :], -1, 0)
+        turns = dict(zip(self.wanted.quantities, by_turn, strict=True))
+        extremes = {
+            name: values.min(axis=1) if name.endswith("_min") else values.max(axis=1)
+            for name, values in turns.items()
+        }
         sums = dict(zip(self.wanted.reductions, answers.sums.T, strict=True))
         yield self._of_slides(extremes, sums)
         yield self._of_drives(extremes, sums)
@@ -402,6 +413,22 @@ class Together:
         yield self._of_energies(answers)
         if self.wanted.tracks:
             yield self._of_periods(answers, places)
+        yield self._of_peaks(turns)
+
+    def _of_peaks(self, turns: dict):
+        """Means over turns of the largest sizes in each turn."""
+        for body, direction in guides(self.record.scene).items():
+            axis, share = along(direction)
+            sizes = _sizes(turns, f"bodies/{body}/a{axis}") / abs(share)
+            yield f"{body}_acceleration_peak_mean", sizes.mean(axis=1)
+        for path in [
+            n.removesuffix("_max") for n in turns if n.startswith("drives/") and n.endswith("_max")
+        ]:
+            _, drive, quantity = path.split("/")
+            yield f"drive_{drive}_{quantity}_peak_mean", _sizes(turns, path).mean(axis=1)
+        for joint in self.record.names("joints"):
+            if (name := f"joints/{joint}/force_max") in turns:
+                yield f"joint_{joint}_force_peak_mean", turns[name].mean(axis=1)
 
     def _of_slides(self, extremes: dict, sums: dict):
         for body, direction in guides(self.record.scene).items():
@@ -461,7 +488,6 @@ class Together:
     def warnings(self, answers: Answers, places: np.ndarray) -> np.ndarray:
         """How many warnings each run has: those of the first point's joints, and of its own films."""
         count = np.zeros(len(places), int)
-        names = {name: i for i, name in enumerate(self.wanted.quantities)}
         joints = zip(
             self.mechanism.scene.clearance_joints, self.scene.clearance_joints, strict=True
         )
@@ -469,10 +495,9 @@ class Together:
         for one, many in joints:
             if one.film is None or one.film_joint is None:
                 continue
-            inside, before = self._both(answers, names[f"joints/{one.name}/gap_min"])
-            gap = np.minimum(inside, before)
-            inside, before = self._both(answers, names[f"joints/{one.name}/film_pressure_max"])
-            count += self._film_warnings(one, many, np.maximum(inside, before), gap, places)
+            gap = self._of_all(answers, f"joints/{one.name}/gap_min")
+            pressure = self._of_all(answers, f"joints/{one.name}/film_pressure_max")
+            count += self._film_warnings(one, many, pressure, gap, places)
         return count
 
     def _film_warnings(
@@ -488,6 +513,11 @@ class Together:
         if one.roughness is not None:
             found += gap / self._all(many.roughness)[places] < FULL_FILM
         return found
+
+
+def _sizes(turns: dict, path: str) -> np.ndarray:
+    """Largest size of a quantity in each turn."""
+    return np.maximum(np.abs(turns[f"{path}_min"]), np.abs(turns[f"{path}_max"]))
 
 
 class Tracked:
