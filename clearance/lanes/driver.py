@@ -101,7 +101,7 @@ def sample_time(span, index):
 
 @helper
 def end_of_turn(span, turn):
-    """Where a turn of a run ends, the last with the run."""
+    """End of a turn of a run, the last that of the run."""
     end = (turn + 1) * span[TURN]
     return span[UNTIL] if end > span[UNTIL] * (1.0 - SAME) else end
 

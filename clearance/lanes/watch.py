@@ -41,7 +41,7 @@ class Reduction:
 
 @dataclass(frozen=True)
 class Watch:
-    """What is kept of a run.
+    """Outputs that are kept of a run.
 
     quantities: see above; reductions: sums over samples; tracks: outputs kept at every sample; given: how many
     numbers of each sample the reductions are given.

@@ -45,12 +45,12 @@ OPTIONS = {"turns", "rtol", "method", "samples_per_turn", "samples", "energy", "
 
 
 class Unsuited(Exception):
-    """Why points cannot run in lanes."""
+    """The reason for which points cannot run in lanes."""
 
 
 @dataclass
 class Wanted:
-    """What metrics look at: quantities and reductions, with the outputs that they are made of, by name."""
+    """Quantities and reductions that metrics look at, with the outputs that they are made of, by name."""
 
     layout: object
     channels: list[int] = field(default_factory=list)
@@ -486,7 +486,7 @@ class Together:
             yield name, np.array([row[name] for row in rows])
 
     def warnings(self, answers: Answers, places: np.ndarray) -> np.ndarray:
-        """How many warnings each run has: those of the first point's joints, and of its own films."""
+        """Number of warnings of each run: those of the first point's joints, and of its own films."""
         count = np.zeros(len(places), int)
         joints = zip(
             self.mechanism.scene.clearance_joints, self.scene.clearance_joints, strict=True
@@ -521,7 +521,7 @@ def _sizes(turns: dict, path: str) -> np.ndarray:
 
 
 class Tracked:
-    """What `periodicity` reads of a run: offsets of its journals at its samples."""
+    """The part of a run that `periodicity` reads: offsets of its journals at its samples."""
 
     uneven, complete = False, True
 
@@ -669,6 +669,6 @@ class Lanes:
         return made
 
     def report(self) -> str:
-        """How many points ran in lanes, and why others did not."""
+        """Number of points that ran in lanes, and the reasons of the others."""
         left = "; ".join(f"{count}: {reason}" for reason, count in self.reasons.items())
         return f"{self.count} points in lanes" + (f"; the ordinary way for {left}" if left else "")
