@@ -123,6 +123,7 @@ def kernel_roles(mechanism: Mechanism, method: str) -> list[str]:
         "events": bool(mechanism.spots),
         "commit": mechanism.layout.commits > 0,
         "observe": True,
+        "follow": bool(mechanism.layout.followed),
     }
     return [role for role, used in needed.items() if used]
 

@@ -93,6 +93,7 @@ class Run:
             rows=ROWS,
             log=LOG_ROWS,
             impacts=IMPACT_ROWS,
+            followed=len(layout.followed),
             **self.watched.sizes,
         )
         state.y[...], state.work[:-1] = mechanism.y0, mechanism.work0

@@ -7,6 +7,7 @@ time loop. Set CLEARANCE_STORE to put it elsewhere.
 
 import ctypes
 import hashlib
+import inspect
 import itertools
 import logging
 import os
@@ -14,6 +15,7 @@ import pickle
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from types import FunctionType
 
@@ -188,12 +190,17 @@ class CheckedFiles(IndexDataCacheFile):
 def cached(function: Callable, signature, made_from: str, **options) -> Callable:
     """A function compiled by numba, or as it was compiled before from the same."""
     dispatcher = njit(**options)(function)
-    dispatcher.enable_caching()
-    cache = dispatcher._cache
-    cache._cache_file = CheckedFiles(cache._cache_file, made_from)
+    _keep(dispatcher, made_from)
     dispatcher.compile(signature)
     dispatcher.disable_compile()
     return dispatcher
+
+
+def _keep(dispatcher: Callable, made_from: str) -> None:
+    """Let a function of numba be kept on disk with what it was made from."""
+    dispatcher.enable_caching()
+    files = dispatcher._cache
+    files._cache_file = CheckedFiles(files._cache_file, made_from)
 
 
 def caller(kind: types.FunctionType) -> Callable:
@@ -229,6 +236,7 @@ def entry_caller(count: int) -> Callable:
     return call
 
 
+@cache
 def opaque_address(function: Callable, arguments: str, count: int) -> int:
     """Address of a plain function compiled by numba, called as f(inputs, data, outputs), pointers
     to numbers.
@@ -244,7 +252,10 @@ def opaque_address(function: Callable, arguments: str, count: int) -> int:
     )
     lines = ["def call(inputs, place, outputs):", "    par = carray(place, (BEYOND,))"]
     lines += [f"    values = law({arguments})", *values]
-    scope = {"law": _with_helpers(function), "carray": numba.carray, "BEYOND": 1 << 40}
+    law = _with_helpers(function)
+    if function.__module__.startswith("clearance.") and not function.__closure__:
+        _keep_for(law, _sources(function))
+    scope = {"law": law, "carray": numba.carray, "BEYOND": 1 << 40}
     scope |= {n: v for n, v in function.__globals__.items() if isinstance(v, type)}
     exec("\n".join(lines), scope)  # noqa: S102
     pointer = types.CPointer(float64)
@@ -258,13 +269,30 @@ def opaque_address(function: Callable, arguments: str, count: int) -> int:
     return entry.address
 
 
+def _keep_for(law: Callable, sources: str) -> None:
+    """Keep a compiled law on disk, one for each state of its sources."""
+    digest = hashlib.sha256(sources.encode()).hexdigest()[:12]
+    law.py_func.__qualname__ = f"{law.py_func.__name__}_{digest}"
+    _keep(law, digest)
+
+
+def _helpers(function: Callable) -> dict[str, FunctionType]:
+    """Plain functions that a function calls, by their names in its module."""
+    named = ((n, function.__globals__.get(n)) for n in function.__code__.co_names)
+    return {n: v for n, v in named if isinstance(v, FunctionType)}
+
+
+def _sources(function: Callable) -> str:
+    """Sources of the modules of a function and of all that it calls."""
+    called = {function}
+    while more := {h for f in called for h in _helpers(f).values()} - called:
+        called |= more
+    return "".join(sorted({inspect.getsource(inspect.getmodule(f)) for f in called}))
+
+
 def _with_helpers(function: Callable) -> Callable:
     """A plain function compiled with those of its module that it calls."""
-    names = set(function.__code__.co_names)
-    helpers = {
-        n: v for n, v in function.__globals__.items() if n in names and isinstance(v, FunctionType)
-    }
-    outer = function.__globals__ | {n: _with_helpers(v) for n, v in helpers.items()}
+    outer = function.__globals__ | {n: _with_helpers(v) for n, v in _helpers(function).items()}
     copy = FunctionType(
         function.__code__, outer, function.__name__, function.__defaults__, function.__closure__
     )

@@ -18,6 +18,7 @@ UNITS = {
     "N": ("N", 1.0), "kN": ("N", 1e3), "Nm": ("N m", 1.0), "kNm": ("N m", 1e3),
     "N/m": ("N/m", 1.0), "kN/m": ("N/m", 1e3), "N/mm": ("N/m", 1e3), "Ns/m": ("N s/m", 1.0),
     "Nm/rad": ("N m/rad", 1.0), "Nms/rad": ("N m s/rad", 1.0), "kg/m3": ("kg/m3", 1.0),
+    "m2/N": ("m2/N", 1.0), "mm3/Nm": ("m2/N", 1e-9), "m3/J": ("m2/N", 1.0),
     "Pa": ("Pa", 1.0), "kPa": ("Pa", 1e3), "bar": ("Pa", 1e5), "MPa": ("Pa", 1e6), "GPa": ("Pa", 1e9),
 }  # fmt: skip
 #: units in which people think of numbers in SI, coarse to fine

@@ -21,7 +21,9 @@ from clearance.laws.law import (
     film,
     friction,
     memory_film,
+    outline,
     transition,
+    wear,
     wet_film,
 )
 from clearance.materials import HeatBalance, Lubricant, Material, steel
@@ -42,6 +44,8 @@ class ClearanceRevolute(ClearanceJoint):
     transition: how film and contact share the joint, needed where it has both; asperities are part of it.
     film_torques: whether the film drags on both bodies. Leave it on: without it the film's force pair has a net moment.
     Off reproduces published rows that leave the drag out.
+    wear, wear_journal: laws of wear of bearing and journal; outline: their worn depths, see `worn` (default: unworn
+    where something wears). They need the contact `winkler`; friction goes by the normal load there, not by the force.
     roughness: composite rms roughness [m], switches the film thickness ratio output on.
     heat: the balance of heat that sets the oil's temperature and with it its viscosity, or None for a constant one.
     material: of journal and bearing, and layer: thickness [m] of the elastic layer that flattens (default half the
@@ -61,6 +65,9 @@ class ClearanceRevolute(ClearanceJoint):
     film: BoundLaw | None = law("film between journal and bearing", film, wet_film, memory_film)
     asperity: BoundLaw | None = law("load of the asperities", asperity)
     transition: BoundLaw | None = law("how film and contact share the joint", transition)
+    wear_journal: BoundLaw | None = law("wear of the journal", wear)
+    wear: BoundLaw | None = law("wear of the bearing", wear)
+    outline: BoundLaw | None = law("worn outlines of bearing and journal", outline)
     lubricant: Lubricant | None = None
     heat: HeatBalance | None = None
     film_torques: bool = True
@@ -79,7 +86,9 @@ class ClearanceRevolute(ClearanceJoint):
             raise ValueError(f"{label}: radius {self.radius!r} m must be larger than clearance {self.clearance!r} m")
         self._check_slots(label)
         self._determine(*SLOTS)
-        if self.contact is None and math.hypot(*self.eccentricity) >= self.clearance:
+        if self.outline is None and (self.wear or self.wear_journal):
+            self._set("outline", self._unworn())
+        if self.outline is None and self.contact is None and math.hypot(*self.eccentricity) >= self.clearance:
             raise ValueError(f"{label}: start eccentricity {self.eccentricity} lies outside the clearance circle")
         self._check_laws()
 
@@ -102,10 +111,33 @@ class ClearanceRevolute(ClearanceJoint):
             raise ValueError(f"{label}: heat balance: to must be a ThermalNode, got {self.heat.to!r}")
         if self.film is not None and self.contact is not None and self.transition is None:
             raise ValueError(f"{label}: film and contact together need a transition model, such as load_sharing()")
+        if self.outline or self.wear or self.wear_journal:
+            self._check_wear(label)
         if self.transition is not None:
             self._check_beside(label, "transition", " law", "film", "contact")
         if self.asperity is not None:
             self._check_beside(label, "asperity", "", "transition", "roughness")
+
+    def _check_wear(self, label: str) -> None:
+        """Raise ValueError where worn outlines cannot be followed."""
+        if self.wear or self.wear_journal or self.contact is not None:
+            law = self.contact and self.contact.law.name
+            if law != "winkler":
+                reason = "a pressure over the arc, which only winkler has"
+                raise ValueError(f"{label}: worn outlines need {reason}; contact is {law}")
+        if self.film is not None and self.film.law.family is not memory_film:
+            raise ValueError(
+                f"{label}: film {self.film.law.name} has no worn outline; conserving_film() has"
+            )
+        if self.asperity is not None:
+            reason = "asperities on worn outlines are not modelled; the transition fuzzy does without"
+            raise ValueError(f"{label}: asperity {self.asperity.law.name}: {reason}")
+
+    @staticmethod
+    def _unworn() -> BoundLaw:
+        from clearance.laws.outline import worn
+
+        return worn()
 
     def _check_beside(self, label: str, slot: str, kind: str, *needed: str) -> None:
         missing = [n for n in needed if getattr(self, n) is None]
@@ -118,6 +150,9 @@ class ClearanceRevolute(ClearanceJoint):
         yield f"{self.key}/roughness", self.roughness or 0.0, ZERO
         if self.film is not None:
             yield f"{self.key}/viscosity", self.viscosity, NEVER
+        if self.outline is not None:
+            yield f"{self.key}/worn", float(any(map(any, self.outline.parameters.values()))), NEVER
+            yield f"{self.key}/journal_wears", float(self.journal_wears), ZERO
         for name, value in self.heat.numbers.items() if self.heat is not None else ():
             yield f"{self.key}/heat/{name}", value, NEVER
 
@@ -132,6 +167,11 @@ class ClearanceRevolute(ClearanceJoint):
         return FilmJoint(
             self.radius, self.clearance, self.length or 0.0, self.viscosity or 0.0, self.roughness or 0.0
         )
+
+    @property
+    def journal_wears(self) -> bool:
+        """True where the journal is worn, or may become so."""
+        return self.wear_journal is not None or any(self.outline.parameters["journal"])
 
     # --- for diagnosis
     @property
@@ -164,13 +204,22 @@ class ClearanceRevolute(ClearanceJoint):
 
     def act(self, m, w) -> None:
         """Film, contact and friction, each as far as the joint has it."""
-        journal = Journal(self, m, w)
+        journal = self._journal()(self, m, w)
         shares = journal.shares()
         if self.film is not None:
             journal.film(shares)
         if self.contact is not None:
             journal.contact(shares)
         journal.hand_over()
+
+
+    def _journal(self) -> type["Journal"]:
+        """The journal, on worn outlines where the joint has some."""
+        if self.outline is None:
+            return Journal
+        from clearance.elements.worn_journal import WornJournal
+
+        return WornJournal
 
 
 #: what a clearance joint may have, and the kinds of law it takes for it
@@ -224,7 +273,7 @@ class Journal:
         self.nx = trace.select(far, x.v * self.inverse, 1.0)
         self.ny = trace.select(far, y.v * self.inverse, 0.0)
         self.gap = self.clearance - self.distance
-        self.outward = x.d * self.nx + y.d * self.ny
+        self.approach = self.outward = x.d * self.nx + y.d * self.ny
         self.sideways = y.d * self.nx - x.d * self.ny
 
     def vector(self, radial, tangential) -> tuple:
@@ -336,12 +385,17 @@ class Journal:
             tangential = self._rub(normal)
         self._add(self.vector(-normal, tangential), 0.0, 0.0)
 
-    def _rub(self, normal):
-        m, w, joint, (spin_a, spin_b) = self.m, self.w, self.joint, self.spins
-        radius = m.number(joint, "radius")
+    def _sliding(self) -> tuple:
+        """Sliding speed of the journal's surface in the bearing, and the arms of bearing and journal."""
+        spin_a, spin_b = self.spins
+        radius = self.m.number(self.joint, "radius")
         bearing_arm = self.distance + radius
-        sliding = self.sideways + spin_b * radius - spin_a * bearing_arm
-        tangential = joint.rub(m, w, sliding, normal)
+        return self.sideways + spin_b * radius - spin_a * bearing_arm, bearing_arm, radius
+
+    def _rub(self, normal):
+        w, joint = self.w, self.joint
+        sliding, bearing_arm, radius = self._sliding()
+        tangential = joint.rub(self.m, w, sliding, normal)
         self._add((0.0, 0.0), -(bearing_arm * tangential), radius * tangential)
         text = "friction force on the journal, positive along the turned line of centres"
         w.show(joint, "friction", "N", text, tangential)
@@ -360,7 +414,7 @@ class Journal:
         w.add(joint.b.body, moment=self.torque_b)
         power = self._power(self.force, self.torque_a, self.torque_b)
         w.lose(joint, power)
-        w.spot(joint, -self.gap, self.outward, self.contact_force)
+        w.spot(joint, -self.gap, self.approach, self.contact_force)
         w.show(joint, "power_loss", "W", "power the joint takes out of the mechanism", power)
         joint.show_force(w, self.force)
         if joint.heat is not None:

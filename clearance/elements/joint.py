@@ -56,6 +56,7 @@ class Joint(Element):
     friction = None
     roughness = None
     transition = asperity = heat = None
+    outline = wear = wear_journal = None
     arms: tuple[str, ...] = ()
 
     def __post_init__(self):

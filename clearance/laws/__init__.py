@@ -60,6 +60,7 @@ from clearance.laws.joint_friction import (
 )
 from clearance.laws.pad import full_pad
 from clearance.laws.transition import flores_hybrid, fuzzy, fuzzy_table, load_sharing, memberships, superposed
+from clearance.laws.wear import archard, archard_reye, sarkar
 
 # isort: split
 # the families last: they have the names of the modules of their laws, and are what is public
@@ -80,6 +81,7 @@ from clearance.laws.law import (
     pad,
     signal,
     transition,
+    wear,
 )
 
 #: the families, to decorate laws of one's own with, and the laws by family
@@ -96,10 +98,12 @@ FAMILIES = (
     signal,
     effort,
     drive_state,
+    wear,
 )  # fmt: skip
 
 __all__ = [
-    "BoundLaw", "Derived", "FAMILIES", "FilmJoint", "Law", "ambrosio", "asperity", "bengisu_akay", "breakaway_linear",
+    "BoundLaw", "Derived", "FAMILIES", "FilmJoint", "Law", "ambrosio", "archard", "archard_reye", "asperity",
+    "bengisu_akay", "breakaway_linear",
     "breakaway_smooth", "bristle", "composite_roughness", "contact", "contact_flow_factor", "contact_modulus",
     "coulomb", "coulomb_tanh", "coulomb_viscous", "dc_motor", "delivered_restitution", "drive_state", "effort",
     "exact_damping", "exact_restitution", "film", "film_torques", "flores", "flores_hybrid", "friction",
@@ -109,6 +113,6 @@ __all__ = [
     "johnson", "joint_bristle", "joint_coulomb", "joint_friction", "joint_lugre", "joint_lugre_loaded",
     "joint_stribeck", "kelvin_voigt", "kloss", "lankarani_nikravesh", "layer_modulus", "lee_wang", "liu",
     "load_sharing", "long_film", "lugre", "memberships", "motor_line", "pad", "pi_speed", "pinkus_sternlicht",
-    "pressure_flow_factor", "ramp", "shear_flow_factor", "short_film", "signal", "stribeck", "superposed",
+    "pressure_flow_factor", "ramp", "shear_flow_factor", "sarkar", "short_film", "signal", "stribeck", "superposed",
     "threlfall", "transition", "winkler", "zhiying_qishao",
 ]  # fmt: skip

@@ -21,10 +21,12 @@ class Channel:
 class Layout:
     """The places of a structure's numbers, by their names in result files.
 
-    State: coordinates, their rates, states of first order, the energy put in, and what each of
-    `dissipated` has taken out (both where there is a ledger). Work: the impact speed of each spot,
-    negative in free flight; the coordinates that a step carries to the next, (name, of what); the times
-    up to which elements with a memory remember. Parameters: those of the scene by name, then derived ones.
+    State: coordinates, their rates, states of first order, the energy put in, what each of
+    `dissipated` has taken out, and the integrals `sums` (all where there is a ledger). Work: the
+    impact speed of each spot, negative in free flight; the coordinates that a step carries to the
+    next, (name, of what); the times up to which elements with a memory remember. Parameters: those of
+    the scene by name, then derived ones.
+    followed: numbers that a run hands on step by step.
     """
 
     coordinates: tuple[str, ...]
@@ -37,6 +39,8 @@ class Layout:
     parameters: dict[str, int]
     derived: int
     channels: tuple[Channel, ...]
+    sums: tuple[str, ...] = ()
+    followed: tuple[str, ...] = ()
 
     @property
     def size(self) -> int:
@@ -51,7 +55,7 @@ class Layout:
     @property
     def length(self) -> int:
         """Number of first-order states with the ledger."""
-        return self.states + (1 + len(self.dissipated) if self.ledger else 0)
+        return self.states + (1 + len(self.dissipated) + len(self.sums) if self.ledger else 0)
 
     @property
     def commits(self) -> int:

@@ -87,6 +87,10 @@ class Motion:
         """Outputs of a plain function."""
         return self.calls.function(function, args)
 
+    def of_law(self, element, slot: str, function, state: list, facts: tuple = ()) -> list:
+        """Values of another function that takes the arguments of an element's law."""
+        return self.calls.of(element, slot, function, state, facts)
+
     def shown(self, element, slot: str, state: list, facts: tuple = ()) -> dict[str, Value]:
         """Outputs that a law has of its own."""
         functions = getattr(element, slot).law.shown

@@ -4,6 +4,7 @@ Kernels share one signature, (t, y, par, work, out):
   rhs       out = dy/dt                                    observe   out = one row of output channels
   jacobian  out = d(dy/dt)/dy, row by row, no ledger       commit    work = what is carried to the next step
   events    out = penetration, its rate, contact force for each spot
+  follow    out = what the run follows of elements that wear; only where some do
 What stands where in them says the layout.
 """
 
@@ -120,6 +121,8 @@ class Tracing:
             parameters=self.index,
             derived=len(self.slots.place),
             channels=tuple(self.channels),
+            sums=tuple(f"{element.key}/{name}" for element, name in self.sums),
+            followed=tuple(f"{e.key}/{name}" for e, values in self.work.followed.items() for name in values),
         )
         return Structure(
             programs=self.programs,
@@ -162,8 +165,11 @@ class Tracing:
         self.states = len(self.state_rate)
         losses = self.work.losses if self.ledger else {}
         self.dissipated = {e: trace.load(f"y[{self.states + 1 + i}]") for i, e in enumerate(losses)}
+        sums = self.work.sums if self.ledger else {}
+        first = self.states + 1 + len(losses)
+        self.sums = {key: trace.load(f"y[{first + i}]") for i, key in enumerate(sums)}
         if self.ledger:
-            self.state_rate += [self._input_power(), *losses.values()]
+            self.state_rate += [self._input_power(), *losses.values(), *(rate for _, _, rate in sums.values())]
 
     def _moving(self, position: dict, rate: dict) -> Motion:
         """Poses and velocities from coordinates and their rates, by place."""
@@ -214,6 +220,9 @@ class Tracing:
             "commit": dict(enumerate(carried, len(self.spots))),
             "observe": dict(enumerate(observed)),
         }
+        if self.work.followed:
+            followed = (v for values in self.work.followed.values() for v in values.values())
+            roles["follow"] = dict(enumerate(followed))
         expansion = Expansion()
         places = {role: list(outputs) for role, outputs in roles.items()}
         values = {role: expansion.of(list(outputs.values())) for role, outputs in roles.items()}
@@ -270,6 +279,9 @@ class Tracing:
                 yield f"{element.key}/{name}", units, text, value
             if element in self.dissipated:
                 yield f"{element.key}/dissipated", "J", element.lost, self.dissipated[element]
+            for (_, name), value in ((key, v) for key, v in self.sums.items() if key[0] is element):
+                units, text, _ = self.work.sums[element, name]
+                yield f"{element.key}/{name}", units, text, value
 
     def _friction_channels(self):
         if self.friction.iterations is not None:

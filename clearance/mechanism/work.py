@@ -25,6 +25,8 @@ class Work:
     efforts: dict = field(default_factory=dict)  # of drives that push
     rates: dict = field(default_factory=dict)  # (element, state) -> rate of a state of first order, a sum
     commits: dict = field(default_factory=dict)  # element -> asks it to remember this state
+    sums: dict = field(default_factory=dict)  # (element, name) -> (unit, description, rate) of an integral
+    followed: dict = field(default_factory=dict)  # element -> {name: value} that a run follows step by step
     spots: dict = field(default_factory=dict)  # element -> [(penetration, its rate, contact force)]
     shown: dict = field(default_factory=dict)  # element -> [(name, unit, description, value)]
 
@@ -96,6 +98,14 @@ class Work:
     def keep(self, element, value) -> None:
         """Asks a law with a memory to remember the state of an accepted step."""
         self.commits[element] = value
+
+    def sum(self, element, name: str, unit: str, text: str, rate) -> None:
+        """An output that is the integral of a rate since the start, as exact as the motion."""
+        self.sums[element, name] = unit, text, rate
+
+    def follow(self, element, values: dict) -> None:
+        """Numbers of an element that a run hands on at the start, middle and end of each step that touches."""
+        self.followed[element] = values
 
     def spot(self, element, penetration, rate, force) -> None:
         """A place where the element may touch: the next of its `spots`."""

@@ -10,6 +10,7 @@ import math
 from clearance.stepping import status
 from clearance.stepping.locating import begin_looking, contact_peak, look, look_again, unwind
 from clearance.stepping.state import (
+    BLENDED,
     CLEARANCE,
     CONTACT,
     COORDINATE,
@@ -22,6 +23,7 @@ from clearance.stepping.state import (
     RATE_X,
     SINCE,
     TOUCHING,
+    TRAIL_PLACES,
     attempt,
     copy,
     evaluate,
@@ -428,6 +430,23 @@ def buffers_full(s):
 
 
 @shared
+def follow(s, t, h):
+    """Hand on what wears, at the start, middle and end of the step just made; zeros in free flight."""
+    trail = s.trail[s.log_filled]
+    touches = in_contact(s)
+    for j in range(s.contacts.shape[0]):
+        touches = touches or s.contacts[j, KIND] == BLENDED
+    if touches:
+        interpolate(s, t, h)
+    for k in range(TRAIL_PLACES):
+        if touches:
+            evaluate(s, 0.5 * k)
+            s.follow(t + 0.5 * k * h, s.trial, s.par, s.work, s.followed)
+        for i in range(s.followed.size):
+            trail[k, i] = s.followed[i] if touches else 0.0
+
+
+@shared
 def accept(s, t, h, cut):
     """Take the step just made: sample, look for extremes, advance, log; `cut`: an event ended it.
 
@@ -445,6 +464,8 @@ def accept(s, t, h, cut):
             s.contact_step = h
         else:
             s.free_step = h
+    if s.followed.size > 0:
+        follow(s, t, h)
     copy(s.y_new, s.y)
     copy(s.f_new, s.f)
     weigh_films(s, s.after)

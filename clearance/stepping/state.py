@@ -19,6 +19,7 @@ CONTACT_COLUMNS = 11
 FILM, CONTACT, BLENDED = range(3)  # kinds: never beyond the wall; with a first touch; with neither
 IMPACT_COLUMNS = 7  # joint, time, impact speed, peak force, penetration, duration, separation speed
 LOG_COLUMNS = 3  # time at the end, step, error over tolerance; energies follow, where there is a ledger
+TRAIL_PLACES = 3  # of a step at which it is followed: start, middle and end
 # columns of `peaks`, see locating.py
 CHANNEL, PAIRED, SIGN, JOINT, VALUE, WHEN, EARLIER, LAST, NEXT, MIDDLE, SEARCHED = range(11)
 PEAK_COLUMNS = 11
@@ -84,12 +85,13 @@ INTEGERS = (
 
 
 def layout(
-    *, size, states, work, spots, outputs, ledger, angles, peaks, stretches, scratch, rows, log, impacts
+    *, size, states, work, spots, outputs, ledger, angles, peaks, stretches, scratch, rows, log, impacts, followed
 ) -> np.dtype:
     """All numbers and arrays of a run, as they stand in memory one after another.
 
     size: states and energy integrals; ledger: energies logged at the end of each step; peaks: watched quantities;
     scratch: rows of the stepper's scratch; rows, log, impacts: samples, steps and contacts of one piece of output.
+    followed: numbers handed on at the start, middle and end of each step.
     """
     events = (3 * spots,)
     arrays = [
@@ -122,6 +124,8 @@ def layout(
         ("rows", float, (rows, outputs)),
         ("log", float, (log, LOG_COLUMNS + ledger)),
         ("impacts", float, (impacts, IMPACT_COLUMNS)),
+        ("followed", float, (followed,)),
+        ("trail", float, (log if followed else 0, TRAIL_PLACES, followed)),  # of each step in `log`
     ]
     return np.dtype([(name, float) for name in FLOATS] + [(name, int) for name in INTEGERS] + arrays)
 
@@ -129,7 +133,7 @@ def layout(
 #: number of rows in use -> arrays of output that have so many
 BUFFERS = {"rows_filled": ("times", "rows"), "log_filled": ("log",), "impacts_filled": ("impacts",)}
 NUMBERS = {*FLOATS, *INTEGERS}
-STEPPER, KERNELS = ("step", "interpolant"), ("rhs", "jacobian", "events", "commit", "observe")
+STEPPER, KERNELS = ("step", "interpolant"), ("rhs", "jacobian", "events", "commit", "observe", "follow")
 FUNCTIONS = dict.fromkeys(STEPPER, STEP) | dict.fromkeys(KERNELS, KERNEL)
 STATE = Record("of a run", FUNCTIONS | {"par": VECTOR}, layout(**dict.fromkeys(signature(layout).parameters, 1)))
 state_at = reader(STATE)

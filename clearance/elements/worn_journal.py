@@ -1,0 +1,94 @@
+"""A journal in a bearing whose outlines are worn: the forces of an elastic foundation between them."""
+
+from clearance.elements.clearance_revolute import Journal
+from clearance.laws.contact import hysteresis
+from clearance.laws.law import FilmJoint
+from clearance.laws.outline import deepest
+from clearance.laws.wear import is_linear
+
+#: what a run follows of a joint that wears: eccentricity in the bearing's frame, angle of the journal against
+#: it, clearance that the contact feels [m], pressure over overlap [Pa/m], sliding speed, force and normal load
+FOLLOWED = ("x", "y", "angle", "clearance", "stiffness", "sliding_speed", "force_x", "force_y", "normal_load")
+
+
+class WornJournal(Journal):
+    """The journal in worn outlines. The gap is the smallest of all around; until something is worn the force
+    is that of the contact law.
+    """
+
+    def _polar(self, trace, x, y) -> None:
+        """As of a round journal; then place and motion in the bearing's frame, and the smallest gap."""
+        super()._polar(trace, x, y)
+        m, joint = self.m, self.joint
+        pose, other = m.pose(joint.a.body), m.pose(joint.b.body)
+        spin_a, spin_b = self.spins
+        ex, ey = pose.cosine * x.v + pose.sine * y.v, pose.cosine * y.v - pose.sine * x.v
+        vx, vy = pose.cosine * x.d + pose.sine * y.d, pose.cosine * y.d - pose.sine * x.d
+        self.turn = 0.0
+        if joint.journal_wears:
+            across = pose.cosine * other.sine - pose.sine * other.cosine
+            self.turn = trace.binary("atan2", across, pose.cosine * other.cosine + pose.sine * other.sine)
+        self.place = [ex, ey, self.turn]
+        self.motion = vx + spin_a * ey, vy - spin_a * ex, spin_b - spin_a
+        self.worn = m.number(joint, "worn")
+        depth, *slopes = m.of_law(joint, "outline", deepest, self.place, self._facts())
+        rate = trace.sum(s * v for s, v in zip(slopes, self.motion, strict=True))
+        self.gap = trace.select(self.worn, -depth, self.gap)
+        self.approach = trace.select(self.worn, rate, self.outward)
+
+    def _facts(self, clearance=None) -> tuple:
+        """Numbers of the outline's `joint` argument, of which it reads the clearance."""
+        values = FilmJoint(0.0, self.clearance if clearance is None else clearance, 0.0, 0.0, 0.0)
+        return tuple(values)
+
+    def contact(self, share) -> None:
+        """Force and moment of the foundation, and friction by the normal load."""
+        m, w, joint, trace = self.m, self.w, self.joint, self.m.trace
+        self.of_film = self.force, self.torque_a, self.torque_b
+        lift = 0.0 if share.penetration is None else share.penetration + self.gap
+        depth, speed, touching = self.distance - (self.clearance - lift), m.impact_speed(joint), 1.0
+        if joint.impacts:
+            touching = trace.select(speed + 0.5, 1.0, 0.0)
+            depth, speed = m.contact(joint, depth)
+        fx, fy, load, moment = m.law(joint, "outline", self.place, self._facts(self.clearance - lift))
+        size = trace.sqrt(fx * fx + fy * fy + 1e-300)
+        vx, vy, spin = self.motion
+        rate = -(fx * vx + fy * vy + moment * spin) / size  # of the elastic energy over the force
+        given = {n: m.number(joint, f"contact/{n}") for n in joint.contact.law.parameters}
+        (damping,) = m.function(hysteresis, [rate, speed, given["damping"], given["grazing_speed"]])
+        stiffness = share.contact * touching * given["layer_modulus"] * damping
+        whole = stiffness * given["length"] * given["radius"]
+        normal = whole * load
+        (radial,) = m.law(joint, "contact", [depth, self.outward, speed])
+        radial = share.contact * radial
+        self.contact_force = trace.select(self.worn, whole * size, radial)
+        force = m.pose(joint.a.body).turned(whole * fx, whole * fy)
+        round_force = self.vector(-radial, 0.0)
+        force = tuple(trace.select(self.worn, a, b) for a, b in zip(force, round_force, strict=True))
+        twist = whole * moment if joint.journal_wears else 0.0
+        self._add(force, -twist, twist)
+        tangential = self._rub(normal) if joint.friction is not None else 0.0
+        self._add(self.vector(0.0, tangential), 0.0, 0.0)
+        self._show(normal)
+        if joint.wear or joint.wear_journal:
+            speed = trace.function("fabs", self._sliding()[0])
+            values = self.clearance - lift, stiffness, speed, whole * fx, whole * fy, normal
+            w.follow(joint, dict(zip(FOLLOWED, [*self.place, *values], strict=True)))
+            self._wear(normal, speed)
+
+    def _show(self, normal) -> None:
+        w, joint = self.w, self.joint
+        w.show(joint, "contact_force", "N", "normal contact force", self.contact_force)
+        text = "normal load, integral of the contact's pressure: at least the contact force"
+        w.show(joint, "normal_load", "N", text, normal)
+        text = "sliding speed of the journal's surface in the bearing"
+        w.show(joint, "sliding_speed", "m/s", text, self._sliding()[0])
+
+    def _wear(self, normal, speed) -> None:
+        """Worn volumes, of laws for which the normal load gives them."""
+        for slot, body in (("wear", "bearing"), ("wear_journal", "journal")):
+            law = getattr(self.joint, slot)
+            if law is not None and is_linear(law):
+                (rate,) = self.m.law(self.joint, slot, [normal, speed])
+                text = f"volume worn off the {body} since the start"
+                self.w.sum(self.joint, f"wear_volume_{body}", "m3", text, rate)

@@ -1,0 +1,339 @@
+"""Contact of a journal and a bearing whose outlines are worn: an elastic foundation over the arc.
+
+Worn depths h_B(theta) of the bearing and h_J(theta') of the journal stand at NODES angles of each body's
+frame; theta' = theta - a, where the journal is turned by a against the bearing. In the bearing's frame
+
+    overlap    g = e_x cos theta + e_y sin theta - c - h_B(theta) - h_J(theta - a)
+    energy     W = K_w L R / 2 int_(g > 0) g^2 dtheta
+    force      F = -dW/de = -K_w L R int g n dtheta,   normal load N = K_w L R int g dtheta >= |F|
+    moment     M = -dW/da = -K_w L R int g h_J'(theta - a) dtheta, on the journal, its opposite on the bearing
+
+The overlap is a parabola over each cell of two nodes' width, and cosine and sine are theirs: the
+integrals over the part with g > 0 are closed forms, F and M derive from one energy, and their
+derivatives are exact. Unworn they are Winkler's closed form to 1e-4 for penetrations from c / 1000 on.
+h_J is read between its nodes by Catmull and Rom's cubic (C1).
+
+Source: elastic foundation after Johnson, Contact Mechanics (1985), section 4.3; Mukras, Kim, Mauntler,
+Schmitz and Sawyer, J. Tribology 132 (2010) 031604, for worn joints. First order in c / R.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from clearance.checks import finite
+from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, outline
+
+NODES = 360  # of an outline, all around
+LINE = 2 * NODES + 4  # of a table over nodes -1, 0, ...: a walk around begins anywhere and never wraps
+STEP = 2.0 * math.pi / NODES
+COS = np.cos(STEP * (np.arange(LINE) - 1))
+SIN = np.sin(STEP * (np.arange(LINE) - 1))
+SINE, BEND = math.sin(STEP), math.cos(STEP) - 1.0  # of half a cell
+
+FULL = (2.0, 0.0, 2.0 / 3.0, 0.0, 0.4)  # integrals of 1, u, ..., u^4 over a cell
+NONE = (0.0, 0.0, 0.0, 0.0, 0.0)
+FAR = 1e30
+
+
+# --- the journal's depth between its nodes
+def cubic(t):
+    """Weights of four nodes at t in [0, 1] between the middle two."""
+    return (
+        0.5 * t * (t * (2.0 - t) - 1.0),
+        1.0 + t * t * (1.5 * t - 2.5),
+        0.5 * t * (1.0 + t * (4.0 - 3.0 * t)),
+        0.5 * t * t * (t - 1.0),
+    )
+
+
+def cubic_slope(t):
+    """Derivatives of `cubic` by the angle."""
+    return (
+        (0.5 * t * (4.0 - 3.0 * t) - 0.5) / STEP,
+        t * (4.5 * t - 5.0) / STEP,
+        (0.5 + t * (4.0 - 4.5 * t)) / STEP,
+        t * (1.5 * t - 1.0) / STEP,
+    )
+
+
+def cubic_bend(t):
+    """Second derivatives of `cubic` by the angle."""
+    square = STEP * STEP
+    return (2.0 - 3.0 * t) / square, (9.0 * t - 5.0) / square, (4.0 - 9.0 * t) / square, (3.0 * t - 1.0) / square
+
+
+def turned(angle):
+    """The journal's node before the bearing's node 0, of [0, NODES), and how far behind it that stands, in [0, 1]."""
+    shift = angle / STEP
+    whole = math.floor(shift)
+    return (-int(whole) - 1) % NODES, 1.0 - (shift - whole)
+
+
+def four(data, place, weights):
+    """Sum of four depths around the one at `place`, the second of them."""
+    return (
+        weights[0] * data[place - 1]
+        + weights[1] * data[place]
+        + weights[2] * data[place + 1]
+        + weights[3] * data[place + 2]
+    )
+
+
+# --- one cell, u in [-1, 1] between its outer nodes
+def powers(low, high):
+    """Integrals of 1, u, ..., u^4 from low to high."""
+    a, b = low * low, high * high
+    return (
+        high - low,
+        0.5 * (b - a),
+        (b * high - a * low) / 3.0,
+        0.25 * (b * b - a * a),
+        0.2 * (b * b * high - a * a * low),
+    )
+
+
+def wet(left, middle, right):
+    """Integrals of the powers of u over the part where the parabola through three values is positive."""
+    slope, bend = 0.5 * (right - left), 0.5 * (left + right) - middle
+    if left >= 0.0 and middle >= 0.0 and right >= 0.0 and bend <= 0.0:
+        return FULL
+    if left <= 0.0 and middle <= 0.0 and right <= 0.0 and bend >= 0.0:
+        return NONE
+    rest = slope * slope - 4.0 * bend * middle
+    if rest <= 0.0:
+        return FULL if middle > 0.0 else NONE
+    half = -0.5 * (slope + math.copysign(math.sqrt(rest), slope))
+    first = middle / half
+    second = half / bend if bend != 0.0 else math.copysign(FAR, half)
+    low = min(max(min(first, second), -1.0), 1.0)
+    high = min(max(max(first, second), -1.0), 1.0)
+    inside = powers(low, high)
+    if bend < 0.0:
+        return inside
+    return FULL[0] - inside[0], -inside[1], FULL[2] - inside[2], -inside[3], FULL[4] - inside[4]
+
+
+def product(a0, a1, a2, b0, b1, b2, s):
+    """Integral of the product of two parabolas; s: integrals of the powers."""
+    return (
+        a0 * b0 * s[0]
+        + (a0 * b1 + a1 * b0) * s[1]
+        + (a0 * b2 + a1 * b1 + a2 * b0) * s[2]
+        + (a1 * b2 + a2 * b1) * s[3]
+        + a2 * b2 * s[4]
+    )
+
+
+def parabola(left, middle, right):
+    """Value, slope and bend at the middle."""
+    return middle, 0.5 * (right - left), 0.5 * (left + right) - middle
+
+
+def arc(eccentricity_x, eccentricity_y, clearance):
+    """First node, of [0, NODES), and number of cells of the arc where an unworn overlap is not below 0."""
+    e = math.sqrt(eccentricity_x * eccentricity_x + eccentricity_y * eccentricity_y)
+    if e <= clearance:
+        return 0, 0
+    middle = math.atan2(eccentricity_y, eccentricity_x)
+    half = math.acos(max(clearance / e, -1.0))
+    first = math.floor((middle - half) / (2.0 * STEP))
+    last = math.floor((middle + half) / (2.0 * STEP))
+    return int(2 * first) % NODES, min(int(last - first) + 1, NODES // 2)
+
+
+def overlap(eccentricity_x, eccentricity_y, clearance, data, bearing, journal, node, weights):
+    """g at a node; bearing, journal: places of their depths at node 0, journal 0 where it is unworn."""
+    g = eccentricity_x * COS[node + 1] + eccentricity_y * SIN[node + 1] - clearance - data[bearing + node]
+    if journal > 0:
+        g -= four(data, journal + node, weights)
+    return g
+
+
+def places(data, start, first, before):
+    """Places in the data of the depths of bearing and journal at node 0 of a walk that begins at node `first`."""
+    bearing = start + 2
+    if data[start] == 0.0:
+        return bearing, 0
+    around = (first + before) % NODES - first
+    return bearing, bearing + LINE + around
+
+
+def slope_of_journal(data, place, weights):
+    """Parabola of the journal's slope, or of its bend, over the cell whose middle node stands at `place`."""
+    return parabola(four(data, place - 1, weights), four(data, place, weights), four(data, place + 1, weights))
+
+
+def cell_force(b, r, k, c, d, s):
+    """Integrals of g, g cos, g sin over a cell."""
+    whole = b * s[0] + r * s[1] + k * s[2]
+    even = whole + BEND * (b * s[2] + r * s[3] + k * s[4])
+    odd = SINE * (b * s[1] + r * s[2] + k * s[3])
+    return whole, c * even - d * odd, d * even + c * odd
+
+
+def cell_stiffness(c, d, s):
+    """Integrals of cos^2, cos sin, sin^2, cos, sin over a cell."""
+    even = s[0] + 2.0 * BEND * s[2] + BEND * BEND * s[4]
+    mixed = SINE * (s[1] + BEND * s[3])
+    odd = SINE * SINE * s[2]
+    straight, across = s[0] + BEND * s[2], SINE * s[1]
+    return (
+        c * c * even - 2.0 * c * d * mixed + d * d * odd,
+        c * d * (even - odd) + (c * c - d * d) * mixed,
+        d * d * even + 2.0 * c * d * mixed + c * c * odd,
+        c * straight - d * across,
+        d * straight + c * across,
+    )
+
+
+def touching(eccentricity_x, eccentricity_y, angle, joint, data, start):
+    """Force x, y, normal load N and moment M on the journal over K_w L R [m, m, m, m^2], see the module."""
+    first, cells = arc(eccentricity_x, eccentricity_y, joint.clearance)
+    fx, fy, load, moment = 0.0, 0.0, 0.0, 0.0
+    if cells == 0:
+        return fx, fy, load, moment
+    before, t = turned(angle)
+    bearing, journal = places(data, int(start), first, before)
+    weights, slopes = cubic(t), cubic_slope(t)
+    right = overlap(eccentricity_x, eccentricity_y, joint.clearance, data, bearing, journal, first, weights)
+    for cell in range(cells):
+        node, left = first + 2 * cell + 1, right
+        middle = overlap(eccentricity_x, eccentricity_y, joint.clearance, data, bearing, journal, node, weights)
+        right = overlap(eccentricity_x, eccentricity_y, joint.clearance, data, bearing, journal, node + 1, weights)
+        s = wet(left, middle, right)
+        if s[0] > 0.0:
+            b, r, k = parabola(left, middle, right)
+            whole, x, y = cell_force(b, r, k, COS[node + 1], SIN[node + 1], s)
+            fx, fy, load = fx - x, fy - y, load + whole
+            if journal > 0:
+                j0, j1, j2 = slope_of_journal(data, journal + node, slopes)
+                moment -= product(b, r, k, j0, j1, j2, s)
+    return STEP * fx, STEP * fy, STEP * load, STEP * moment
+
+
+def touching_slopes(eccentricity_x, eccentricity_y, angle, joint, data, start):
+    """`touching`, then the derivatives of each of its values by eccentricity_x, eccentricity_y and angle."""
+    first, cells = arc(eccentricity_x, eccentricity_y, joint.clearance)
+    before, t = turned(angle)
+    bearing, journal = places(data, int(start), first, before)
+    weights, slopes, bends = cubic(t), cubic_slope(t), cubic_bend(t)
+    fx, fy, load, moment = 0.0, 0.0, 0.0, 0.0
+    xx, xy, yy, x, y = 0.0, 0.0, 0.0, 0.0, 0.0
+    xa, ya, na, aa = 0.0, 0.0, 0.0, 0.0
+    right = overlap(eccentricity_x, eccentricity_y, joint.clearance, data, bearing, journal, first, weights)
+    for cell in range(cells):
+        node, left = first + 2 * cell + 1, right
+        middle = overlap(eccentricity_x, eccentricity_y, joint.clearance, data, bearing, journal, node, weights)
+        right = overlap(eccentricity_x, eccentricity_y, joint.clearance, data, bearing, journal, node + 1, weights)
+        s = wet(left, middle, right)
+        if s[0] > 0.0:
+            c, d = COS[node + 1], SIN[node + 1]
+            b, r, k = parabola(left, middle, right)
+            whole, with_cos, with_sin = cell_force(b, r, k, c, d, s)
+            fx, fy, load = fx - with_cos, fy - with_sin, load + whole
+            cc, cs, ss, cos, sin = cell_stiffness(c, d, s)
+            xx, xy, yy, x, y = xx + cc, xy + cs, yy + ss, x + cos, y + sin
+            if journal > 0:
+                j0, j1, j2 = slope_of_journal(data, journal + node, slopes)
+                k0, k1, k2 = slope_of_journal(data, journal + node, bends)
+                moment -= product(b, r, k, j0, j1, j2, s)
+                xa += product(c, -SINE * d, BEND * c, j0, j1, j2, s)
+                ya += product(d, SINE * c, BEND * d, j0, j1, j2, s)
+                na += product(1.0, 0.0, 0.0, j0, j1, j2, s)
+                aa += product(j0, j1, j2, j0, j1, j2, s) - product(b, r, k, k0, k1, k2, s)
+    w = STEP
+    return (
+        w * fx, w * fy, w * load, w * moment,
+        -w * xx, -w * xy, -w * xa,
+        -w * xy, -w * yy, -w * ya,
+        w * x, w * y, w * na,
+        -w * xa, -w * ya, -w * aa,
+    )  # fmt: skip
+
+
+touching.slopes = touching_slopes
+
+
+# --- the deepest point
+def peak(left, middle, right):
+    """Largest value of a cell's parabola and where."""
+    slope, bend = 0.5 * (right - left), 0.5 * (left + right) - middle
+    if bend < 0.0 and abs(slope) < -2.0 * bend:
+        u = -0.5 * slope / bend
+        return middle + 0.5 * slope * u, u
+    return (left, -1.0) if left > right else (right, 1.0)
+
+
+def deepest(eccentricity_x, eccentricity_y, angle, joint, data, start):
+    """Penetration max g over all angles [m], negative in free flight, and its derivatives by e_x, e_y and angle."""
+    at, x, y, clearance = int(start), eccentricity_x, eccentricity_y, joint.clearance
+    before, t = turned(angle)
+    weights, slopes = cubic(t), cubic_slope(t)
+    ahead = int(round(math.atan2(y, x) / STEP)) % NODES
+    bearing, journal = places(data, at, ahead, before)
+    least = overlap(x, y, clearance, data, bearing, journal, ahead, weights)
+    first, cells = arc(x, y, clearance + least)  # elsewhere even an unworn place is farther off
+    if cells == 0:
+        first, cells = 0, NODES // 2
+    bearing, journal = places(data, at, first, before)
+    best, node_best, u_best = -FAR, 1, 0.0
+    right = overlap(x, y, clearance, data, bearing, journal, first, weights)
+    for cell in range(cells):
+        node, left = first + 2 * cell + 1, right
+        middle = overlap(x, y, clearance, data, bearing, journal, node, weights)
+        right = overlap(x, y, clearance, data, bearing, journal, node + 1, weights)
+        most, u = peak(left, middle, right)
+        if most > best:
+            best, node_best, u_best = most, node, u
+    c, d = COS[node_best + 1], SIN[node_best + 1]
+    straight, across = 1.0 + BEND * u_best * u_best, SINE * u_best
+    by_angle = 0.0
+    if journal > 0:
+        j0, j1, j2 = slope_of_journal(data, journal + node_best, slopes)
+        by_angle = j0 + u_best * (j1 + u_best * j2)
+    return best, c * straight - d * across, d * straight + c * across, by_angle
+
+
+def deepest_slopes(eccentricity_x, eccentricity_y, angle, joint, data, start):
+    """`deepest`, then derivatives of each of its values; those of the place are left out."""
+    depth, x, y, a = deepest(eccentricity_x, eccentricity_y, angle, joint, data, start)
+    return depth, x, y, a, x, y, a, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+
+
+deepest.slopes = deepest_slopes
+
+
+# --- worn outlines of one joint
+class Outline:
+    """Worn depths as kernels read them: 1 where the journal is worn too, then LINE depths of each [m]."""
+
+    def __init__(self, joint: FilmJoint, settings: dict):
+        bearing, journal = settings["bearing"], settings["journal"]
+        worn = any(journal)
+        lines = [np.resize(np.roll(depths, 1), LINE) for depths in (bearing, journal)]
+        self.numbers = np.concatenate([[float(worn)], *lines])
+
+
+_outline = DataLaw(outline, touching, {}, Outline, name="worn")
+
+
+def worn(*, bearing: Sequence[float] | None = None, journal: Sequence[float] | None = None) -> BoundLaw:
+    """Worn outlines of a joint: depths [m] at 360 angles of each body's frame, k degrees the k-th; None: unworn.
+
+    Raises ValueError for another number of depths, for negative ones, and for such as are not finite.
+    """
+    depths = {"bearing": _depths("bearing", bearing), "journal": _depths("journal", journal)}
+    return _outline.bind(depths)
+
+
+def _depths(field: str, values: Sequence[float] | None) -> tuple[float, ...]:
+    if values is None:
+        return (0.0,) * NODES
+    if len(values) != NODES:
+        raise ValueError(f"worn: {field} needs {NODES} depths [m], one a degree, got {len(values)}")
+    depths = tuple(finite(f"worn: {field}", float(v)) for v in values)
+    if (least := min(depths)) < 0.0:
+        raise ValueError(f"worn: {field} must not be negative, got {least!r} m at {depths.index(least)} deg")
+    return depths
