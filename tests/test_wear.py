@@ -128,7 +128,7 @@ class TestLaws:
         assert cl.units.quantity("5.05e-4mm3/Nm", "m2/N") == pytest.approx(5.05e-13, rel=1e-15)
 
 
-@cl.laws.wear
+@cl.surface_wear
 def beyond_yield(pressure, sliding_speed, coefficient, pressure_limit):
     """Twice the wear beyond a pressure [m/s]."""
     return coefficient * sliding_speed * (pressure + max(pressure - pressure_limit, 0.0))

@@ -22,8 +22,8 @@ from clearance.laws.law import (
     friction,
     memory_film,
     outline,
+    surface_wear,
     transition,
-    wear,
     wet_film,
 )
 from clearance.materials import HeatBalance, Lubricant, Material, steel
@@ -65,8 +65,8 @@ class ClearanceRevolute(ClearanceJoint):
     film: BoundLaw | None = law("film between journal and bearing", film, wet_film, memory_film)
     asperity: BoundLaw | None = law("load of the asperities", asperity)
     transition: BoundLaw | None = law("how film and contact share the joint", transition)
-    wear_journal: BoundLaw | None = law("wear of the journal", wear)
-    wear: BoundLaw | None = law("wear of the bearing", wear)
+    wear: BoundLaw | None = law("wear of the bearing", surface_wear)
+    wear_journal: BoundLaw | None = law("wear of the journal", surface_wear)
     outline: BoundLaw | None = law("worn outlines of bearing and journal", outline)
     lubricant: Lubricant | None = None
     heat: HeatBalance | None = None

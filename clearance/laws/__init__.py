@@ -80,8 +80,8 @@ from clearance.laws.law import (
     joint_friction,
     pad,
     signal,
+    surface_wear,
     transition,
-    wear,
 )
 
 #: the families, to decorate laws of one's own with, and the laws by family
@@ -98,7 +98,7 @@ FAMILIES = (
     signal,
     effort,
     drive_state,
-    wear,
+    surface_wear,
 )  # fmt: skip
 
 __all__ = [
@@ -113,6 +113,7 @@ __all__ = [
     "johnson", "joint_bristle", "joint_coulomb", "joint_friction", "joint_lugre", "joint_lugre_loaded",
     "joint_stribeck", "kelvin_voigt", "kloss", "lankarani_nikravesh", "layer_modulus", "lee_wang", "liu",
     "load_sharing", "long_film", "lugre", "memberships", "motor_line", "pad", "pi_speed", "pinkus_sternlicht",
-    "pressure_flow_factor", "ramp", "shear_flow_factor", "sarkar", "short_film", "signal", "stribeck", "superposed",
+    "pressure_flow_factor", "ramp", "shear_flow_factor", "sarkar", "short_film", "signal", "stribeck",
+    "superposed", "surface_wear",
     "threlfall", "transition", "winkler", "zhiying_qishao",
 ]  # fmt: skip

@@ -273,7 +273,7 @@ transition = Family("transition", ("gap", "joint"), 8)
 #: film of a flat pad over a flat wall: returns (load, its moment, drag), see laws/pad.py
 pad = Family("pad", ("gap", "slope", "gap_rate", "slope_rate", "speed", "face"), 3)
 #: wear of one surface: rate of its worn depth [m/s] from a pressure [Pa] and a speed [m/s], see laws/wear.py
-wear = Family("wear", ("pressure", "sliding_speed"), 1)
+surface_wear = Family("surface_wear", ("pressure", "sliding_speed"), 1)
 #: contact on worn outlines, in the bearing's frame, see laws/outline.py: force x, y, normal load, moment
 outline = Family("outline", ("eccentricity_x", "eccentricity_y", "angle", "joint"), 4)
 #: a function of time, for prescribed motion and time-varying loads

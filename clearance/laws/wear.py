@@ -13,7 +13,7 @@ another law is summed over the arc at each step.
 import math
 
 from clearance.checks import non_negative
-from clearance.laws.law import wear
+from clearance.laws.law import surface_wear
 
 LARGEST = 1e-9  # m2/N; softer than any bearing: a number in other units
 LEAST = 1e-22
@@ -30,7 +30,7 @@ def coefficient_of_wear(field: str, value: object) -> float:
     return number
 
 
-@wear(coefficient=coefficient_of_wear)
+@surface_wear(coefficient=coefficient_of_wear)
 def archard(pressure, sliding_speed, coefficient):
     """h' = k p v [m/s]: worn volume in proportion to load and way.
 
@@ -41,7 +41,7 @@ def archard(pressure, sliding_speed, coefficient):
     return coefficient * pressure * sliding_speed
 
 
-@wear(energy_coefficient=coefficient_of_wear, friction=non_negative)
+@surface_wear(energy_coefficient=coefficient_of_wear, friction=non_negative)
 def archard_reye(pressure, sliding_speed, energy_coefficient, friction):
     """h' = k_e mu p v [m/s]: worn volume in proportion to the work of friction.
 
@@ -52,7 +52,7 @@ def archard_reye(pressure, sliding_speed, energy_coefficient, friction):
     return energy_coefficient * friction * pressure * sliding_speed
 
 
-@wear(coefficient=coefficient_of_wear, friction=non_negative)
+@surface_wear(coefficient=coefficient_of_wear, friction=non_negative)
 def sarkar(pressure, sliding_speed, coefficient, friction):
     """h' = k p v sqrt(1 + 3 mu^2) [m/s]: the shear of friction makes the real contact yield earlier.
 
