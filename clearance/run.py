@@ -77,6 +77,7 @@ class Run:
         self.started = "as the scene says"
         self.facts: dict[str, dict] = {}  # of the result, group by group
         self.opened: tuple[str, ...] = ()  # joints with clearance whose loops are opened, see `build`
+        self.wearing = None  # the observer that sums wear, where some joint wears
         self.dead_centre: DeadCentre | None = None  # of a loop, once the run has failed there
 
     def _new_state(self) -> State:
@@ -287,12 +288,15 @@ class Run:
         state = self.state
         samples = state.times[: state.rows_filled], state.rows[: state.rows_filled]
         contacts, log = state.impacts[: state.impacts_filled], state.log[: state.log_filled]
+        trail = state.trail[: state.log_filled]
         self.contact_count += len(contacts)
         state.rows_filled = state.impacts_filled = state.log_filled = 0
         for observer in self.observers:
             observer.samples(*samples)
             observer.contacts(self.labels(), contacts)
             observer.steps(log)
+            if self.mechanism.layout.followed:
+                observer.follow(log, trail)
 
     def labels(self) -> list[str]:
         """Names of the spots where elements may touch."""
@@ -344,6 +348,7 @@ class Run:
         piece of output, raises KeyboardInterrupt where the run shall end. Raises Unwritable where a file takes no more;
         like an interrupt it comes when what was computed before is kept, if it can be.
         """
+        self._sum_wear()
         scale = self.solver.rtol * self._energy_scale()
         recording = observers.Recording(self, Recorder(self.mechanism.layout.channels, sink, True, scale))
         watching = [recording, observers.Interrupts(check)]
@@ -373,6 +378,14 @@ class Run:
             self._close(recording, finished, clock_of_the_wall.perf_counter() - began)
         return failure
 
+    def _sum_wear(self) -> None:
+        """Let the wear of joints be summed, unless it is."""
+        if self.mechanism.layout.followed and self.wearing is None:
+            from clearance.wearing.summing import Wearing
+
+            self.wearing = Wearing(self)
+            self.observers.append(self.wearing)
+
     def _close(self, recording, finished: str, wall: float) -> None:
         """End the record; finished: its status."""
         recorder, state = recording.recorder, self.state
@@ -380,6 +393,8 @@ class Run:
         summary = self._summary(wall) | {"energy_residual_share": recorder.residual_share()}
         for joint, source in self.mechanism.sources.items():
             recorder.know(f"joints/{joint.name}", **source.facts())
+        if self.wearing is not None:
+            self.wearing.know(recorder)
         if self.changes:
             times, changes = zip(*self.changes, strict=True)
             recorder.know("changes", times=np.array(times), numbers=[json.dumps(c, sort_keys=True) for c in changes])
@@ -407,6 +422,8 @@ class Run:
         """Facts that two runs must share for one to continue the other."""
         for key in self.mechanism.layout.remembering:
             raise ValueError(f"{key}: its film has a memory that no checkpoint keeps; leave out checkpoint")
+        for joint in (j for j in self.mechanism.scene.joints if j.wear or j.wear_journal):
+            raise ValueError(f"{joint.label()}: its wear is in no checkpoint; leave out checkpoint")
         facts = vars(self.span) | {"rtol": self.solver.rtol, "method": self.method}
         facts["start"] = self.state.y[: self.mechanism.size].tolist()
         return facts | {"max_step": self.state.longest_step, "max_steps": int(self.state.step_limit)}

@@ -252,9 +252,8 @@ def opaque_address(function: Callable, arguments: str, count: int) -> int:
     )
     lines = ["def call(inputs, place, outputs):", "    par = carray(place, (BEYOND,))"]
     lines += [f"    values = law({arguments})", *values]
-    law = _with_helpers(function)
-    if function.__module__.startswith("clearance.") and not function.__closure__:
-        _keep_for(law, _sources(function))
+    kept = function.__module__.startswith("clearance.") and not function.__closure__
+    law = compiled(function) if kept else _with_helpers(function)
     scope = {"law": law, "carray": numba.carray, "BEYOND": 1 << 40}
     scope |= {n: v for n, v in function.__globals__.items() if isinstance(v, type)}
     exec("\n".join(lines), scope)  # noqa: S102
@@ -269,11 +268,15 @@ def opaque_address(function: Callable, arguments: str, count: int) -> int:
     return entry.address
 
 
-def _keep_for(law: Callable, sources: str) -> None:
-    """Keep a compiled law on disk, one for each state of its sources."""
-    digest = hashlib.sha256(sources.encode()).hexdigest()[:12]
-    law.py_func.__qualname__ = f"{law.py_func.__name__}_{digest}"
-    _keep(law, digest)
+def compiled(function: Callable) -> Callable:
+    """A plain function of the package compiled with those that it calls, kept on disk by their sources."""
+    if not COMPILED:
+        return function
+    digest = hashlib.sha256(_sources(function).encode()).hexdigest()[:12]
+    made = _with_helpers(function)
+    made.py_func.__qualname__ = f"{function.__name__}_{digest}"
+    _keep(made, digest)
+    return made
 
 
 def _helpers(function: Callable) -> dict[str, FunctionType]:

@@ -25,7 +25,7 @@ LAYERS = [
     ["clearance.reading", "clearance.results", "clearance.recording", "clearance.checkpoint"],
     ["clearance.starting", "clearance.fields", "clearance.options", "clearance.watched", "clearance.diagnosis"],
     ["clearance.turns"],
-    ["clearance.observers"],
+    ["clearance.observers", "clearance.wearing.summing"],
     ["clearance.run", "clearance.sweeping.metrics"],
     ["clearance.companion", "clearance.lanes"],
     ["clearance.simulation", "clearance.inverse"],
@@ -36,6 +36,7 @@ LAYERS = [
     ["clearance.ensemble"],
     ["clearance.chaos"],
     ["clearance.evidence", "clearance.sweeping", "clearance.identify"],
+    ["clearance.wearing"],
     ["clearance.periodic"],
     ["clearance", "clearance.cli", "clearance.commands", "cases", "postprocess", "paper_figures"],
 ]
