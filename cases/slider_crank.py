@@ -37,6 +37,8 @@ def scene(
     thresholds: str = "auto",
     memberships: str = "cosine",
     asperity: str = "auto",
+    wear: float = 0.0,
+    wear_journal: float = 0.0,
     drive: str = "speed",
 ) -> cl.Scene:
     """Slider-crank, crank angle 0 (outer dead centre) at t = 0.
@@ -61,6 +63,8 @@ def scene(
     thresholds: film thickness ratios dry,mixed,full of the fuzzy states; auto: 0.4,1,3 or those of the file [-]
     memberships: of fuzzy: cosine, or a CSV file of film thickness ratio, full film, mixed, dry [-]
     asperity: of load_sharing: greenwood_tripp, greenwood_williamson, none; auto: the first, none elsewhere [-]
+    wear: coefficient of wear of the bearings, Archard's; 0: none [m2/N]
+    wear_journal: that of the journals [m2/N]
     drive: speed (prescribed), pi, motor, kloss or dc, or with parameters as motor(stall=5, no_load=69.1) [-]
     """
     crank = cl.Body("crank", mass=0.30, inertia=6.25e-5, points={"shaft": (-0.025, 0), "pin": (0.025, 0)})
@@ -72,7 +76,7 @@ def scene(
         friction_coefficient=friction_coefficient, film=film, roughness=roughness, film_torques=film_torques,
         ambient=ambient, flow_factors=flow_factors, mesh=mesh,
         transition=transition, thresholds=thresholds, memberships=memberships,
-        asperity=asperity,
+        asperity=asperity, wear=wear, wear_journal=wear_journal,
     )  # fmt: skip
     return cl.Scene(
         cl.Revolute(cl.ground.at(0, 0), crank["shaft"], name="A"),

@@ -25,7 +25,7 @@ _LAZY = {
     "Result": "clearance.results", "load_case": "clearance.catalogue", "hole_check": "clearance.regimes",
     "inverse_dynamics": "clearance.inverse.dynamics", "statistics": "clearance.chaos",
     "steady": "clearance.periodic.steady", "NotPeriodic": "clearance.periodic.maps",
-    "worn": "clearance.laws.outline",
+    "worn": "clearance.laws.outline", "wear": "clearance.wearing.life", "Life": "clearance.wearing.records",
     "solve_film": "clearance.film.solvers", "sweep": "clearance.sweeping.driver",
     "SweepError": "clearance.sweeping.driver", "open_sweep": "clearance.sweeping.index",
     "Sweep": "clearance.sweeping.index", "grid": "clearance.sweeping.points", "zipped": "clearance.sweeping.points",

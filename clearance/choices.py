@@ -399,6 +399,8 @@ def joint_factory(
     memberships: str = COSINE,
     asperity: str = AUTO,
     material: Material = steel,
+    wear: float = 0.0,
+    wear_journal: float = 0.0,
 ) -> "JointFactory":
     """`factory(name, a, b)`: a hinge with clearance for the chosen names, an ideal one for all others.
 
@@ -409,7 +411,8 @@ def joint_factory(
     Contact stiffness and moduli come from the radii, the length and the material; contact "auto" is
     lankarani_nikravesh in dry joints and winkler, which is conformal, in mixed ones. Thresholds "auto" are 0.4, 1, 3,
     or what a table of memberships gives. Asperity "auto" is greenwood_tripp in load_sharing, none else.
-    Lengths in m, viscosity in Pa s.
+    wear, wear_journal: Archard's coefficients of bearing and journal [m2/N], 0 for none; they need the contact winkler,
+    which is their auto. Lengths in m, viscosity in Pa s.
     Raises ValueError for names and numbers that give no joint.
     """
     one_of("model", model, MODELS)
@@ -421,6 +424,9 @@ def joint_factory(
     spelled("contact", contact, CONTACTS, (AUTO,))
     spelled("friction", friction, FRICTIONS, (NONE,))
     one_of("film", film, FILMS | ONLINE_FILMS)
+    worn = {"wear": wear, "wear_journal": wear_journal}
+    slots |= {n: laws.archard(coefficient=k) for n, k in worn.items() if k}
+    contact = "winkler" if contact == AUTO and (wear or wear_journal) else contact
     sharing, _ = spelled("transition", transition, TRANSITIONS)
     spelled("asperity", asperity, ASPERITIES, (AUTO, NONE))
     try:

@@ -173,6 +173,11 @@ class ClearanceRevolute(ClearanceJoint):
         """True where the journal is worn, or may become so."""
         return self.wear_journal is not None or any(self.outline.parameters["journal"])
 
+    @property
+    def contact_length(self) -> float:
+        """Length over which the contact presses [m]."""
+        return self.contact.values["length"]
+
     # --- for diagnosis
     @property
     def solid(self) -> tuple[float, str]:

@@ -66,7 +66,7 @@ class Sums:
     @property
     def area(self) -> float:
         """Surface of a bin [m2]."""
-        return self.joint.radius * self.joint.length * STEP
+        return self.joint.radius * self.joint.contact_length * STEP
 
     def add(self, log: np.ndarray, trail: np.ndarray) -> None:
         """Steps (end, size, ...) and what was followed of them, (steps, 3, columns)."""

@@ -1,0 +1,383 @@
+"""A life: stages of settled turns on outlines that stay as they are, and jumps over many turns between them.
+
+A stage runs the scene on its outlines and measures wear and load path of a turn. A jump replays that
+path (wearing/replay.py) until a depth has grown by a share of the clearance. The stage at its end
+measures anew: where its wear of a turn differs from what the replay ends with by more than the
+tolerance, the loads have changed, and half the jump is made instead. Half that difference times the
+turns of the jump, and the error of the replay, are what the life may be off by.
+"""
+
+import json
+import logging
+import math
+import os
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from clearance import checks
+from clearance.catalogue import load_case
+from clearance.laws.contact import layer_of
+from clearance.laws.outline import Outline, worn
+from clearance.locks import Lock
+from clearance.options import Output
+from clearance.scene import Scene
+from clearance.simulation import prepare, write
+from clearance.sweeping.ideal import ideal_motion
+from clearance.sweeping.metrics import metrics
+from clearance.wearing.records import SURFACES, Life, lines
+from clearance.wearing.replay import Replay, Worn
+from clearance.wearing.summing import Turn, Wearing
+
+LOG = logging.getLogger("clearance")
+JUMPS = ("replay", "linear")
+MOST_AVERAGED = 50  # turns of a stage, where its wear scatters
+SMOOTH = 9  # bins that wear of a turn is averaged over before it is compared
+LEAST = 1.0  # turns of a jump
+GROW, SHRINK, EASY = 1.5, 0.5, 1.0 / 3.0  # of jumps; share of the tolerance below which they grow
+REPLAYED = 1e-3  # error of the replay, of the depth that it adds
+FIRST = 1.0  # jump over what the share allows, to begin with
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a life is asked for, all but the scene: see `wear`."""
+
+    turns: float
+    share: float
+    tolerance: float
+    settle: int
+    average: int
+    jump: str
+    jump_turns: float | None
+    rtol: float
+    samples_per_turn: int
+
+    def __post_init__(self):
+        checks.positive("turns", self.turns)
+        checks.positive("tolerance", self.tolerance)
+        if not 0.0 < checks.finite("share", self.share) <= 1.0:
+            reason = "a jump that deepens a scar by more than the clearance swallows it"
+            raise ValueError(f"share must lie in (0, 1] of the clearance, got {self.share!r}: {reason}")
+        if self.jump not in JUMPS:
+            raise ValueError(f"jump must be one of {', '.join(JUMPS)}, got {self.jump!r}")
+        if self.jump_turns is not None:
+            checks.positive("jump_turns", self.jump_turns)
+        for name, least in (("settle", 0), ("average", 1)):
+            value = getattr(self, name)
+            if not isinstance(value, int) or value < least:
+                raise ValueError(f"{name} must be a whole number of turns from {least} on, got {value!r}")
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a stage has measured of one joint: wear of a turn [m] by surface, its standard error as a share, and the
+    load path of a turn.
+    """
+
+    rate: dict[str, np.ndarray]
+    scatter: float
+    path: np.ndarray
+
+    @classmethod
+    def of(cls, turns: list[Turn]) -> "Measured":
+        """Mean of turns."""
+        count = len(turns)
+        rate = {b: sum(t.depths[b] for t in turns) / count for b in turns[0].depths}
+        totals = np.array([sum(t.volumes.values()) for t in turns])
+        scatter = 0.0
+        if count > 1 and totals.mean() > 0.0:
+            scatter = float(totals.std(ddof=1) / math.sqrt(count) / totals.mean())
+        path = np.concatenate([t.path for t in turns])
+        path[:, 3:5] /= count
+        return cls(rate, scatter, path)
+
+
+def wear(
+    case: str | Path | Scene,
+    *,
+    turns: float,
+    directory: str | Path,
+    share: float = 0.1,
+    tolerance: float = 0.05,
+    settle: int = 2,
+    average: int = 2,
+    jump: str = "replay",
+    jump_turns: float | None = None,
+    rtol: float = 1e-6,
+    samples_per_turn: int = 360,
+    progress: Callable[[float], None] | None = None,
+    **parameters,
+) -> Life:
+    """The life of a mechanism whose joints wear, in a directory that can be killed and gone on with.
+
+    case: name or file of a case with its parameters, or a scene; turns: how many it shall do. share: of the clearance,
+    by which a depth grows in a jump at most; tolerance: of wear of a turn, by which it may differ from that predicted.
+    settle, average: turns of a stage before it is measured, and over which; more, up to 50, where wear scatters from
+    turn to turn (dry clearance is chaotic). jump: "replay" (implicit, of the load path), or "linear" (wear of a turn
+    times turns, as in the literature), which is refused beyond its stability. jump_turns: longest jump.
+    progress: called with the share of the turns that is done.
+    Raises ValueError for bad input, for a directory of another life, and where a joint is worn through.
+    """
+    plan = Plan(
+        float(turns), share, tolerance, settle, average, jump, jump_turns, rtol, samples_per_turn
+    )  # fmt: skip
+    scene = case if isinstance(case, Scene) else load_case(case, **parameters)
+    if isinstance(case, Scene) and parameters:
+        raise ValueError(f"a scene takes no parameters of a case, got {', '.join(parameters)}")
+    folder = Path(directory)
+    folder.mkdir(parents=True, exist_ok=True)
+    with Lock(folder / "life.lock"):
+        return Driver(scene, plan, folder, progress or (lambda done: None)).go()
+
+
+class Driver:
+    """One life as it goes on. outlines: Worn by joint; turns: done; size: of the next jump."""
+
+    def __init__(self, scene: Scene, plan: Plan, folder: Path, progress: Callable[[float], None]):
+        self.plan, self.folder, self.progress = plan, folder, progress
+        self.joints = {j.name: j for j in scene.clearance_joints if j.wear or j.wear_journal}
+        if not self.joints:
+            names = ", ".join(j.name for j in scene.clearance_joints) or "none with clearance"
+            raise ValueError(f"no joint of {scene.name} wears (joints: {names}); give wear, such as wear=1e-4mm3/Nm")
+        if scene.turn is None:
+            raise ValueError(f"{scene.name}: a life counts turns, and nothing turns evenly in it")
+        self.scene, self.turn = scene, scene.turn
+        self.settle, self.average = plan.settle, plan.average
+        self._begin()
+
+    # --- the directory
+    def _begin(self) -> None:
+        """Take up the life of the directory, or begin one."""
+        sizes = {
+            n: {"radius": j.radius, "length": j.contact_length, "clearance": j.clearance, "wears": _wears(j)}
+            for n, j in self.joints.items()
+        }
+        asked = {**asdict(self.plan), "scene": self.scene.description(), "joints": sizes}
+        asked = json.loads(json.dumps(asked))
+        path = self.folder / "life.json"
+        if path.exists():
+            before = json.loads(path.read_text())
+            other = [n for n in asked if n != "turns" and before.get(n) != asked[n]]
+            if other:
+                raise ValueError(f"{self.folder} holds another life (other {', '.join(other)}); take another directory")
+        _write(path, json.dumps(asked).encode())
+        self.journal = [e for e in lines(self.folder / "journal.jsonl")]
+        whole = b"".join(json.dumps(e).encode() + b"\n" for e in self.journal)
+        _write(self.folder / "journal.jsonl", whole)
+
+    def _scene(self, outlines: dict[str, Worn]) -> Scene:
+        """The scene on outlines."""
+
+        def element(one):
+            if getattr(one, "name", None) not in self.joints or one.key != self.joints[one.name].key:
+                return one
+            depths = outlines[one.name]
+            return replace(one, outline=worn(bearing=depths.bearing, journal=depths.journal))
+
+        return self.scene.rebuilt(element=element)
+
+    # --- a stage
+    def run(self, stage: int, outlines: dict[str, Worn], average: int) -> tuple[dict[str, Measured], dict]:
+        """The run of a stage: what it has measured, and its metrics."""
+        start = self.folder / f"stage-{stage - 1:04d}.h5" if stage else None
+        path = self.folder / f"stage-{stage:04d}.h5"
+        rate = self.plan.samples_per_turn
+        options = {"turns": self.settle + average, "rtol": self.plan.rtol, "samples_per_turn": rate}
+        run = prepare(self._scene(outlines), start=start, **options)
+        run.wearing = Wearing(run, self.turn)
+        run.observers.append(run.wearing)
+        result = write(run, Output(path, None, 0, None, None))
+        ideal = ideal_motion(run.mechanism.scene, run.span, result.scene)
+        found = metrics(result, float(self.settle), ideal)
+        result.close()
+        turns = {name: t[self.settle :] for name, t in run.wearing.turns.items()}
+        return {n: Measured.of(t) for n, t in turns.items()}, {n: m.value for n, m in found.items()}
+
+    def stage(self, stage: int, outlines: dict[str, Worn]) -> tuple[dict[str, Measured], dict]:
+        """A run of as many turns as its scatter needs."""
+        average = self.average
+        while True:
+            measured, found = self.run(stage, outlines, average)
+            worst = max(m.scatter for m in measured.values())
+            if worst <= EASY * self.plan.tolerance or average >= MOST_AVERAGED:
+                self.average = average
+                return measured, found
+            average = min(MOST_AVERAGED, max(2 * average, 4))
+            LOG.info("wear of a turn scatters by %.2g: averaged over %d turns", worst, average)
+
+    # --- a jump
+    def jump(
+        self, outlines: dict[str, Worn], measured: dict[str, Measured], turns: float
+    ) -> tuple[dict[str, Worn], float, float]:
+        """Outlines after a jump, its turns (of the joint whose depth grows fastest), and the error of the replay."""
+        most = self.plan.share * min(j.clearance for j in self.joints.values())
+        limits = [self._over(n, outlines[n], measured[n], turns, most) for n in self.joints]
+        turns = min(done for _, done, _ in limits)
+        made = {n: self._over(n, outlines[n], measured[n], turns, math.inf) for n in self.joints}
+        return {n: m[0] for n, m in made.items()}, turns, max(m[2] for m in made.values())
+
+    def _over(
+        self, name: str, outline: Worn, measured: Measured, turns: float, most: float
+    ) -> tuple[Worn, float, float]:
+        """Outline of one joint after `turns` turns or `most` [m] of depth."""
+        if self.plan.jump == "linear":
+            return self._straight(name, outline, measured, turns, most)
+        if not len(measured.path):
+            return outline, turns, 0.0
+        outline = Worn.of(outline.data, measured.path, self.joints[name].wear_journal is not None)
+        return self._replay(name, measured).over(outline, turns, REPLAYED, most)
+
+    def _replay(self, name: str, measured: Measured) -> Replay:
+        joint = self.joints[name]
+        stiffness = joint.contact.values["layer_modulus"]
+        return Replay(measured.path, stiffness, joint.radius * joint.contact_length)
+
+    def _straight(self, name: str, outline: Worn, measured: Measured, turns: float, most: float):
+        """Wear of a turn times turns. Raises ValueError for a jump that is asked for and unstable."""
+        stable = 2.0 / max(self._replay(name, measured).stiff, 1e-300)
+        if self.plan.jump_turns is not None and self.plan.jump_turns > stable:
+            asked = f"jump_turns={self.plan.jump_turns:g} of linear jumps"
+            raise ValueError(f"joint {name}: {asked}: beyond {stable:.3g} turns they are unstable; take jump=replay")
+        fastest = max(float(rate.max()) for rate in measured.rate.values())
+        turns = min(turns, stable, most / fastest if fastest > 0.0 else math.inf)
+        new = outline.copy()
+        depths = {s: d + turns * measured.rate.get(s, 0.0) for s, d in _depths(outline).items()}
+        new.data = Outline(None, depths).numbers
+        return new, turns, 0.0
+
+    def predicted(self, outlines: dict[str, Worn], measured: dict[str, Measured]) -> dict[str, dict[str, np.ndarray]]:
+        """Wear of the next turn that the load paths give."""
+        found = {}
+        for name, one in measured.items():
+            if not len(one.path):
+                found[name] = one.rate
+                continue
+            begin = Worn.of(outlines[name].data, one.path, self.joints[name].wear_journal is not None)
+            end = self._replay(name, one).step(begin, 1.0)
+            found[name] = {s: _depths(end)[s] - _depths(begin)[s] for s in one.rate}
+        return found
+
+    # --- the life
+    def go(self) -> Life:
+        """Stages and jumps to the end."""
+        outlines, turns, error, size, stage = self._resumed()
+        measured = self._measured(stage) if stage >= 0 else None
+        if measured is None:
+            stage, measured = 0, self._first(outlines)
+        while turns < self.plan.turns:
+            self.progress(turns / self.plan.turns)
+            left = self.plan.turns - turns
+            new, done, off = self.jump(outlines, measured, max(LEAST, min(size, left, self.plan.jump_turns or left)))
+            predicted = self.predicted(new, measured)
+            self._check_walls(new, turns + done)
+            after, found = self.stage(stage + 1, new)
+            miss, apart = _missed(predicted, after)
+            allowed = max(self.plan.tolerance, 2.0 * max(m.scatter for m in after.values()))
+            if miss > allowed and done > LEAST:
+                size = max(LEAST, SHRINK * done)
+                LOG.info("wear of a turn has changed by %.2g within %.4g turns: %.4g instead", miss, done, size)
+                continue
+            outlines, measured, turns, stage = new, after, turns + done, stage + 1
+            error += off + 0.5 * done * apart
+            size = done * (GROW if miss < EASY * allowed else 1.0)
+            self._keep(stage, outlines, measured, turns, error, size, found, miss)
+        self.progress(1.0)
+        return Life(self.folder)
+
+    def _first(self, outlines: dict[str, Worn]) -> dict[str, Measured]:
+        measured, found = self.stage(0, outlines)
+        for name, one in measured.items():
+            if self.plan.jump == "replay" and not len(one.path) and any(r.any() for r in one.rate.values()):
+                raise ValueError(f"joint {name}: its law of wear is not linear in the pressure; take jump=linear")
+        self._keep(0, outlines, measured, 0.0, 0.0, self.plan.turns * FIRST, found, 0.0)
+        return measured
+
+    def _resumed(self) -> tuple:
+        """Outlines, turns, error and next jump of the last stage in the journal, and its number."""
+        empty = np.zeros((0, 6))
+        if not self.journal:
+            made = {n: Outline(None, j.outline.parameters).numbers for n, j in self.joints.items()}
+            outlines = {n: Worn.of(m, empty, self.joints[n].wear_journal is not None) for n, m in made.items()}
+            return outlines, 0.0, 0.0, self.plan.turns, -1
+        last = self.journal[-1]
+        arrays = np.load(self.folder / f"stage-{last['stage']:04d}.npz")
+        outlines = {}
+        for name, joint in self.joints.items():
+            depths = {s: arrays[f"{name}/{s}"] for s in SURFACES}
+            numbers = Outline(None, depths).numbers
+            outlines[name] = Worn.of(numbers, empty, joint.wear_journal is not None)
+        self.average = last["average"]
+        LOG.info("going on from %.6g turns", last["turns"])
+        return outlines, last["turns"], last["error"], last["jump"], last["stage"]
+
+    def _measured(self, stage: int) -> dict[str, Measured]:
+        arrays = np.load(self.folder / f"stage-{stage:04d}.npz")
+        scatter = self.journal[-1]["scatter"]
+        return {
+            n: Measured({s: arrays[f"{n}/{s}/turn"] for s in _wears(j)}, scatter[n], arrays[f"{n}/path"])
+            for n, j in self.joints.items()
+        }
+
+    def _keep(self, stage, outlines, measured, turns, error, size, found, miss) -> None:
+        """A stage is over: its arrays, then its line in the journal."""
+        arrays = {}
+        for name, one in measured.items():
+            arrays |= {f"{name}/{s}": d for s, d in _depths(outlines[name]).items()}
+            arrays |= {f"{name}/{s}/turn": rate for s, rate in one.rate.items()}
+            arrays[f"{name}/path"] = one.path
+        temporary = self.folder / "stage.partial.npz"
+        np.savez_compressed(temporary, **arrays)
+        os.replace(temporary, self.folder / f"stage-{stage:04d}.npz")
+        entry = {
+            "stage": stage, "turns": turns, "error": error, "jump": size, "changed": miss, "average": self.average,
+            "scatter": {n: m.scatter for n, m in measured.items()}, "metrics": found,
+        }  # fmt: skip
+        with open(self.folder / "journal.jsonl", "ab") as file:
+            file.write(json.dumps(entry).encode() + b"\n")
+            file.flush()
+            os.fsync(file.fileno())
+
+    def _check_walls(self, outlines: dict[str, Worn], turns: float) -> None:
+        """Raise ValueError where a surface is worn through."""
+        for name, outline in outlines.items():
+            wall = layer_of(self.joints[name])
+            for surface, depth in _depths(outline).items():
+                if depth.max() > wall:
+                    raise ValueError(
+                        f"joint {name}: after {turns:.6g} turns its {surface} is worn {depth.max():.4g} m deep, through "
+                        f"its wall of {wall:.4g} m (layer, default half the journal radius)"
+                    )
+
+
+def _wears(joint) -> list[str]:
+    """Surfaces of a joint that wear."""
+    return [s for s, law in zip(SURFACES, (joint.wear, joint.wear_journal), strict=True) if law is not None]
+
+
+def _depths(outline: Worn) -> dict[str, np.ndarray]:
+    return {"bearing": outline.bearing, "journal": outline.journal}
+
+
+def _smoothed(rate: np.ndarray) -> np.ndarray:
+    """Mean over neighbouring bins."""
+    return sum(np.roll(rate, k) for k in range(-(SMOOTH // 2), SMOOTH // 2 + 1)) / SMOOTH
+
+
+def _missed(predicted: dict, measured: dict[str, Measured]) -> tuple[float, float]:
+    """Largest difference of wear of a turn, as a share of the largest and in m."""
+    share, most = 0.0, 0.0
+    for name, one in measured.items():
+        for surface, rate in one.rate.items():
+            apart = float(np.abs(_smoothed(rate) - _smoothed(predicted[name][surface])).max())
+            share = max(share, apart / max(float(_smoothed(rate).max()), 1e-300) if apart > 0.0 else 0.0)
+            most = max(most, apart)
+    return share, most
+
+
+def _write(path: Path, content: bytes) -> None:
+    temporary = path.with_suffix(".partial")
+    temporary.write_bytes(content)
+    os.replace(temporary, path)
