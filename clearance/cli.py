@@ -27,6 +27,7 @@ from clearance.commands import (
     stress,
     sweep,
     view,
+    wear,
     work_precision,
 )
 from clearance.commands.common import DONE, FAILED, WRONG, complain
@@ -35,8 +36,8 @@ from clearance.version import VERSION
 
 #: in the order in which help lists them
 COMMANDS = (
-    cases, new, run, explain, sweep, plot, report, view, inverse, identify, bench_data, film, lyapunov,
-    work_precision, stress, figures,
+    cases, new, run, explain, sweep, wear, plot, report, view, inverse, identify, bench_data, film,
+    lyapunov, work_precision, stress, figures,
 )  # fmt: skip
 
 

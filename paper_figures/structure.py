@@ -123,7 +123,7 @@ BOXES = {
         step=4,
     ),
     "evidence": Box("evidence", "accuracy, cost,\nextremes", 5, 1.0, "#546e7a", "evidence*"),
-    "sweeps": Box("sweeps", "sweeping/,\nidentify/", 5, -1.0, "#9e9d24", "sweeping* identify*"),
+    "sweeps": Box("sweeps", "sweeping/,\nwearing/, identify/", 5, -1.0, "#9e9d24", "sweeping* wearing* identify*"),
     "pictures": Box(
         "pictures",
         "postprocess/,\ncommands/",

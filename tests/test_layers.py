@@ -143,6 +143,7 @@ def test_laws_import_only_math():
 
 #: what reads run files, sweep directories, measurements and fits
 FILES = {"clearance.results", "clearance.reading", "clearance.extremes"}
+FILES |= {"clearance.wearing.records"}
 FILES |= {f"clearance.sweeping.{name}" for name in ("definition", "index", "metrics")}
 FILES |= {"clearance.identify.records", "clearance.identify.fit"}
 #: names of corners and modes, as files have them

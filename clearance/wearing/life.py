@@ -164,7 +164,7 @@ class Driver:
             if other:
                 raise ValueError(f"{self.folder} holds another life (other {', '.join(other)}); take another directory")
         _write(path, json.dumps(asked).encode())
-        self.journal = [e for e in lines(self.folder / "journal.jsonl")]
+        self.journal = list(lines(self.folder / "journal.jsonl"))
         whole = b"".join(json.dumps(e).encode() + b"\n" for e in self.journal)
         _write(self.folder / "journal.jsonl", whole)
 
@@ -346,10 +346,9 @@ class Driver:
             wall = layer_of(self.joints[name])
             for surface, depth in _depths(outline).items():
                 if depth.max() > wall:
-                    raise ValueError(
-                        f"joint {name}: after {turns:.6g} turns its {surface} is worn {depth.max():.4g} m deep, through "
-                        f"its wall of {wall:.4g} m (layer, default half the journal radius)"
-                    )
+                    deep = f"its {surface} is worn {depth.max():.4g} m deep after {turns:.6g} turns"
+                    through = f"through its wall of {wall:.4g} m (layer, default half the journal radius)"
+                    raise ValueError(f"joint {name}: {deep}, {through}")
 
 
 def _wears(joint) -> list[str]:

@@ -138,6 +138,10 @@ RUNS = {
         ("joint_C_force_rms", "joint_C_impacts_per_turn", "joint_C_contact_fraction", "joint_C_dissipated_per_turn",
          "drive_crank_torque_rms", "slider_acceleration_max"),
     ),
+    "wear_a": Trajectory(
+        "wear_a", {"restitution": 0.9}, {"turns": 0.1},
+        (*SLIDER, *JOURNAL, "joints/*/normal_load", "joints/*/wear_volume_bearing"), "radau9", 1e-3, "clearance",
+    ),
     "four_bar_ideal": Trajectory(
         "four_bar", {}, {"turns": 1}, ("bodies/rocker/*", *CRANK, *ENERGY, *PINS), "multipliers", 1e-12, "speed", 2e-7
     ),

@@ -1,0 +1,182 @@
+"""Pictures of a life: worn outlines by stage, depth over turns, the journal's path in its bearing, films and motion."""
+
+from pathlib import Path
+
+import numpy as np
+from clearance.postprocess import figures
+from matplotlib import colormaps
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+
+from clearance.results import open_result
+from clearance.wearing.records import Life
+
+ANGLE = np.deg2rad(np.arange(361))
+MARGIN = 1.15
+MAP = "viridis"
+#: metrics that are drawn over the turns, where runs have them: end of the name, words, unit
+OVER_LIFE = (
+    ("position_deviation_max", "distance from the ideal motion", "m"),
+    ("force_max", "largest joint force", "N"),
+    ("gap_min", "smallest gap", "m"),
+)
+
+
+def life(source: Life | str | Path, path: str | Path, joint: str | None = None, surface: str | None = None) -> Path:
+    """A life in six panels, of one joint (default the first) and surface (default the first that wears).
+
+    Raises ValueError for a joint that does not wear, and for a life without a stage.
+    """
+    found = source if isinstance(source, Life) else Life(source)
+    if not found.stages:
+        raise ValueError(f"{found.path} has no stage yet: there is nothing to draw")
+    joint = joint or found.joints[0]
+    if joint not in found.joints:
+        raise ValueError(f"joint {joint} does not wear; {', '.join(found.joints)} do")
+    wears = found.asked["joints"][joint]["wears"]
+    surface = surface or wears[0]
+    figure = figures.sheet(13.0, 8.6)
+    grid = figure.add_gridspec(2, 3)
+    round_one = figure.add_subplot(grid[0, 0], projection="polar")
+    panels = [round_one, *(figure.add_subplot(grid[k // 3, k % 3]) for k in range(1, 6))]
+    _outlines(panels[0], found, joint, surface)
+    _depth(panels[1], found, joint, wears)
+    _path(panels[2], found, joint)
+    _rates(panels[3], found, joint, surface)
+    _over_life(panels[4], found, joint)
+    _rings(panels[5], found, joint, surface)
+    scale = ScalarMappable(Normalize(0.0, float(found.turns[-1]) or 1.0), MAP)
+    figure.colorbar(scale, ax=panels, label="turns done", location="bottom", shrink=0.5, aspect=50)
+    name = found.asked["scene"]["name"]
+    figure.suptitle(f"{name}, joint {joint}: {found.turns[-1]:g} turns in {len(found.stages)} stages")
+    return figures.save(figure, path)
+
+
+def _colour(found: Life, stage: int):
+    return colormaps[MAP](found.turns[stage] / (found.turns[-1] or 1.0))
+
+
+def _some(found: Life, most: int = 12) -> list[int]:
+    """Stages that are drawn, evenly over the life."""
+    count = len(found.stages)
+    return sorted({round(i) for i in np.linspace(0, count - 1, min(count, most))})
+
+
+def _closed(values: np.ndarray) -> np.ndarray:
+    return np.append(values, values[0])
+
+
+def _outlines(axes, found: Life, joint: str, surface: str) -> None:
+    """The outline over its angle, magnified: the clearance circle, depth outwards."""
+    depth = found.depth(joint, surface)
+    clearance = found.asked["joints"][joint]["clearance"]
+    largest = max(float(depth.max()), 1e-3 * clearance)
+    for i in _some(found):
+        axes.plot(ANGLE, _closed(1.0 + 0.5 * depth[i] / largest), color=_colour(found, i), lw=1.0)
+    axes.set_ylim(0.0, 1.55)
+    axes.set_yticks([1.0, 1.5], ["", f"{1e6 * largest:.3g} µm"])
+    axes.set_rlabel_position(120.0)
+    axes.set_title(f"worn depth of the {surface}, over its own angle", fontsize="medium")
+
+
+def _depth(axes, found: Life, joint: str, wears: list[str]) -> None:
+    """Largest depth over turns, what the jumps may have missed, and the closed form of the load path alone."""
+    scale = 1e6
+    for k, surface in enumerate(wears):
+        deep = scale * found.depth(joint, surface).max(axis=1)
+        axes.plot(found.turns, deep, "o-", ms=3, color=f"C{k}", label=f"{surface}: dynamics and jumps")
+        error = scale * found.error
+        axes.fill_between(found.turns, deep - error, deep + error, color=f"C{k}", alpha=0.3, lw=0.0)
+    if "bearing" in wears and len(found.load_path(joint)):
+        form = scale * found.closed_form(joint)
+        axes.plot(found.turns, form, "k--", lw=1.0, label="bearing: rigid, first load path alone")
+    figures.finish(axes, "largest depth [µm]", "turns")
+
+
+def _path(axes, found: Life, joint: str) -> None:
+    """Path of the journal's centre in the bearing's frame, first and last stage, inside what the outline leaves."""
+    for i in dict.fromkeys((0, len(found.stages) - 1)):
+        colour = _colour(found, i)
+        with open_result(found.file(i)) as record:
+            x, y = _in_bearing(record, joint)
+        late = len(x) // 2
+        axes.plot(1e6 * x[late:], 1e6 * y[late:], lw=0.9, color=colour)
+        room = _room(found, joint, i)
+        axes.plot(*(1e6 * room), color=colour, lw=0.9, ls=":")
+    axes.set_aspect("equal", adjustable="datalim")
+    figures.finish(axes, "y in the bearing [µm]", "x in the bearing [µm]")
+    axes.set_title("journal's path (line) and room of its centre (dots)", fontsize="medium")
+
+
+def _in_bearing(record, joint: str) -> tuple[np.ndarray, np.ndarray]:
+    described = next(j for j in record.scene["joints"] if j["name"] == joint)
+    x, y = record.joint(joint).eccentricity.T
+    body = described["a"]["body"]
+    angle = record[body].theta if body != "ground" else np.zeros_like(x)
+    return np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x
+
+
+def _room(found: Life, joint: str, stage: int) -> np.ndarray:
+    """Places where a round journal's centre would touch the worn bearing, direction by direction."""
+    free = found.asked["joints"][joint]["clearance"] + found.depth(joint, "bearing")[stage]
+    angle = ANGLE[:-1]
+    with np.errstate(divide="ignore"):
+        facing = np.cos(angle[:, None] - angle)
+        reach = np.where(facing > 1e-6, free[:, None] / np.maximum(facing, 1e-6), np.inf).min(axis=0)
+    return np.array([_closed(reach * np.cos(angle)), _closed(reach * np.sin(angle))])
+
+
+def _rates(axes, found: Life, joint: str, surface: str) -> None:
+    """Wear of a turn over the angle, by stage."""
+    rate = found.rate(joint, surface)
+    middle = int(rate[-1].argmax())
+    half = min(180, int(np.abs(_beside(rate.max(axis=0), middle)).max()) + 15)
+    shown = np.arange(-half, half) + middle
+    for i in _some(found):
+        axes.plot(shown, 1e9 * rate[i][shown % 360], color=_colour(found, i), lw=1.0)
+    figures.finish(axes, "wear of a turn [nm]", f"angle of the {surface} [deg]")
+
+
+def _beside(values: np.ndarray, middle: int) -> np.ndarray:
+    """Angles [deg] from the middle at which values are more than a thousandth of their largest."""
+    places = np.flatnonzero(values > 1e-3 * max(float(values.max()), 1e-300))
+    return (places - middle + 180) % 360 - 180 if len(places) else np.array([90])
+
+
+def _over_life(axes, found: Life, joint: str) -> None:
+    """Metrics over turns, each over its value at the start."""
+    drawn = False
+    for end, words, unit in OVER_LIFE:
+        names = [n for n in found.stages[0]["metrics"] if n.endswith(end) and _of(n, joint)]
+        for name in names[:1]:
+            values = found.metric(name)
+            if not np.isfinite(values).all() or not abs(values[0]) > 0.0:
+                continue
+            words = "deepest penetration" if end == "gap_min" and values[0] < 0.0 else words
+            first = f"{1e6 * abs(values[0]):.3g} µm" if unit == "m" else f"{values[0]:.3g} {unit}"
+            label = f"{words}, first {first}"
+            axes.plot(found.turns, values / values[0], "o-", ms=3, label=label)
+            drawn = True
+    if not drawn:
+        axes.set_visible(False)
+        return
+    figures.finish(axes, "over its first value [-]", "turns")
+
+
+def _of(name: str, joint: str) -> bool:
+    """A metric of this joint, or of no joint."""
+    return not name.startswith("joint_") or name.startswith(f"joint_{joint}_")
+
+
+def _rings(axes, found: Life, joint: str, surface: str) -> None:
+    """Depth over angle and turns."""
+    depth = found.depth(joint, surface)
+    if len(depth) < 2:
+        axes.set_visible(False)
+        return
+    shown = np.arange(-180, 180) + int(depth[-1].argmax())
+    shades = {"cmap": "magma_r", "shading": "gouraud"}
+    mesh = axes.pcolormesh(shown, found.turns, 1e6 * depth[:, shown % 360], **shades)
+    axes.figure.colorbar(mesh, ax=axes, label="depth [µm]")
+    axes.set_xlabel(f"angle of the {surface} [deg]")
+    axes.set_ylabel("turns")
