@@ -11,6 +11,7 @@ from clearance.elements.element import BLENDED, CONTACT, FILM, Spot, State
 from clearance.elements.joint import FREE, Joint, Known
 from clearance.elements.revolute import Revolute
 from clearance.elements.thermal_node import WARMING, ThermalNode
+from clearance.laws.contact import layer_of
 from clearance.laws.film import film_torques, peak_film_pressure, thinning, wet_film_torques
 from clearance.laws.law import (
     BoundLaw,
@@ -125,6 +126,10 @@ class ClearanceRevolute(ClearanceJoint):
             if law != "winkler":
                 reason = "a pressure over the arc, which only winkler has"
                 raise ValueError(f"{label}: worn outlines need {reason}; contact is {law}")
+        for surface, depths in self.outline.parameters.items() if self.outline is not None else ():
+            if max(depths) > layer_of(self):
+                wall = f"through its wall of {layer_of(self):.4g} m (layer, default half the journal radius)"
+                raise ValueError(f"{label}: outline: {surface} is worn {max(depths):.4g} m deep, {wall}")
         if self.film is not None and self.film.law.family is not memory_film:
             raise ValueError(
                 f"{label}: film {self.film.law.name} has no worn outline; conserving_film() has"

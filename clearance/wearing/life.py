@@ -28,7 +28,7 @@ from clearance.simulation import prepare, write
 from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.metrics import metrics
 from clearance.wearing.records import SURFACES, Life, lines
-from clearance.wearing.replay import Replay, Worn
+from clearance.wearing.replay import Replay, Worn, moved
 from clearance.wearing.summing import Turn, Wearing
 
 LOG = logging.getLogger("clearance")
@@ -187,6 +187,8 @@ class Driver:
         rate = self.plan.samples_per_turn
         options = {"turns": self.settle + average, "rtol": self.plan.rtol, "samples_per_turn": rate}
         run = prepare(self._scene(outlines), start=start, **options)
+        if start is not None:
+            self._settle(run, stage - 1)
         run.wearing = Wearing(run, self.turn)
         run.observers.append(run.wearing)
         result = write(run, Output(path, None, 0, None, None))
@@ -195,6 +197,21 @@ class Driver:
         result.close()
         turns = {name: t[self.settle :] for name, t in run.wearing.turns.items()}
         return {n: Measured.of(t) for n, t in turns.items()}, {n: m.value for n, m in found.items()}
+
+    def _settle(self, run, before: int) -> None:
+        """Put journals that touched at the end of the stage before where the new outline carries the same force."""
+        row, place = run.outputs_here(), run.mechanism.layout.output
+        with np.load(self.folder / f"stage-{before:04d}.npz") as old:
+            for joint in (j for j in run.mechanism.places if j.name in self.joints):
+                turn = [_angle_of(body, row, place) for body in joint.bodies()]
+                first = run.mechanism.places[joint]
+                x, y = run.state.y[first : first + 2]
+                cos, sin = math.cos(turn[0]), math.sin(turn[0])
+                here = cos * x + sin * y, cos * y - sin * x
+                outlines = [{s: old[f"{joint.name}/{s}"] for s in SURFACES}, joint.outline.parameters]
+                numbers = [Outline(None, depths).numbers for depths in outlines]
+                x, y = moved(*here, turn[1] - turn[0], joint.clearance, *numbers)
+                run.state.y[first : first + 2] = cos * x - sin * y, cos * y + sin * x
 
     def stage(self, stage: int, outlines: dict[str, Worn]) -> tuple[dict[str, Measured], dict]:
         """A run of as many turns as its scatter needs."""
@@ -354,6 +371,12 @@ class Driver:
 def _wears(joint) -> list[str]:
     """Surfaces of a joint that wear."""
     return [s for s, law in zip(SURFACES, (joint.wear, joint.wear_journal), strict=True) if law is not None]
+
+
+def _angle_of(body, row: np.ndarray, place: dict[str, int]) -> float:
+    """Angle of a body at a row of outputs."""
+    path = f"{body.key}/theta"
+    return float(row[place[path]]) if path in place else 0.0
 
 
 def _depths(outline: Worn) -> dict[str, np.ndarray]:

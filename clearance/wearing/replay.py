@@ -26,6 +26,7 @@ from clearance.laws.outline import (
     deepest,
     overlap,
     places,
+    touching,
     touching_slopes,
     turned,
 )
@@ -120,6 +121,16 @@ def replay(path, turns, data, stiffness, surface, place, pressure, volumes):
         volumes[0] += over[0] * load
         volumes[1] += over[1] * load
     return True
+
+
+def moved(x: float, y: float, angle: float, clearance: float, old: np.ndarray, new: np.ndarray) -> tuple[float, float]:
+    """Place in a new outline with the force that the old one has at (x, y); the same place in free flight."""
+    joint = FilmJoint(0.0, clearance, 0.0, 0.0, 0.0)
+    force_x, force_y, load, _ = touching(x, y, angle, joint, old, 0.0)
+    if load <= 0.0:
+        return x, y
+    found_x, found_y, load = rest(force_x, force_y, angle, joint, new, 1.0, x, y)
+    return (found_x, found_y) if math.isfinite(load) else (x, y)
 
 
 @dataclass

@@ -1,0 +1,236 @@
+"""A life of wear: the replay of a load path, sums of wear in runs, stages and jumps; rows of an independent code."""
+
+import csv
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance.cli import main
+from clearance.laws import FilmJoint
+from clearance.laws.outline import NODES, Outline, worn
+from clearance.wearing.life import Plan
+from clearance.wearing.replay import Replay, Worn, rest
+
+FILE = Path(__file__).with_name("wear_rows.csv")
+ROWS = {row["id"]: float(row["value"]) for row in csv.DictReader(FILE.read_text().splitlines())}
+RADIUS, CLEARANCE, LENGTH, COEFFICIENT, FORCE, MODULUS = 0.01, 1e-4, 0.02, 1e-13, 1000.0, 1e12
+WAY = 2.0 * math.pi * RADIUS  # slid in a turn
+UNWORN = Outline(None, worn().parameters).numbers
+
+
+def standing(parts=1, bearing=COEFFICIENT, journal=0.0):
+    """Load path of a turn under a load at rest in the bearing, the journal turning once."""
+    angle = 2.0 * math.pi * (np.arange(parts) + 0.5) / parts
+    over = [np.full(parts, k * WAY / parts) for k in (bearing, journal)]
+    return np.column_stack([np.full(parts, -FORCE), np.zeros(parts), angle, *over, np.full(parts, CLEARANCE)])
+
+
+def replayed(path, turns, modulus=MODULUS):
+    """Outlines after so many turns, and the error that the replay states."""
+    replay = Replay(path, modulus, RADIUS * LENGTH)
+    begin = Worn.of(UNWORN, path, path[:, 4].any())
+    end, done, error = replay.over(begin, turns, 1e-3)
+    assert done == turns
+    return end, error
+
+
+class TestReplay:
+    @pytest.mark.parametrize(("turns", "depth", "volume"), [(10, "W15", None), (1000, "W21", "W25")])
+    def test_load_at_rest(self, turns, depth, volume):
+        """Case B, an elastic layer: depth and volume within 1e-3, and within the error stated."""
+        end, error = replayed(standing(), turns)
+        assert end.bearing[0] == pytest.approx(ROWS[depth], rel=1e-3)
+        assert abs(end.bearing[0] - ROWS[depth]) < error
+        if volume:
+            assert end.volumes[0] == pytest.approx(ROWS[volume], rel=1e-3)
+            summed = end.bearing.sum() * RADIUS * LENGTH * math.radians(1.0)
+            assert summed == pytest.approx(ROWS[volume], rel=1e-3)
+
+    @pytest.mark.parametrize(("turns", "depth"), [(100, "W02"), (5000, "W06")])
+    def test_rigid(self, turns, depth):
+        """Case A, rigid bodies: a layer a thousand times stiffer is within 1e-3, in jumps far beyond explicit ones."""
+        end, _ = replayed(standing(), turns, 1000.0 * MODULUS)
+        assert end.bearing[0] == pytest.approx(ROWS[depth], rel=1e-3)
+
+    def test_journal(self):
+        """Case C: a journal that turns under a load wears evenly."""
+        end, _ = replayed(standing(180, 0.0, COEFFICIENT), 100)
+        assert end.journal.mean() == pytest.approx(ROWS["W27"], rel=1e-3)
+        assert np.ptp(end.journal) < 1e-2 * end.journal.mean()
+        assert not end.bearing.any()
+
+    def test_both(self):
+        """Case D, the journal with a tenth of the bearing's coefficient: eccentricity within 1e-4."""
+        end, _ = replayed(standing(60, COEFFICIENT, 0.1 * COEFFICIENT), 1000)
+        joint = FilmJoint(0.0, CLEARANCE, 0.0, 0.0, 0.0)
+        scale = MODULUS * RADIUS * LENGTH
+        e = rest(-FORCE, 0.0, 0.3, joint, end.data, scale, *end.place[0])[0]
+        assert e == pytest.approx(ROWS["W31"], rel=1e-4)
+
+    def test_volume_is_that_of_the_load(self):
+        """Depths sum to k N s at each part, whatever the nodes see of the pressure (rounding)."""
+        end, _ = replayed(standing(7), 1.0)
+        summed = end.bearing.sum() * RADIUS * LENGTH * math.radians(1.0)
+        assert summed == pytest.approx(end.volumes[0], rel=1e-9)
+
+
+def rotor(e=1.0923687270e-4, **fields):
+    """Case B as a mechanism: a journal at rest under 1000 N that turns once a second."""
+    body = cl.Body("rotor", 0.5, 1e-4)
+    joint = cl.ClearanceRevolute(
+        cl.ground, body, name="B", radius=RADIUS, clearance=CLEARANCE, length=LENGTH, eccentricity=(e, 0.0),
+        contact=cl.winkler(layer_modulus=MODULUS, restitution=0.5),
+        **{"wear": cl.archard(coefficient=COEFFICIENT)} | fields,
+    )  # fmt: skip
+    load = cl.Force(body.at(0, 0), x=FORCE, name="load")
+    return cl.Scene(joint, load, cl.Drive(body, speed=2.0 * math.pi, name="d"), gravity=(0, 0), name="rotor")
+
+
+class TestSums:
+    def test_bins_and_volume(self):
+        """Bins over Lobatto's points miss the integrated volume by less than 1e-3 before they are scaled to it."""
+        scene = cl.load_case("slider_crank", model="dry", wear=1e-13, wear_journal=1e-14, speed=cl.rpm(1000))
+        result = cl.simulate(scene, turns=0.5)
+        facts, joint = result.facts("joints/C/wear"), result.joint("C")
+        assert 0.0 < facts["bins_error"] < 1e-3
+        size = next(j for j in scene.joints if j.name == "C")
+        area = size.radius * size.length * math.radians(1.0)
+        for surface in ("bearing", "journal"):
+            volume = getattr(joint, f"wear_volume_{surface}")[-1]
+            assert area * facts[f"worn_{surface}"].sum() == pytest.approx(volume, rel=1e-12)
+
+    def test_work_of_friction(self):
+        """An elastic contact that rubs has taken out mu int N |v| dt where it is free again: within 1e-3."""
+        mu = 0.1
+        scene = cl.load_case("slider_crank", model="dry", wear=1e-13, restitution=1.0, speed=cl.rpm(1000))
+        friction = cl.coulomb_tanh(coefficient=mu, transition_speed=1e-5)
+        scene = scene.rebuilt(element=lambda e: replace(e, friction=friction) if e.name == "C" else e)
+        result = cl.simulate(scene, until=0.02)
+        joint = result.joint("C")
+        assert joint.gap[-1] > 0.0
+        assert result.facts("joints/C/wear")["rubbing"] > 0.0
+        volume = joint.wear_volume_bearing[-1]
+        assert joint.dissipated[-1] == pytest.approx(mu * volume / 1e-13, rel=1e-3)
+
+    def test_own_law(self):
+        """A law that is not linear in the pressure is summed over the arc; of a linear one it gives the same."""
+        depths = []
+        for law in (cl.archard(coefficient=COEFFICIENT), hardly_bent(coefficient=COEFFICIENT)):
+            result = cl.simulate(rotor(wear=law), turns=0.25)
+            depths.append(result.facts("joints/B/wear")["worn_bearing"])
+        assert "wear_volume_bearing" not in result.joint("B")
+        assert depths[0] == pytest.approx(depths[1], rel=2e-3, abs=1e-3 * depths[0].max())
+
+
+@cl.surface_wear
+def hardly_bent(pressure, sliding_speed, coefficient):
+    """Archard's law with a bend at no pressure worth the name [m/s]."""
+    return coefficient * sliding_speed * max(pressure - 1.0, 0.0)
+
+
+OPTIONS = {"turns": 40.0, "jump_turns": 20.0, "settle": 0, "average": 1}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A life of 40 turns, in jumps of at most 20, whose first attempt is stopped at the second stage."""
+    folder = tmp_path_factory.mktemp("life")
+
+    def stop(done):
+        if done > 0.0:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        cl.wear(rotor(), directory=folder / "worn", progress=stop, **OPTIONS)
+    assert len(cl.Life(folder / "worn").stages) == 2
+    cl.wear(rotor(), directory=folder / "worn", **OPTIONS)
+    return folder
+
+
+class TestLife:
+    def test_depth(self, folder):
+        """Case B by dynamics and jumps: the replay's depth within the error that the life states."""
+        life = cl.Life(folder / "worn")
+        assert life.done
+        assert life.turns == pytest.approx([0.0, 20.0, 40.0])
+        exact, _ = replayed(standing(), 40.0)
+        assert life.depth("B")[-1].max() == pytest.approx(exact.bearing[0], abs=life.error[-1])
+        assert life.error[-1] < 2e-2 * exact.bearing[0]
+        assert life.volume("B")[-1] == pytest.approx(exact.volumes[0], rel=2e-3)
+
+    def test_goes_on_as_if_never_stopped(self, folder, tmp_path):
+        """The same numbers as a life that nobody stopped."""
+        whole = cl.wear(rotor(), directory=tmp_path, **OPTIONS)
+        assert np.array_equal(whole.depth("B"), cl.Life(folder / "worn").depth("B"))
+
+    def test_another_life(self, folder):
+        """A directory belongs to one life; more turns go on with it, other numbers do not."""
+        with pytest.raises(ValueError, match=r"holds another life \(other tolerance\)"):
+            cl.wear(rotor(), directory=folder / "worn", tolerance=0.1, **OPTIONS)
+
+    def test_linear(self, folder, tmp_path):
+        """Explicit jumps agree while they are short, and are refused beyond their stability."""
+        life = cl.wear(rotor(), directory=tmp_path / "short", jump="linear", **OPTIONS)
+        assert life.volume("B")[-1] == pytest.approx(cl.Life(folder / "worn").volume("B")[-1], rel=2e-2)
+        options = OPTIONS | {"jump_turns": 4000.0, "turns": 1e4}
+        with pytest.raises(ValueError, match=r"jump_turns=4000 of linear jumps: beyond 318 turns they are unstable"):
+            cl.wear(rotor(), directory=tmp_path / "long", jump="linear", **options)
+
+    def test_picture(self, folder, tmp_path, undrawn):
+        """Six panels and the bars of their colours."""
+        from clearance.postprocess.lives import life as draw
+
+        assert draw(folder / "worn", tmp_path / "life.png").exists()
+
+    def test_closed_form(self, folder):
+        """Rigid bodies under the first load path: the rows of case A, from a life with their load."""
+        life = cl.Life(folder / "worn")
+        life.stages = [{"turns": 100.0}, {"turns": 5000.0}]
+        assert life.closed_form("B") == pytest.approx([ROWS["W02"], ROWS["W06"]], rel=1e-3)
+
+    def test_command(self, tmp_path, capsys):
+        """One document; a case file, a unit, and a table of stages."""
+        file = tmp_path / "mine.py"
+        file.write_text(
+            "import clearance as cl\nfrom tests.test_life import rotor\n\n\n"
+            'def scene(*, wear: float = 0.0):\n    """Rotor.\n\n    wear: coefficient [m2/N]\n    """\n'
+            "    return rotor(wear=cl.archard(coefficient=wear))\n"
+        )
+        words = ["-p", "wear=1e-4mm3/Nm", "--turns", "5", "--settle", "0", "--average", "1", "--json"]
+        assert main(["wear", str(file), *words, "-o", str(tmp_path / "worn")]) == 0
+        document = json.loads(capsys.readouterr().out)
+        assert document["status"] == "complete"
+        assert document["stages"][-1]["B_bearing_depth"] > 0.0
+
+    def test_refused(self, tmp_path):
+        """What is no life, with numbers."""
+        with pytest.raises(ValueError, match=r"share must lie in \(0, 1\] of the clearance, got 3"):
+            Plan(1.0, 3.0, 0.05, 2, 2, "replay", None, 1e-6, 360)
+        with pytest.raises(ValueError, match="no joint of slider_crank wears"):
+            cl.wear("slider_crank", model="dry", turns=10, directory=tmp_path)
+        deep = worn(bearing=[6e-3] + [0.0] * (NODES - 1))
+        with pytest.raises(ValueError, match="outline: bearing is worn 0.006 m deep, through its wall of 0.005 m"):
+            rotor(outline=deep)
+
+
+@pytest.mark.slow
+class TestWearA:
+    def test_one_turn(self):
+        """Row H: the second turn of the unworn joint wears as a quasi-static load path has it, within 1e-3."""
+        result = cl.simulate(cl.load_case("wear_a"), turns=2)
+        volume = result.joint("B").wear_volume_bearing
+        middle = len(volume) // 2
+        assert volume[-1] - volume[middle] == pytest.approx(ROWS["W56"], rel=1e-3)
+
+    def test_thousand_turns(self, tmp_path):
+        """Depth after 1000 turns in five stages, within 1e-3 and within the error stated."""
+        life = cl.wear("wear_a", turns=1000, directory=tmp_path, settle=1, average=1)
+        depth = life.depth("B")[-1].max()
+        assert depth == pytest.approx(ROWS["W57"], rel=1e-3)
+        assert abs(depth - ROWS["W57"]) < life.error[-1]
+        assert life.closed_form("B")[-1] == pytest.approx(ROWS["W59"], rel=1e-3)
