@@ -291,10 +291,10 @@ def colour_bar(figure: Figure, mesh, axes, label: str, **more) -> None:
 
 
 
-def bar_of_values(figure: Figure, axes, values: np.ndarray, log: bool, label: str) -> list:
-    """Colours (values,) of curves that belong to numbers, and the bar that tells them apart."""
+def bar_of_values(figure: Figure, axes, values: np.ndarray, log: bool, label: str, **more) -> list:
+    """Colours (values,) of curves that belong to numbers, and the bar that tells them apart; more: of the bar."""
     norm = (LogNorm if log else Normalize)(values.min(), values.max())
-    colour_bar(figure, ScalarMappable(norm, COLOURS), axes, label, aspect=40)
+    colour_bar(figure, ScalarMappable(norm, COLOURS), axes, label, **{"aspect": 40} | more)
     return list(colormaps[COLOURS](norm(values)))
 
 

@@ -4,16 +4,12 @@ from pathlib import Path
 
 import numpy as np
 from clearance.postprocess import figures
-from matplotlib import colormaps
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
 
 from clearance.results import open_result
 from clearance.wearing.records import Life
 
 ANGLE = np.deg2rad(np.arange(361))
 MARGIN = 1.15
-MAP = "viridis"
 #: metrics that are drawn over the turns, where runs have them: end of the name, words, unit
 OVER_LIFE = (
     ("position_deviation_max", "distance from the ideal motion", "m"),
@@ -39,21 +35,17 @@ def life(source: Life | str | Path, path: str | Path, joint: str | None = None, 
     grid = figure.add_gridspec(2, 3)
     round_one = figure.add_subplot(grid[0, 0], projection="polar")
     panels = [round_one, *(figure.add_subplot(grid[k // 3, k % 3]) for k in range(1, 6))]
-    _outlines(panels[0], found, joint, surface)
+    below = {"location": "bottom", "shrink": 0.5, "aspect": 50}
+    colours = figures.bar_of_values(figure, panels, found.turns, False, "turns done", **below)
+    _outlines(panels[0], found, joint, surface, colours)
     _depth(panels[1], found, joint, wears)
-    _path(panels[2], found, joint)
-    _rates(panels[3], found, joint, surface)
+    _path(panels[2], found, joint, colours)
+    _rates(panels[3], found, joint, surface, colours)
     _over_life(panels[4], found, joint)
     _rings(panels[5], found, joint, surface)
-    scale = ScalarMappable(Normalize(0.0, float(found.turns[-1]) or 1.0), MAP)
-    figure.colorbar(scale, ax=panels, label="turns done", location="bottom", shrink=0.5, aspect=50)
     name = found.asked["scene"]["name"]
     figure.suptitle(f"{name}, joint {joint}: {found.turns[-1]:g} turns in {len(found.stages)} stages")
     return figures.save(figure, path)
-
-
-def _colour(found: Life, stage: int):
-    return colormaps[MAP](found.turns[stage] / (found.turns[-1] or 1.0))
 
 
 def _some(found: Life, most: int = 12) -> list[int]:
@@ -66,13 +58,13 @@ def _closed(values: np.ndarray) -> np.ndarray:
     return np.append(values, values[0])
 
 
-def _outlines(axes, found: Life, joint: str, surface: str) -> None:
+def _outlines(axes, found: Life, joint: str, surface: str, colours: list) -> None:
     """The outline over its angle, magnified: the clearance circle, depth outwards."""
     depth = found.depth(joint, surface)
     clearance = found.asked["joints"][joint]["clearance"]
     largest = max(float(depth.max()), 1e-3 * clearance)
     for i in _some(found):
-        axes.plot(ANGLE, _closed(1.0 + 0.5 * depth[i] / largest), color=_colour(found, i), lw=1.0)
+        axes.plot(ANGLE, _closed(1.0 + 0.5 * depth[i] / largest), color=colours[i], lw=1.0)
     axes.set_ylim(0.0, 1.55)
     axes.set_yticks([1.0, 1.5], ["", f"{1e6 * largest:.3g} µm"])
     axes.set_rlabel_position(120.0)
@@ -93,10 +85,10 @@ def _depth(axes, found: Life, joint: str, wears: list[str]) -> None:
     figures.finish(axes, "largest depth [µm]", "turns")
 
 
-def _path(axes, found: Life, joint: str) -> None:
+def _path(axes, found: Life, joint: str, colours: list) -> None:
     """Path of the journal's centre in the bearing's frame, first and last stage, inside what the outline leaves."""
     for i in dict.fromkeys((0, len(found.stages) - 1)):
-        colour = _colour(found, i)
+        colour = colours[i]
         with open_result(found.file(i)) as record:
             x, y = _in_bearing(record, joint)
         late = len(x) // 2
@@ -126,14 +118,14 @@ def _room(found: Life, joint: str, stage: int) -> np.ndarray:
     return np.array([_closed(reach * np.cos(angle)), _closed(reach * np.sin(angle))])
 
 
-def _rates(axes, found: Life, joint: str, surface: str) -> None:
+def _rates(axes, found: Life, joint: str, surface: str, colours: list) -> None:
     """Wear of a turn over the angle, by stage."""
     rate = found.rate(joint, surface)
     middle = int(rate[-1].argmax())
     half = min(180, int(np.abs(_beside(rate.max(axis=0), middle)).max()) + 15)
     shown = np.arange(-half, half) + middle
     for i in _some(found):
-        axes.plot(shown, 1e9 * rate[i][shown % 360], color=_colour(found, i), lw=1.0)
+        axes.plot(shown, 1e9 * rate[i][shown % 360], color=colours[i], lw=1.0)
     figures.finish(axes, "wear of a turn [nm]", f"angle of the {surface} [deg]")
 
 

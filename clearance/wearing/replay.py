@@ -30,7 +30,7 @@ from clearance.laws.outline import (
     touching_slopes,
     turned,
 )
-from clearance.mechanism.store import compiled
+from clearance.store import compiled
 
 NEWTON = 60  # steps of the search for a place of rest, at most
 AT_REST = 1e-9  # of the force: what is left of it there
