@@ -34,7 +34,7 @@ class Observer:
         """Steps: time at the end, step, error over tolerance, and the energies where there is a ledger."""
 
     def follow(self, log: np.ndarray, trail: np.ndarray) -> None:
-        """What the run follows of elements that wear at the start, middle and end of each of these steps."""
+        """Numbers of elements that wear at the start, middle and end of each of these steps."""
 
     def reach(self, run) -> None:
         """The run stands at a multiple of the period; it may be changed."""

@@ -208,7 +208,7 @@ class TestLife:
         assert document["stages"][-1]["B_bearing_depth"] > 0.0
 
     def test_refused(self, tmp_path):
-        """What is no life, with numbers."""
+        """Impossible lives are refused with numbers."""
         with pytest.raises(ValueError, match=r"share must lie in \(0, 1\] of the clearance, got 3"):
             Plan(1.0, 3.0, 0.05, 2, 2, "replay", None, 1e-6, 360)
         with pytest.raises(ValueError, match="no joint of slider_crank wears"):

@@ -208,7 +208,7 @@ class TestJoint:
         assert not {"clearance.laws.outline", "clearance.elements.worn_journal", "numba"} & set(modules)
 
     def test_refused(self):
-        """Where worn outlines cannot be followed, with the field and the reason."""
+        """Joints that worn outlines cannot stand in, by field and reason."""
         scene = cl.load_case("slider_crank", model="dry", contact="liu")
         joint = next(j for j in scene.joints if j.name == "C")
         with pytest.raises(ValueError, match="joint C: worn outlines need a pressure over the arc.* contact is liu"):

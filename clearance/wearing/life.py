@@ -43,7 +43,7 @@ FIRST = 1.0  # jump over what the share allows, to begin with
 
 @dataclass(frozen=True)
 class Plan:
-    """What a life is asked for, all but the scene: see `wear`."""
+    """Request for a life, all but the scene: see `wear`."""
 
     turns: float
     share: float
@@ -73,7 +73,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Measured:
-    """What a stage has measured of one joint: wear of a turn [m] by surface, its standard error as a share, and the
+    """Measurement of one joint in a stage: wear of a turn [m] by surface, its standard error as a share, and the
     load path of a turn.
     """
 

@@ -55,7 +55,7 @@ class Life:
 
     @property
     def error(self) -> np.ndarray:
-        """What the jumps up to each stage may have missed of a depth [m]."""
+        """Depth that the jumps up to each stage may have missed [m]."""
         return np.array([stage["error"] for stage in self.stages])
 
     @cached_property
