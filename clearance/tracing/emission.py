@@ -23,7 +23,8 @@ _INFIX = {
 
 
 #: names that texts use otherwise
-RESERVED = {"rhs", "jacobian", "events", "commit", "observe", "follow", "derive", "answered", "math", "par", "int", "abs"}
+RESERVED = {"rhs", "jacobian", "events", "commit", "observe", "follow", "derive", "answered"}
+RESERVED |= {"math", "par", "int", "abs"}
 
 
 @dataclass(frozen=True, eq=False)
