@@ -456,7 +456,7 @@ def test_a_sweep_with_failed_points(swept_page):
 
 
 def test_extremes_of_a_sweep(swept, swept_page):
-    for name in ("slider_acceleration_max", "joint_C_force_max", "joint_C_gap_min"):
+    for name in ("slider_acceleration_peak_mean", "joint_C_force_peak_mean", "joint_C_penetration_peak_mean"):
         values = np.where(swept.done, swept.metrics[name], np.nan)
         unit, factor = pages.scaled(swept.known[name][0], np.nanmin(values), np.nanmax(values))
         row = next(r for r in swept_page.rows if r[0].endswith(name))
@@ -476,8 +476,8 @@ def test_links_lead_to_the_runs(swept, swept_page):
 def test_a_run_of_a_sweep_shows_what_the_sweep_kept(swept, tmp_path):
     found = read(swept.path(2), tmp_path)
     assert "As the sweep that this run belongs to has kept them." in found.text
-    value = swept.metrics["slider_position_deviation_max"][2]
-    assert found.row("slider_position_deviation_max")[1] == pages.measured(value, "m")[0].replace("\u00a0", " ")
+    value = swept.metrics["slider_position_deviation_peak_mean"][2]
+    assert found.row("slider_position_deviation_peak_mean")[1] == pages.measured(value, "m")[0].replace("\u00a0", " ")
 
 
 @pytest.mark.usefixtures("undrawn")
