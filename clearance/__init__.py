@@ -30,7 +30,8 @@ _LAZY = {
     "SweepError": "clearance.sweeping.driver", "open_sweep": "clearance.sweeping.index",
     "Sweep": "clearance.sweeping.index", "grid": "clearance.sweeping.points", "zipped": "clearance.sweeping.points",
     "sampled": "clearance.sweeping.points", "plot": "clearance.commands.plot", "report": "clearance.postprocess.report",
-    "view": "clearance.postprocess.view",
+    "view": "clearance.postprocess.view", "again": "clearance.rerun",
+    "compare": "clearance.postprocess.measured",
 }  # fmt: skip
 
 __all__ = [

@@ -75,6 +75,7 @@ class Run:
         self.changes: list[tuple[float, dict[str, float]]] = []  # times and changes so far
         self.wall, self.cpu, self.contact_count, self.code = 0.0, 0.0, 0, status.RUNNING
         self.started = "as the scene says"
+        self.options: dict = {}  # arguments of `simulate`, which make this run again
         self.facts: dict[str, dict] = {}  # of the result, group by group
         self.opened: tuple[str, ...] = ()  # joints with clearance whose loops are opened, see `build`
         self.wearing = None  # the observer that sums wear, where some joint wears
@@ -115,6 +116,8 @@ class Run:
     def start_from(self, start: Record | str | Path) -> None:
         """Begin in another state than the scene's. Raises ValueError as `state_from` does."""
         values, carried, self.started = state_from(self.mechanism, start)
+        begin = {"values": values.tolist(), "carried": carried.tolist(), "text": self.started}
+        self.options["start"] = begin
         self.state.y[: values.size] = values
         self.state.work[self.mechanism.layout.carried_places] = carried
 
@@ -413,9 +416,10 @@ class Run:
         return np.array(rows)
 
     def attributes(self) -> dict:
-        """Attributes of the result file: scene, kernel, start."""
+        """Attributes of the result file: scene, kernel, start, options."""
         texts = self.mechanism.structure.texts
         about = {"kernel": "\n\n".join(texts[r] for r in self.roles), "start": self.started}
+        about["options"] = json.dumps(self.options)
         return self.mechanism.scene.provenance | about
 
     def identity(self) -> dict:

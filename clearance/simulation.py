@@ -113,6 +113,7 @@ def simulate(
     for warning in foreseen(run.mechanism) + dear(run.mechanism):
         LOG.warning(warning)
     while True:
+        run.options |= _options(output, error, settle)
         try:
             return write(run, output, progress, *_statement(run, output, error, settle))
         except SimulationError as error:
@@ -122,6 +123,17 @@ def simulate(
             LOG.info("%s: again with places of its bodies as coordinates", dead.text)
             error.result.close()
             run = prepared(opened=(*run.opened, dead.soft_joints[0]))
+
+
+def _options(output: Output, error: str | None, settle: float | None) -> dict:
+    """Arguments of `simulate` that are no part of `prepare`, as plain data."""
+    return {
+        "channels": output.channels and list(output.channels),
+        "compression": output.compression,
+        "pressure_fields": output.pressure_fields,
+        "error": error,
+        "settle": settle,
+    }
 
 
 def _affordable(output: Output, mechanism: Mechanism, demand: Demand) -> None:
@@ -166,6 +178,15 @@ def prepare(
     with announced():
         run = Run(mechanism, span, solver)
     run.opened = opened
+    run.options = {
+        "until": span.until,
+        "samples": span.samples,
+        "rtol": rtol,
+        "method": method,
+        "energy": energy,
+        "max_step": max_step,
+        "max_steps": max_steps,
+    }
     if start is not None:
         run.start_from(start)
     return run

@@ -1,6 +1,7 @@
 """Start of a run: the scene's own start, the state at the end of another run, or a quasi-static one."""
 
 import math
+from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -47,13 +48,26 @@ def _carried(mechanism: Mechanism, work: np.ndarray) -> np.ndarray:
     return work[mechanism.layout.carried_places]
 
 
-def state_from(mechanism: Mechanism, start: Record | str | Path) -> tuple[np.ndarray, np.ndarray, str]:
+@dataclass(frozen=True)
+class Beginning:
+    """A state to begin in: values of all states, carried angles, and a sentence about them."""
+
+    values: tuple[float, ...]
+    carried: tuple[float, ...]
+    text: str
+
+
+def state_from(
+    mechanism: Mechanism, start: Record | Beginning | str | Path
+) -> tuple[np.ndarray, np.ndarray, str]:
     """State and carried angles that a run starts with, and a sentence about them.
 
-    start: a result, the path of its file, or "quasi-static". Offsets in clearances are taken over their natural
-    size. Raises ValueError for a run that has not kept its end, whose states are others, or whose drives ended
-    elsewhere.
+    start: a result, the path of its file, "quasi-static", or a state itself. Offsets in clearances
+    are taken over their natural size. Raises ValueError for a run that has not kept its end, whose
+    states are others, or whose drives ended elsewhere.
     """
+    if isinstance(start, Beginning):
+        return np.array(start.values), np.array(start.carried), start.text
     if isinstance(start, str) and start == QUASI_STATIC:
         text = f"{QUASI_STATIC}: films carry the joint forces"
         return quasi_static(mechanism), _carried(mechanism, mechanism.work0), text

@@ -29,9 +29,10 @@ LAYERS = [
     ["clearance.run", "clearance.sweeping.metrics"],
     ["clearance.companion", "clearance.lanes"],
     ["clearance.simulation", "clearance.inverse"],
+    ["clearance.rerun"],
     ["clearance.films", "clearance.choices"],
     ["clearance.case"],
-    ["clearance.scene_files"],
+    ["clearance.scene_files", "clearance.scene_python"],
     ["clearance.catalogue"],
     ["clearance.ensemble"],
     ["clearance.chaos"],
@@ -146,6 +147,8 @@ FILES = {"clearance.results", "clearance.reading", "clearance.extremes"}
 FILES |= {"clearance.wearing.records"}
 FILES |= {f"clearance.sweeping.{name}" for name in ("definition", "index", "metrics")}
 FILES |= {"clearance.identify.records", "clearance.identify.fit"}
+#: units and checks of measured data
+FILES |= {"clearance.checks", "clearance.units"}
 #: names of corners and modes, as files have them
 FILES |= {"clearance.elements.clearance_prismatic"}
 

@@ -283,3 +283,30 @@ def test_a_new_scene_file_runs_as_written(name, tmp_path, monkeypatch, capsys):
         assert json.loads(run.file.attrs["parameters"]) == {"speed": cl.rpm(100)}
     assert cli.main(["new", name]) == 2
     assert "is there already" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", templates.NAMES)
+def test_a_new_python_case_is_the_same_scene(name, tmp_path, monkeypatch):
+    """Number by number, also with parameters given; names, units and texts of parameters as well."""
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["new", name, "--python"]) == 0
+    file, python = find_case(templates.path_of(name)), find_case(f"./{name}.py")
+    given = {"speed": 12.0, "clearance": 1.5e-4}
+    assert python.scene(**given).to_json() == file.scene(**given).to_json()
+    assert python.parameters == file.parameters
+    assert python.summary == file.summary
+
+
+def test_a_scene_file_of_your_own_as_python(tmp_path, monkeypatch, capsys):
+    """The feeder; a law of its folder has no Python form here."""
+    monkeypatch.chdir(tmp_path)
+    case = case_of(tmp_path, FEEDER)
+    assert cli.main(["new", "machine.toml", "--python", "-o", "feeder.py"]) == 0
+    assert find_case("./feeder.py").scene().to_json() == case.scene().to_json()
+    (tmp_path / "machine.toml").write_text(
+        FEEDER.replace('"winkler"', '"clearance.laws.contact:winkler"')
+    )
+    assert cli.main(["new", "machine.toml", "--python"]) == 2
+    assert "has no Python form here" in capsys.readouterr().err
+    assert cli.main(["new", "four_bra"]) == 2
+    assert "did you mean four_bar?" in capsys.readouterr().err

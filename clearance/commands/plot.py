@@ -13,7 +13,7 @@ OF_RUNS = {
     "phase": ("channels", "settle"),
     "poincare": ("channels", "joint", "settle", "angle"), "spectrum": ("channels", "settle"),
     "contacts": ("joint", "settle"), "guide": ("joint",), "efforts": (), "friction": ("joint",), "pressure": ("joint",),
-    "sketch": ("turns",),
+    "sketch": ("turns",), "measured": ("measured", "channels", "column", "shift", "settle"),
     "animation": ("turns", "frames", "magnify"),
 }  # fmt: skip
 OF_SWEEPS = {
@@ -24,7 +24,7 @@ OF_SWEEPS = {
 OF_SEVERAL = ("history", "phase", "poincare", "spectrum")
 KINDS = OF_RUNS | OF_SWEEPS
 #: options that say what is shown
-SHOWN = ("channels", "joint", "metrics", "x")
+SHOWN = ("measured", "channels", "joint", "metrics", "x")
 OPTIONS = tuple(dict.fromkeys(o for own in KINDS.values() for o in own))
 FRAMES = 120
 EXAMPLES = """\
@@ -33,6 +33,7 @@ EXAMPLES = """\
   clearance plot dry.h5 lubricated.h5 phase --channels slider.x,slider.vx --settle 2
   clearance plot arm.h5 friction --joint shoulder,elbow -o friction.pdf
   clearance plot film.h5 pressure --joint B                        # of a run with --pressure-fields N
+  clearance plot run.h5 --measured bench.csv --column ax --channels slider.ax      # data beside the run
   clearance plot run.h5 animation --turns 2 --frames 100 -o run.gif
   clearance plot SWEEP map --metrics "joint_*_force_max,period" --x speed --y clearance --at model=dry
   clearance plot SWEEP bifurcation --x speed --channels slider.vx --settle 100
@@ -60,6 +61,12 @@ def add(commands) -> argparse.ArgumentParser:
                    "one: poincare, pressure; of hinges and slides with friction: friction")  # fmt: skip
     p.add_argument("--along", help="time, turns or angle of the drive: history")
     p.add_argument("--last", type=number, metavar="TURNS", help="only the last turns: history")
+    p.add_argument(
+        "--measured", metavar="FILE.csv",
+        help="measured data over time or drive angle, with units in the header, to lay over a channel",
+    )  # fmt: skip
+    p.add_argument("--column", metavar="NAME", help="column of the measured data, where there are several")
+    p.add_argument("--shift", metavar="T", help="where in the run the measured data begin (default: found)")
     p.add_argument(
         "--settle", type=number, metavar="TURNS",
         help="turns left out at the start: phase, spectrum, contacts (default 0), poincare (default 2), bifurcation "
@@ -90,8 +97,13 @@ def add(commands) -> argparse.ArgumentParser:
 
 def run(options) -> int:
     """Draw the picture and say where it is. Raises ValueError for options that do not belong to it."""
+    options.facts = {}
     picture = _drawn(options, *_inputs(options.inputs))
-    print(json_text({"status": "complete", "picture": str(picture)}) if options.json else f"wrote {picture}")
+    sentence = options.facts.pop("sentence", None)
+    if options.json:
+        print(json_text({"status": "complete", "picture": str(picture), **options.facts}))
+    else:
+        print("\n".join(filter(None, (sentence, f"wrote {picture}"))))
     return DONE
 
 
@@ -100,8 +112,8 @@ def plot(source, kind: str | None = None, output: str | Path | None = None, **op
 
     source: a run file or Result (for history, phase, poincare and spectrum also a list of them),
     or the directory of a sweep or Sweep. kind: overview, history, orbit, phase, poincare, spectrum,
-    contacts, guide, efforts, friction, pressure, sketch, animation of a run; map, curves, bifurcation of a sweep;
-    default: the overview of a run, the map of a grid, the curves of other sweeps.
+    contacts, guide, efforts, friction, pressure, sketch, measured, animation of a run;
+    map, curves, bifurcation of a sweep; default: the overview of a run, the map of a grid, the curves of other sweeps.
     output: .png, .pdf or .svg, of an animation .gif or .mp4. The path is returned; without one,
     the matplotlib figure, which notebooks show.
     options: those of the command that belong to the kind, in SI, such as joint="B",
@@ -172,8 +184,9 @@ def _where(source) -> str:
 def _drawn(options, paths: list[Path], kind: str | None) -> Path:
     if paths[0].is_dir():
         return _of_sweep(options, paths[0], kind)
-    _check(options, kind or "overview")
-    return _of_runs(options, paths, kind or "overview")
+    kind = kind or ("measured" if options.measured else "overview")
+    _check(options, kind)
+    return _of_runs(options, paths, kind)
 
 
 def _inputs(words: list[str]) -> tuple[list[Path], str | None]:
@@ -327,6 +340,19 @@ def _sketch(options, records, output: Path) -> Path:
     return sketch(records[0], output, at=options.turns or 0.0)
 
 
+def _measured(options, records, output: Path) -> Path:
+    from clearance.postprocess.measured import compare, overlay
+
+    if not options.measured:
+        raise ValueError("measured needs a record: --measured FILE.csv")
+    chosen = _given(options, "channels", "column", "shift", "settle")
+    found = compare(records[0], options.measured, **chosen)
+    if hasattr(options, "facts"):
+        names = ("channel", "units", "shift", "rms", "largest", "share", "correlation")
+        options.facts |= {n: getattr(found, n) for n in names} | {"sentence": str(found)}
+    return overlay(records[0], output, found)
+
+
 def _animation(options, records, output: Path) -> Path:
     from clearance.postprocess.animation import animate
     from clearance.postprocess.drawing import period
@@ -341,7 +367,8 @@ def _animation(options, records, output: Path) -> Path:
 DRAW = {
     "overview": _overview, "history": _history, "orbit": _orbit, "phase": _phase, "poincare": _poincare,
     "spectrum": _spectrum, "contacts": _contacts, "guide": _guide, "efforts": _efforts,
-    "friction": _friction, "pressure": _pressure, "sketch": _sketch, "animation": _animation,
+    "friction": _friction, "pressure": _pressure, "sketch": _sketch, "measured": _measured,
+    "animation": _animation,
 }  # fmt: skip
 
 

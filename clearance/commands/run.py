@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from clearance import checks
-from clearance.commands import steady
+from clearance.commands import again, steady
 from clearance.commands.accuracy import add_error, document, error_line, prefixed, with_error
 from clearance.commands.common import (
     DONE,
@@ -71,6 +71,7 @@ def add(commands) -> argparse.ArgumentParser:
     )  # fmt: skip
     p.add_argument("--plot", action="store_true", help="draw a picture beside the result file")
     steady.add_options(p)
+    again.add_option(p)
     return p
 
 
@@ -80,7 +81,7 @@ def run(options) -> int:
     Raises KeyboardInterrupt, with a note that says what is kept, where the user or the system asks it to end.
     """
     with terminable():
-        case, values, scene = scene_of(options)
+        case, values, scene = again.scene_of(options) if options.again else scene_of(options)
         steady.check(options)
         _check_settle(options, case, scene)
         output = _output(options, case)
@@ -98,6 +99,8 @@ def run(options) -> int:
                 summary |= steady.summary(result)
             elif failure is None:
                 summary |= _comparable(scene, result, options.rtol)
+            if options.again:
+                summary["again"] = again.compared(options.case, result)
             if options.plot:
                 summary["plot"] = str(_plot(result, output, options.settle))
     if failure is not None:
@@ -123,7 +126,7 @@ def _check_settle(options, case, scene) -> None:
 
 def _output(options, case) -> Path:
     """The result file. Raises ValueError where its picture would have the same name."""
-    output = Path(options.output or f"{case.name}.h5")
+    output = again.output(options) if options.again else Path(options.output or f"{case.name}.h5")
     if options.plot and output.suffix == ".png":
         raise ValueError(f"-o {output}: the result would be overwritten by the picture; name the result file .h5")
     return output
@@ -149,20 +152,33 @@ def _simulated(options, case, scene, output: Path):
     if not options.json:
         logging.basicConfig(level=logging.INFO, format="clearance: %(message)s")
         logging.getLogger("skfem").setLevel(logging.WARNING)  # it tells of every basis
+    more = {"checkpoint": options.checkpoint, "force": options.force}
+    arguments = options.of_file if options.again else _arguments(options, case, scene)
     try:
-        result = simulate(
-            scene, **length_of(options, case, scene), rtol=options.rtol, method=options.method,
-            max_step=options.max_step, samples_per_turn=options.samples_per_turn, path=output, progress=bar,
-            channels=channel_patterns(options.channels), compression=options.compression,
-            checkpoint=options.checkpoint, force=options.force, start=options.start,
-            pressure_fields=options.pressure_fields, error=options.error, settle=options.settle,
-        )  # fmt: skip
+        result = simulate(scene, path=output, progress=bar, **more, **arguments)
     except SimulationError as error:
         return error.result, str(error)
     finally:
         if bar is not None:
             bar.close()
     return result, None
+
+
+def _arguments(options, case, scene) -> dict:
+    """Arguments of `simulate`, which make the same run again."""
+    return {
+        **length_of(options, case, scene),
+        "rtol": options.rtol,
+        "method": options.method,
+        "max_step": options.max_step,
+        "samples_per_turn": options.samples_per_turn,
+        "channels": channel_patterns(options.channels),
+        "compression": options.compression,
+        "start": options.start,
+        "pressure_fields": options.pressure_fields,
+        "error": options.error,
+        "settle": options.settle,
+    }
 
 
 def _comparable(scene, result, rtol: float) -> dict:
@@ -365,6 +381,7 @@ def _readable(summary: dict, parameters: list[str]) -> str:
         lines.append(f"  statistics   mean and 95 % interval over {s['statistics_turns']} turns, the first left out")
         lines += [f"    {n:<32} {m['mean']:.5g} +- {m['half_width']:.2g}" for n, m in s["statistics"].items()]
     lines += [f"  warning      {w}" for w in s["warnings"]]
+    lines += [f"  again        {s['again']['sentence']}"] if "again" in s else []
     replaced = " (it replaced an earlier one)" if s["replaced"] else ""
     lines.append(f"  file         {s['file']}{replaced}")
     lines += [f"  picture      {s['plot']}"] if "plot" in s else []

@@ -1,0 +1,82 @@
+"""`clearance run FILE.h5 --again`: a result made again from its own file."""
+
+import argparse
+import math
+from pathlib import Path
+
+#: options that come from the file
+OF_THE_FILE = (
+    "parameters",
+    "turns",
+    "until",
+    "rtol",
+    "error",
+    "method",
+    "max_step",
+    "samples_per_turn",
+    "channels",
+    "pressure_fields",
+    "compression",
+    "settle",
+    "start",
+    "steady",
+)
+
+
+def add_option(p: argparse.ArgumentParser) -> None:
+    """--again, and what the options are where none are given."""
+    p.add_argument(
+        "--again",
+        action="store_true",
+        help="CASE is a result file: run it again, from the scene and the options in it",
+    )
+    p.set_defaults(usual={name: p.get_default(name) for name in OF_THE_FILE})
+
+
+def scene_of(options):
+    """A case, the parameters and the scene of a result file.
+
+    Raises ValueError for options that the file has, and where the run cannot be made again.
+    """
+    from clearance.case import Case, Parameter
+    from clearance.rerun import again
+
+    for name, usual in options.usual.items():
+        if getattr(options, name) != usual:
+            word = "-p" if name == "parameters" else f"--{name.replace('_', '-')}"
+            raise ValueError(f"{word} beside --again: the file {options.case} has it; leave it out")
+    scene, options.of_file = again(options.case)
+    scene.origin["command"] = getattr(options, "line", "")
+    options.rtol, options.settle = options.of_file["rtol"], options.of_file["settle"]
+    values = dict(scene.parameters)
+    known = {n: Parameter(n, type(v), v, "?", "") for n, v in values.items()}
+    return Case(scene.name, Path(options.case), lambda: scene, "", known), values, scene
+
+
+def output(options) -> Path:
+    """The result file. Raises ValueError where it is the one that is made again."""
+    path = Path(options.case)
+    new = Path(options.output or path.with_name(f"{path.stem}_again{path.suffix}").name)
+    if new.resolve() == path.resolve():
+        raise ValueError(f"-o {new} is the file that is run again; give another name")
+    return new
+
+
+def compared(path: str, result) -> dict:
+    """Differences between a result and the file that it was made from, in words."""
+    from clearance.rerun import differences, versions
+    from clearance.results import open_result
+
+    before = open_result(path)
+    apart, one, two = differences(before, result), versions(before), versions(result)
+    changed = [f"{n[8:]} {one[n]}, here {two.get(n)}" for n in one if one[n] != two.get(n)]
+    name = Path(path).name
+    if not apart:
+        sentence = f"every number is that of {name}, to the last bit"
+    else:
+        worst = max(apart, key=apart.get)
+        size = f"by {apart[worst]:.2g} of the largest value" if apart[worst] < math.inf else ""
+        sentence = f"{len(apart)} columns differ from {name}, {worst} most {size}".rstrip()
+    if changed:
+        sentence += f"; versions differ: {', '.join(changed)}"
+    return {"file": path, "same": not apart, "versions": changed, "sentence": sentence}

@@ -1,0 +1,87 @@
+"""A result again: its scene and the options of its run, from its file."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from clearance.results import Result, open_result
+from clearance.scene import Scene
+from clearance.starting import Beginning
+
+#: attributes that say where a scene is from
+ORIGIN = ("case_file", "defaults", "resolved")
+#: groups of a result file whose columns are numbers of the motion
+COMPARED = (
+    "time",
+    "bodies",
+    "joints",
+    "drives",
+    "springs",
+    "nodes",
+    "energy",
+    "events",
+    "extremes",
+)
+
+
+def again(path: str | Path | Result) -> tuple[Scene, dict]:
+    """Scene of a result and arguments of `simulate`, which make the same result again.
+
+    `scene, options = cl.again("run.h5")`, then `cl.simulate(scene, **options)`: the same numbers to
+    the last bit with the same versions of clearance, numpy and numba on the same kind of processor.
+    Laws of your own are run from the text that the file has. Raises ValueError with the reason for
+    a file that cannot be made again: of an older version, of a run whose numbers were changed on
+    its way, of a periodic motion (`--steady`), and what `Scene.from_json` refuses.
+    """
+    result = path if isinstance(path, Result) else open_result(path)
+    attributes, name = result.file.attrs, Path(result.path).name
+    options = json.loads(attributes.get("options", "{}"))
+    if not options:
+        reason = "it was written by an older clearance, or not by a run"
+        raise ValueError(f"{name} does not hold the options of its run: {reason}")
+    if "changes" in result.file:
+        reason = "its numbers were changed on the way, by a program that no file has"
+        raise ValueError(f"{name} cannot be made again: {reason}")
+    if "steady" in result.file:
+        raise ValueError(
+            f"{name} is a periodic motion; solve it again: {attributes.get('command')}"
+        )
+    scene = Scene.from_json(attributes["scene"])
+    scene.parameters.update(json.loads(attributes["parameters"]))
+    scene.origin.update({n: str(attributes[n]) for n in ORIGIN if n in attributes})
+    if (start := options.get("start")) is not None:
+        options["start"] = Beginning(tuple(start["values"]), tuple(start["carried"]), start["text"])
+    return scene, options
+
+
+def versions(result: Result) -> dict[str, str]:
+    """Versions that a file was made with, by name."""
+    attributes = result.file.attrs
+    return {n: str(v) for n, v in attributes.items() if n.startswith("version_")}
+
+
+def differences(one: Result, other: Result) -> dict[str, float]:
+    """Columns that are not the same to the last bit, with their largest relative difference."""
+    found: dict[str, float] = {}
+
+    def compare(path: str, column: object) -> None:
+        if not hasattr(column, "shape") or path.partition("/")[0] not in COMPARED:
+            return
+        there = other.file.get(path)
+        before, now = column[()], None if there is None else there[()]
+        if now is None or np.shape(before) != np.shape(now):
+            found[path] = np.inf
+        elif before.tobytes() != now.tobytes():
+            found[path] = _apart(before, now)
+
+    one.file.visititems(compare)
+    return found
+
+
+def _apart(before: np.ndarray, now: np.ndarray) -> float:
+    """Largest difference over the largest value; infinite for texts."""
+    if before.dtype.kind not in "fi":
+        return np.inf
+    size = np.max(np.abs(before), initial=1e-300)
+    return float(np.max(np.abs(before - now), initial=0.0) / size)

@@ -1,0 +1,133 @@
+"""Measured records beside a run: reading, the shift found, the error stated."""
+
+import json
+
+import numpy as np
+import pytest
+from clearance.postprocess import measured
+from clearance.postprocess.channels import at
+
+import clearance as cl
+from clearance import cli
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """Two turns of a four-bar with a film."""
+    path = tmp_path_factory.mktemp("measured") / "run.h5"
+    return cl.simulate(cl.load_case("four_bar"), turns=2, path=path, error=None)
+
+
+def written(path, heading, *columns):
+    """A CSV file of columns."""
+    rows = [",".join(f"{v:.17g}" for v in row) for row in zip(*columns, strict=True)]
+    path.write_text("\n".join(["# bench", heading, *rows]) + "\n")
+    return path
+
+
+def test_a_record_over_time_is_found_where_it_was_taken(run, tmp_path):
+    """Units are converted. The shift to 1e-9 s: the record is of the run's own interpolation."""
+    time = np.sort(np.random.default_rng(2).uniform(0.0, 0.15, 400))
+    values = at(run, "rocker.alpha", time + 0.1234567)
+    path = written(
+        tmp_path / "a.csv", "time [ms], rocker.alpha [1/s2], b [N]", 1e3 * time, values, time
+    )
+    with pytest.raises(ValueError, match="unknown unit '1/s2'"):
+        measured.read(path, "rocker.alpha")
+    path = written(tmp_path / "a.csv", "time [ms], rocker.alpha, b [N]", 1e3 * time, values, time)
+    with pytest.raises(ValueError, match="name one of its columns: rocker.alpha, b"):
+        cl.compare(run, path)
+    found = cl.compare(run, path, column="rocker.alpha")
+    assert found.shift == pytest.approx(0.1234567, abs=1e-9)
+    assert found.share < 1e-7
+    assert found.correlation == pytest.approx(1.0, abs=1e-9)
+    assert str(found).startswith("rocker angular acceleration: rms error")
+
+
+def test_noise_is_the_error(run, tmp_path):
+    """Normal noise of size s: rms s within its scatter s / sqrt(2 n), four times; the range is larger by its tails."""
+    time = np.linspace(0.0, 0.2, 2001)
+    values = at(run, "joints/C/force", time + 0.05)
+    size = 0.02 * np.ptp(values)
+    noisy = values + np.random.default_rng(3).normal(0.0, size, time.size)
+    path = written(tmp_path / "b.csv", "t [s],F [kN]", time, 1e-3 * noisy)
+    found = cl.compare(run, path, "joints/C/force")
+    assert found.rms == pytest.approx(size, rel=4.0 / np.sqrt(2.0 * time.size))
+    assert found.shift == pytest.approx(0.05, abs=1e-4)
+    assert found.share == pytest.approx(found.rms / np.ptp(noisy), rel=1e-12)
+
+
+def test_a_record_over_the_angle(run, tmp_path):
+    """An angle counts from the start of the run; a shift may be given."""
+    angle = np.arange(0.0, 300.0, 2.0)
+    turns = angle / 360.0 + 0.6
+    path = written(
+        tmp_path / "c.csv", "angle [deg],x [mm]", angle, 1e3 * at(run, "rocker.x", turns * run.turn)
+    )
+    found = cl.compare(run, path, "rocker.x")
+    assert found.shift == pytest.approx(0.6, abs=1e-7)
+    assert found.shift_text.endswith("deg")
+    given = cl.compare(run, path, "rocker.x", shift="216 deg")
+    assert given.rms < 1e-7 * np.ptp(given.computed)
+    assert cl.compare(run, path, "rocker.x", shift=236.0).rms > 1e-3
+    with pytest.raises(ValueError, match="shift must lie in 0 to 422 deg"):
+        cl.compare(run, path, "rocker.x", shift=430.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("time [s],a [m/s2]\n0,1\n1,2\n", "at least 4 rows"),
+        ("x [mm],a [m/s2]\n0,1\n1,2\n2,3\n3,4\n", "no column is time or angle; columns: x, a"),
+        ("time [s],a [m/s3]\n0,1\n1,2\n2,3\n3,4\n", "bad.csv:1: column 'a': unknown unit 'm/s3'"),
+        ("time [s],a [m/s2]\n0,1\n1,x\n2,3\n3,4\n", "bad.csv:3: expected 2 numbers"),
+        ("time [s],a [m/s2]\n0,1\n2,2\n1,3\n3,4\n", "bad.csv:4: time must grow"),
+        ("time [s],a [m/s2]\n0,1\n1,nan\n2,3\n3,4\n", "bad.csv:3: expected finite numbers"),
+        ("time [s],a [N]\n0,1\n.1,2\n.2,3\n.3,4\n", "column 'a' is in N, rocker position x in m"),
+        ("time [s],a [mm]\n0,1\n1,2\n2,3\n3,4\n", "are more than the 0.4 s of the run"),
+    ],
+)
+def test_what_is_no_record_is_refused(run, tmp_path, text, reason):
+    path = tmp_path / "bad.csv"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=r"bad\.csv") as error:
+        cl.compare(run, path, "rocker.x")
+    assert reason in str(error.value)
+
+
+def test_decimal_commas_and_semicolons(tmp_path):
+    """As spreadsheets of half the world write them."""
+    path = tmp_path / "d.csv"
+    path.write_text("t [ms];a (m/s2)\n0,5;1,25\n1,5;2\n2,5;3\n3,5;4\n")
+    record = measured.read(path)
+    assert record.x[0] == 5e-4
+    assert record.values[0] == 1.25
+    assert record.units == "m/s2"
+
+
+def test_the_command(run, tmp_path, capsys):
+    """The picture, and the numbers in print and as JSON."""
+    time = np.linspace(0.0, 0.1, 50)
+    path = written(tmp_path / "e.csv", "time [s],v [m/s]", time, at(run, "rocker.vx", time + 0.25))
+    words = [
+        "plot",
+        str(run.path),
+        "--measured",
+        str(path),
+        "--channels",
+        "rocker.vx",
+        "-o",
+        str(tmp_path / "e.png"),
+    ]
+    assert cli.main(words) == 0
+    assert "rocker velocity x: rms error" in capsys.readouterr().out
+    assert cli.main([*words, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["shift"] % run.turn == pytest.approx(0.05, abs=1e-7)
+    assert told["share"] < 1e-6
+    assert (tmp_path / "e.png").stat().st_size > 10_000
+    assert cli.main([*words[:2], "history", *words[2:]]) == 2
+    assert "--measured does not belong to history" in capsys.readouterr().err
+    assert cli.main([*words[:2], "measured"]) == 2
+    assert "needs a record" in capsys.readouterr().err
+    assert run.plot.measured(path, channels="rocker.vx").axes
