@@ -271,6 +271,15 @@ def test_pictures_of_a_result(folder, tmp_path):
         assert "map" not in dir(run.plot)
 
 
+def test_pictures_of_a_result_without_a_file(tmp_path):
+    """Efforts of a prescribed motion, which is kept in memory."""
+    pin = cl.Revolute(cl.ground, cl.Body("arm", 1.0, 0.01, com=(0.1, 0.0)), name="pin", pin_radius=0.01,
+                      friction=joint_coulomb(coefficient=0.1))  # fmt: skip
+    found = cl.inverse_dynamics(cl.Scene(pin, cl.Drive(pin, speed=3.0)), turns=1.0)
+    assert len(found.plot.efforts().axes) > 1
+    assert found.view(tmp_path / "arm.html").exists()
+
+
 def test_pictures_of_an_open_sweep(folder):
     sweep = cl.open_sweep(folder / "grid")
     figure = sweep.plot.map("drive_crank_torque_rms", x="clearance")

@@ -174,15 +174,15 @@ class Pictures:
         return [*super().__dir__(), *self._kinds]
 
 
-def _where(source) -> str:
-    """Path of a run's file or of a sweep's directory. Raises ValueError for a run without a file."""
-    if hasattr(source, "values") and not hasattr(source, "path"):
-        raise ValueError("plot: this run has no file; simulate keeps one, with or without a path")
+def _where(source):
+    """Path of a run's file or of a sweep's directory; a run without a file itself."""
+    if hasattr(source, "names") and not hasattr(source, "path"):
+        return source
     return str(getattr(source, "folder", getattr(source, "path", source)))
 
 
 def _drawn(options, paths: list[Path], kind: str | None) -> Path:
-    if paths[0].is_dir():
+    if isinstance(paths[0], Path) and paths[0].is_dir():
         return _of_sweep(options, paths[0], kind)
     kind = kind or ("measured" if options.measured else "overview")
     _check(options, kind)
@@ -192,12 +192,13 @@ def _drawn(options, paths: list[Path], kind: str | None) -> Path:
 def _inputs(words: list[str]) -> tuple[list[Path], str | None]:
     """Files or directory, and the kind of picture where one is named."""
     kind = words[-1] if len(words) > 1 and words[-1] in KINDS else None
-    paths = [Path(w) for w in (words[:-1] if kind else words)]
-    for path in paths:
+    paths = [Path(w) if isinstance(w, str) else w for w in (words[:-1] if kind else words)]
+    named = [p for p in paths if isinstance(p, Path)]
+    for path in named:
         if not path.exists():
             hint = f", and {path} is no kind of picture; those are {', '.join(KINDS)}" if path != paths[0] else ""
             raise FileNotFoundError(f"no file or directory {path}{hint}")
-    folders = [p for p in paths if p.is_dir()]
+    folders = [p for p in named if p.is_dir()]
     if folders and len(paths) > 1:
         raise ValueError(f"{folders[0]} is a directory: a sweep has a picture of its own")
     own, other, what = (OF_SWEEPS, OF_RUNS, "a sweep") if folders else (OF_RUNS, OF_SWEEPS, "a run file")
@@ -230,12 +231,14 @@ def _of_runs(options, paths: list[Path], kind: str) -> Path:
     from clearance.results import open_result
 
     suffix = ".gif" if kind == "animation" else ".png"
-    output = _output(options, paths[0].with_name(f"{paths[0].stem}_{kind}{suffix}"))
+    first = paths[0] if isinstance(paths[0], Path) else Path("run")
+    output = _output(options, first.with_name(f"{first.stem}_{kind}{suffix}"))
     with ExitStack() as opened:
-        records = [opened.enter_context(open_result(path)) for path in paths]
+        records = [opened.enter_context(open_result(p)) if isinstance(p, Path) else p for p in paths]
         for record in records:
             if record.time.size < 2:
-                raise ValueError(f"{record.path} has {record.time.size} sample(s): there is nothing to draw")
+                name = getattr(record, "path", record.attributes["case"])
+                raise ValueError(f"{name} has {record.time.size} sample(s): there is nothing to draw")
         return DRAW[kind](options, records, output)
 
 

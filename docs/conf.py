@@ -1,0 +1,67 @@
+"""Configuration of the documentation site: `python -m sphinx -W -b html -c docs . site` in a checkout.
+
+The checkout is the source folder: README, CONTRIBUTING and the tables of tests are pages where they
+stand. The guide is split into pages and the laws are listed before anything is read, see pages.py.
+"""
+
+import os
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))
+os.environ.pop("MPLBACKEND", None)  # a backend without a screen takes the pictures out of notebooks
+
+from docstrings import as_restructured_text  # noqa: E402
+from pages import write_pages  # noqa: E402
+
+from clearance.version import VERSION  # noqa: E402
+
+project, author, release = "clearance", "The clearance developers", VERSION
+copyright = "the clearance developers, MIT licence"
+root_doc = "docs/index"
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.mathjax",
+    "sphinx_gallery.gen_gallery",
+    "sphinx_copybutton",
+]
+include_patterns = [
+    "README.md",
+    "CONTRIBUTING.md",
+    "CHANGELOG.md",
+    "paper_figures/README.md",
+    "tests/*/README.md",
+    "docs/**",
+]
+# the gallery has notebooks and scripts of its own, which are run once
+exclude_patterns = [f"docs/made/gallery/*.{e}" for e in ("ipynb", "py", "zip", "md5", "json")]
+exclude_patterns += ["docs/gallery/*", "docs/*.py"]
+myst_enable_extensions = ["dollarmath", "attrs_inline", "colon_fence"]
+myst_heading_anchors = 4
+nb_execution_mode = "cache"
+nb_execution_timeout = 300
+nb_execution_raise_on_error = True
+# sections of the guide begin below the title of their page; links to folders are for the forge
+suppress_warnings = ["myst.header", "config.cache"]
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+sphinx_gallery_conf = {
+    "examples_dirs": ["gallery"],
+    "gallery_dirs": ["docs/made/gallery"],
+    "filename_pattern": "/plot_",
+    "abort_on_example_error": True,
+    "download_all_examples": False,
+    "show_memory": False,
+}
+html_theme = "pydata_sphinx_theme"
+html_title = "clearance"
+html_sidebars = {"docs/index": []}
+html_theme_options = {"show_prev_next": True, "secondary_sidebar_items": ["page-toc"]}
+
+
+def setup(app):
+    """Make the pages that are made, and read docstrings as the package has them."""
+    app.connect("autodoc-process-docstring", as_restructured_text)
+    write_pages(HERE / "made")
