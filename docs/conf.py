@@ -13,7 +13,7 @@ sys.path.insert(0, str(HERE))
 os.environ.pop("MPLBACKEND", None)  # a backend without a screen takes the pictures out of notebooks
 
 from docstrings import as_restructured_text  # noqa: E402
-from pages import write_pages  # noqa: E402
+from pages import read_page, write_pages  # noqa: E402
 
 from clearance.version import VERSION  # noqa: E402
 
@@ -43,12 +43,13 @@ myst_heading_anchors = 4
 nb_execution_mode = "cache"
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True
-# sections of the guide begin below the title of their page; links to folders are for the forge
+nb_merge_streams = True
+# sections of the guide begin below the title of their page
 suppress_warnings = ["myst.header", "config.cache"]
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 sphinx_gallery_conf = {
-    "examples_dirs": ["gallery"],
+    "examples_dirs": ["docs/gallery"],
     "gallery_dirs": ["docs/made/gallery"],
     "filename_pattern": "/plot_",
     "abort_on_example_error": True,
@@ -64,4 +65,5 @@ html_theme_options = {"show_prev_next": True, "secondary_sidebar_items": ["page-
 def setup(app):
     """Make the pages that are made, and read docstrings as the package has them."""
     app.connect("autodoc-process-docstring", as_restructured_text)
+    app.connect("source-read", read_page)
     write_pages(HERE / "made")

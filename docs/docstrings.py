@@ -26,7 +26,7 @@ def restructured(lines: list[str], parameters: set[str] = frozenset()) -> list[s
     """Lines of a docstring: parameters as fields, indented lines as they are, the rest as prose."""
     found: list[str] = []
     field = literal = False
-    for line in lines:
+    for line in apart(lines, parameters):
         hit = FIELD.match(line)
         if not line.strip():
             field = False
@@ -46,6 +46,15 @@ def restructured(lines: list[str], parameters: set[str] = frozenset()) -> list[s
             found.append(prose(line))
             literal = False
     return found
+
+
+def apart(lines: list[str], parameters: set[str]) -> list[str]:
+    """Lines of which each begins at most one parameter."""
+    if not parameters:
+        return list(lines)
+    names = "|".join(map(re.escape, sorted(parameters)))
+    begins = re.compile(rf"(?<=[.;]) (?=(?:{names}): )")
+    return [part for line in lines for part in begins.split(line)]
 
 
 def prose(line: str) -> str:

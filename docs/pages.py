@@ -30,6 +30,7 @@ PAGES = {
 }
 HEADING = re.compile(r"^(#{2,3}) (.+)$")
 IMAGE = re.compile(r'<img src="([^"]+)" width="(\d+)" alt="([^"]*)">')
+FOLDER = re.compile(r"\]\(((?:\.\./)*paper_figures)/?\)")  # a folder that the forge lists
 LINK = re.compile(r"\]\(([^)\s]*)\)")
 
 
@@ -82,8 +83,7 @@ def anchor(title: str) -> str:
 
 def guide_pages(text: str) -> dict[str, str]:
     """Text of each page of the guide, with links that lead to the page where a section is now."""
-    parts = divided(text)
-    places = {anchor(s.title): page for page, own in parts.items() for s in own}
+    parts, places = divided(text), section_places(text)
 
     def linked(target: str) -> str:
         if target.startswith("#"):
@@ -92,13 +92,35 @@ def guide_pages(text: str) -> dict[str, str]:
             return f"../../{target}"
         return target
 
-    found = {}
+    names = "\n".join(parts)
+    found = {"index": f"# Guide\n\n```{{toctree}}\n{names}\n```\n"}
     for page, own in parts.items():
         lines = "\n".join(line for section in own for line in section.lines)
         lines = IMAGE.sub(r"![\3](\1){width=\2px}", lines)
         lines = LINK.sub(lambda m: f"]({linked(m[1])})", lines)
         found[page] = f"# {PAGES[page][0]}\n\n{_without_title(lines, PAGES[page][0])}\n"
     return found
+
+
+def read_page(app, docname: str, source: list[str]) -> None:
+    """Handler of Sphinx: links of a page to the guide lead to the pages that it is divided into."""
+    if docname.startswith("docs/"):
+        return
+    up = "../" * docname.count("/")
+    places = section_places(GUIDE.read_text(encoding="utf-8"))
+
+    def linked(match) -> str:
+        page = places[match[1]] if match[1] else None
+        target = f"made/guide/{page}.md#{match[1]}" if page else "index.md"
+        return f"]({up}docs/{target})"
+
+    text = re.sub(r"\]\((?:\.\./)*clearance/GUIDE\.md(?:#([^)]*))?\)", linked, source[0])
+    source[0] = FOLDER.sub(r"](\1/README.md)", text)
+
+
+def section_places(text: str) -> dict[str, str]:
+    """Anchor of each section of the guide -> its page."""
+    return {anchor(s.title): page for page, own in divided(text).items() for s in own}
 
 
 def _without_title(text: str, title: str) -> str:

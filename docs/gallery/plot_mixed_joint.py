@@ -2,13 +2,15 @@
 A joint between full film and contact
 =====================================
 
-The six-bar rocking feeder at 300 rpm, with a fuzzy transition in joint B. The film carries most of the turn; the solids
-carry where the load turns round.
+The six-bar rocking feeder at 300 rpm, with a fuzzy transition in joint B. The film
+carries most of the turn; the solids carry where the load turns round.
 """
 
 import clearance as cl
 
-run = cl.simulate(cl.load_case("six_bar_feeder", model="mixed", speed=cl.rpm(300)), turns=4)
+run = cl.simulate(
+    cl.load_case("six_bar_feeder", model="mixed", speed=cl.rpm(300)), turns=4
+)
 run.plot.orbit("B")
 
 # %%
