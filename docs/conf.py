@@ -13,6 +13,7 @@ sys.path.insert(0, str(HERE))
 os.environ.pop("MPLBACKEND", None)  # a backend without a screen takes the pictures out of notebooks
 
 from docstrings import as_restructured_text  # noqa: E402
+from gallery_pictures import pictures  # noqa: E402
 from pages import read_page, write_pages  # noqa: E402
 
 from clearance.version import VERSION  # noqa: E402
@@ -45,7 +46,7 @@ nb_execution_timeout = 300
 nb_execution_raise_on_error = True
 nb_merge_streams = True
 # sections of the guide begin below the title of their page
-suppress_warnings = ["myst.header", "config.cache"]
+suppress_warnings = ["myst.header", "config.cache"]  # pictures of the gallery are a function
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 sphinx_gallery_conf = {
@@ -55,9 +56,12 @@ sphinx_gallery_conf = {
     "abort_on_example_error": True,
     "download_all_examples": False,
     "show_memory": False,
+    "image_scrapers": (pictures,),
 }
 html_theme = "pydata_sphinx_theme"
 html_title = "clearance"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 html_sidebars = {"docs/index": []}
 html_theme_options = {"show_prev_next": True, "secondary_sidebar_items": ["page-toc"]}
 
