@@ -57,6 +57,7 @@ sphinx_gallery_conf = {
     "download_all_examples": False,
     "show_memory": False,
     "image_scrapers": (pictures,),
+    "capture_repr": (),
 }
 html_theme = "pydata_sphinx_theme"
 html_title = "clearance"

@@ -6,7 +6,8 @@ from sphinx_gallery.scrapers import figure_rst
 
 def pictures(block, block_vars: dict, gallery_conf: dict) -> str:
     """Save the figure of a block; text that shows it, empty where there is none."""
-    figure = block_vars["example_globals"].pop("___", None)
+    names = block_vars["example_globals"]
+    figure, names["___"] = names.get("___"), None
     if not isinstance(figure, Figure):
         return ""
     path = next(block_vars["image_path_iterator"])
