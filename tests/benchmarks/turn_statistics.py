@@ -1,0 +1,147 @@
+"""Statistics of chaotic motion and their intervals: `python tests/benchmarks/turn_statistics.py [--update]`.
+
+A hundred starts of 320 turns of the dry slider-crank, whose bursts of hard impacts last several turns, and of the dry
+feeder, whose turns hardly depend on those before (some seven minutes of CPU). The truth is the mean over all starts
+without their first 30 turns. Shares are over all quantities of `clearance.turns` that vary. The widening of short
+intervals was measured on other starts of the slider-crank.
+"""
+
+import itertools
+from types import SimpleNamespace
+
+import numpy as np
+from publishing import publish, require
+
+import clearance as cl
+from clearance import chaos, series
+from clearance.ensemble import Ensemble
+from clearance.mechanism.build import build
+from clearance.options import Solver
+from clearance.turns import Series
+
+BEGIN = "<!-- turn statistics -->"
+STARTS, TURNS, SETTLED, LEFT_OUT = 100, 320, 30, 10
+COUNTS = (9, 20, 40, 100, 200, 280)
+LOWEST, HIGHEST, SHORT = 0.92, 0.98, 100
+FEW = 0.86  # lowest share of 25 groups: two standard deviations below 95 %
+ERRORS = (0.2, 0.1)
+#: by name: case and parameters
+SCENES = {
+    "dry slider-crank, 5000 rpm": (
+        "slider_crank",
+        {
+            "model": "dry", "friction": "coulomb", "restitution": 0.9, "friction_coefficient": 0.03,
+            "clearance": 1e-3, "speed": cl.rpm(5000),
+        },
+    ),
+    "dry feeder, 300 rpm": ("six_bar_feeder", {"model": "dry"}),
+}  # fmt: skip
+
+
+def series_of(name: str) -> dict[str, np.ndarray]:
+    """Numbers of all turns, (starts, turns), of quantities that vary."""
+    case, parameters = SCENES[name]
+    mechanism = build(cl.load_case(case, **parameters))
+    ensemble = Ensemble(mechanism, TURNS, Solver(1e-6), STARTS, seed=2)
+    ensemble.extend(TURNS)
+    return {n: v for n, v in ensemble.values.items() if v.std() > 0.0}
+
+
+def covered(values: dict, truth: dict, count: int, widened: bool = True) -> float:
+    """Share of the intervals of so many turns that hold the truth."""
+    held = []
+    for name, rows in values.items():
+        for row in rows:
+            mean = series.mean(row[LEFT_OUT : LEFT_OUT + count], widened)
+            held.append(abs(mean.value - truth[name]) <= mean.half_width)
+    return float(np.mean(held))
+
+
+def covered_quantiles(values: dict, share: float, count: int) -> float:
+    """The same of the intervals of a quantile of turn peaks."""
+    held = []
+    for rows in (v for n, v in values.items() if n.endswith(chaos.PEAKS)):
+        true = np.quantile(rows[:, SETTLED:], share)
+        for row in rows:
+            found = series.quantile(row[LEFT_OUT : LEFT_OUT + count], share)
+            held.append(not (found.low > true or found.high < true))
+    return float(np.mean(held))
+
+
+def agreeing(values: dict, short: int, long: int) -> float:
+    """Share of pairs of runs of two lengths, from different starts, whose means agree within their joint interval."""
+    held = []
+    for rows in values.values():
+        for one, two in itertools.pairwise(rows):
+            a = series.mean(one[LEFT_OUT : LEFT_OUT + short])
+            b = series.mean(two[LEFT_OUT : LEFT_OUT + long])
+            held.append(abs(a.value - b.value) <= np.hypot(a.half_width, b.half_width))
+    return float(np.mean(held))
+
+
+class Stored:
+    """Four starts of those that were run, as an ensemble that goes on."""
+
+    starts = 4
+
+    def __init__(self, values: dict, group: int):
+        rows = slice(self.starts * group, self.starts * (group + 1))
+        self.all = {n: v[rows] for n, v in values.items()}
+        self.about = {n: Series(np.zeros(0), "1", n) for n in values}
+        self.mechanism = SimpleNamespace(scene=SimpleNamespace(turn=1.0))
+
+    def extend(self, turns: int) -> None:
+        self.values = {n: v[:, :turns] for n, v in self.all.items()}
+
+
+def stopped(values: dict, truth: dict, error: float) -> str:
+    """Groups of four starts whose force stops by the rule: intervals that hold the truth, and turns."""
+    name = next(n for n in values if n.startswith("joint_") and n.endswith("_force_peak"))
+    held, turns, apart = [], [], 0
+    for group in range(STARTS // Stored.starts):
+        runner = Stored(values, group)
+        found = chaos._until_narrow(runner, {name: error}, 4 * TURNS, 1e-6, None)
+        apart += len(found.motions) > 1
+        if found.reached and len(found.motions) == 1:
+            mean = found[name].mean
+            held.append(abs(mean.value - truth[name]) <= mean.half_width)
+            turns.append(found.turns)
+    require(np.mean(held) >= FEW, f"stopped at {error:.0%}: {np.mean(held):.0%} hold the mean")
+    require(apart <= 1, f"{apart} groups of one motion are told apart")
+    return f"{sum(held)} of {len(held)}, {np.median(turns):.0f} turns"
+
+
+def scene_lines(name: str) -> tuple[list[str], list[str]]:
+    values = series_of(name)
+    truth = {n: float(v[:, SETTLED:].mean()) for n, v in values.items()}
+    shares = [covered(values, truth, c) for c in COUNTS]
+    plain = [covered(values, truth, c, widened=False) for c in COUNTS]
+    require(LOWEST <= shares[-1] <= HIGHEST, f"{name}: {shares[-1]:.1%} of the intervals hold")
+    require(min(shares) >= LOWEST, f"{name}: only {min(shares):.1%} of short intervals hold")
+    cells = [f"{100 * a:.1f} ({100 * b:.1f})" for a, b in zip(shares, plain, strict=True)]
+    agree = agreeing(values, SHORT, COUNTS[-1])
+    require(agree >= LOWEST, f"{name}: {agree:.1%} of two lengths agree")
+    tenth = covered_quantiles(values, 0.9, COUNTS[-1])
+    require(tenth >= LOWEST, f"{name}: {tenth:.1%} of the quantiles' intervals hold")
+    asked = [stopped(values, truth, e) for e in ERRORS]
+    return [name, *cells], [name, f"{100 * agree:.1f}", f"{100 * tenth:.1f}", *asked]
+
+
+def lines() -> list[str]:
+    """Both tables."""
+    rows = [scene_lines(name) for name in SCENES]
+    heads = ["% of the intervals that hold the mean; turns:", *map(str, COUNTS)]
+    more = [
+        "", f"agree, {SHORT} and {COUNTS[-1]} turns [%]", f"hold 1 turn in 10, {COUNTS[-1]} turns [%]",
+        *(f"hold the mean force, stopped at +- {e:.0%}" for e in ERRORS),
+    ]  # fmt: skip
+    first, second = zip(*rows, strict=True)
+    return [*table(heads, first), "", *table(more, second)]
+
+
+def table(heads, rows) -> list[str]:
+    return [f"| {' | '.join(r)} |" for r in (heads, ["---"] * len(heads), *rows)]
+
+
+if __name__ == "__main__":
+    publish(__doc__, lines, BEGIN)
