@@ -135,12 +135,13 @@ class Statistics:
         """A sentence about what was reached."""
         name, share = self.widest
         over = f"over {self.turns} turns"
+        asked, got = f"+- {100.0 * self.asked[name]:.3g} % asked for", f"+- {100.0 * share:.2g} %"
         if self.reached:
-            return f"+- {self.asked[name]:.3g} asked for, +- {share:.2g} reached for {name} {over}"
+            return f"{asked}, {got} reached for {name} {over}"
         more = f"needs about {_rounded(self.needed)} turns" if self.needed else "no number of turns is known to do"
         if self.needed and self.needed <= self.turns:
             more = "not confirmed by a second look"
-        return f"+- {self.asked[name]:.3g} asked for, only +- {share:.2g} for {name} {over}: {more}"
+        return f"{asked}, only {got} for {name} {over}: {more}"
 
     def lines(self) -> list[str]:
         """A table of all quantities, and what it is made of."""
@@ -148,7 +149,8 @@ class Statistics:
         batches = next(iter(self.motions[0].quantities.values())).mean.batches
         found = [
             f"{starts} starts of {turns} turns, the first {self.left_out} of each left out; 95 % intervals "
-            f"from {batches} batches"
+            f"from {batches} batches",
+            _columns_of(HEADS),
         ]
         for i, motion in enumerate(self.motions, 1):
             if len(self.motions) > 1:
@@ -209,14 +211,25 @@ def _rounded(count: int) -> str:
     return f"{float(f'{count:.2g}'):.0f}"
 
 
+HEADS = ("", "mean of a turn", "", *(f"1 turn in {round(1.0 / (1.0 - s))} above" for s in SHARES))
+
+
+def _columns_of(texts: Iterable[str]) -> str:
+    name, mean, share, *quantiles = texts
+    return f"  {name:<29} {mean:<27} {share:<6} {'  '.join(f'{q:<33}' for q in quantiles)}".rstrip()
+
+
 def _line(name: str, statistic: Statistic) -> str:
-    mean, more = statistic.mean, ""
-    for q in statistic.quantiles:
-        more += f", 1 turn in {round(1.0 / (1.0 - q.share))} above {q.value:.4g}"
-        more += f" ({q.low:.4g} .. {q.high:.4g})" if math.isfinite(q.low + q.high) else ""
-    share = f" ({100.0 * mean.share:.2g} %)" if math.isfinite(mean.share) else ""
+    mean = statistic.mean
     units = "" if statistic.units == "1" else f" {statistic.units}"
-    return f"  {name:<32} {mean.value:.5g} +- {mean.half_width:.2g}{units}{share}{more}"
+    share = f"{100.0 * mean.share:.2g} %" if math.isfinite(mean.share) else ""
+    texts = [_interval(q) for q in statistic.quantiles]
+    return _columns_of([name, f"{mean.value:.4g} +- {mean.half_width:.2g}{units}", share, *texts])
+
+
+def _interval(q: Quantile) -> str:
+    ends = f" ({q.low:.3g} .. {q.high:.3g})" if math.isfinite(q.low + q.high) else ""
+    return f"{q.value:.3g}{ends}"
 
 
 def _plain(s: Statistic) -> dict:

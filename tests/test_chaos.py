@@ -38,7 +38,7 @@ def test_reached(found):
     assert found.reached
     assert set(found.asked) == {FORCE, "drive_crank_torque_rms"}
     assert found[FORCE].mean.share <= 0.3
-    assert found.verdict.startswith("+- 0.3 asked for, +- 0.")
+    assert found.verdict.startswith("+- 30 % asked for, +- ")
     starts, turns = found.shape
     assert starts == 4
     assert found[FORCE].mean.count == starts * (turns - found.left_out)
@@ -71,7 +71,7 @@ def test_not_reached():
     name, share = result.widest
     mean = result[name].mean
     assert result.needed == pytest.approx(mean.count * (share / 0.01) ** 2, rel=0.1)
-    assert f"only +- {share:.2g} for {name} over 160 turns: needs about" in result.verdict
+    assert f"only +- {100 * share:.2g} % for {name} over 160 turns: needs about" in result.verdict
 
 
 def test_files(found, tmp_path):
