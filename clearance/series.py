@@ -17,7 +17,7 @@ BATCHES = 10
 MORE_BATCHES, LONG = 20, 400  # batches of series with at least so many values
 #: factor on the interval by the number of values: measured on the turns of a dry slider-crank, whose bursts of hard
 #: impacts last several turns (tests/benchmarks/turn_statistics.py)
-WIDENING = ((8, 2.0), (20, 1.6), (40, 1.35), (150, 1.25), (200, 1.12), (280, 1.05), (400, 1.0))
+WIDENING = ((8, 3.0), (20, 2.2), (40, 1.5), (100, 1.25), (200, 1.1), (280, 1.0))
 TRUNCATION = 5  # values of which MSER-5 takes means
 EARLY, LATE = 0.1, 0.5  # shares of a series whose means Geweke's test compares
 FIRST_LOOK, GROWTH = 40, 1.25  # numbers of values at which a series that grows is judged

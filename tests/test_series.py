@@ -63,10 +63,10 @@ class TestMean:
         assert series.mean(np.tile([1.0, 3.0], 200)).half_width > 0.0  # never less than independent values
 
     def test_widened_where_short(self):
-        assert series.widening(20) == 1.6
+        assert series.widening(20) == 2.2
         assert series.widening(1000) == 1.0
         x = correlated(0.0, 20, 1)
-        assert series.mean(x).half_width >= 1.6 * series.mean(x, widened=False).half_width
+        assert series.mean(x).half_width >= 2.2 * series.mean(x, widened=False).half_width
 
     def test_needed(self):
         """The width falls with the root of the number of values."""
