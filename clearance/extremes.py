@@ -149,6 +149,16 @@ class Extremes:
         last = count if math.isinf(end) else math.floor(end / self.length * (1.0 + ROUNDING))
         return slice(first, max(first, min(last, count)))
 
+    def outermost(self, begin: float, end: float) -> tuple[np.ndarray, np.ndarray]:
+        """Values of all quantities as `of` gives them, infinite where there is none, and their times."""
+        slack = ROUNDING * self.length
+        signs = np.array([-1.0 if name.endswith("_min") else 1.0 for name in self.names])
+        inside = (self.times >= begin - slack) & (self.times <= end + slack)
+        best = np.where(inside, signs * self.values, -np.inf).argmax(axis=0)
+        columns = np.arange(len(self.names))
+        values = np.where(inside[best, columns], self.values[best, columns], np.inf)
+        return values, self.times[best, columns]
+
     def of(self, name: str, begin: float = 0.0, end: float = math.inf) -> Extreme | None:
         """Outermost of the extremes that lie between two times [s]; None where there is none.
 

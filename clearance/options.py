@@ -128,16 +128,17 @@ def kernel_roles(mechanism: Mechanism, method: str) -> list[str]:
     return [role for role, used in needed.items() if used]
 
 
-def longest_step(mechanism: Mechanism, span: Span) -> float:
+def longest_step(mechanism: Mechanism, span: Span, turn: float | None = None) -> float:
     """A share of a turn, or of the span; films with a memory are first order in it and need it short.
 
     Prescribed motions may have corners that a long step would not see: no longer than the way between two samples,
-    and where nothing else moves, which costs next to nothing, a tenth of it.
+    and where nothing else moves, which costs next to nothing, a tenth of it. turn: of the drive [s], where it is not
+    that of the scene.
     """
     share = REMEMBERED_SHARE if mechanism.layout.remembering else LARGEST_SHARE
     if mechanism.size == 0:  # no error bounds the step, and extremes are looked for step by step
         share = PRESCRIBED_SHARE
-    longest = min(mechanism.scene.turn or span.until, span.until) * share
+    longest = min(turn or mechanism.scene.turn or span.until, span.until) * share
     if any(d.motion is not None for d in mechanism.scene.drives):
         longest = min(longest, span.until / (span.samples - 1) * (1.0 if mechanism.size else 0.1))
     return longest

@@ -54,7 +54,7 @@ SAME = 1e-12  # share of the time within which two moments are one
 class Run:
     """One integration.
 
-    state: its numbers and arrays, see stepping/state.py. observers: see `observers.Observer`. wall, cpu: time spent in
+    state: its numbers and arrays, see stepping/state.py. observers: see `observers.Observer`. wall: time spent in
     the compiled loop [s]. outputs: rows hold the mechanism's outputs, else its state. code: last status.
     """
 
@@ -70,10 +70,10 @@ class Run:
         self.state = self._new_state()
         self.watched.install(self.state)
         self.take(self.method)
-        self._take_numbers()
+        self.take_numbers()
         self.observers: list[observers.Observer] = []
         self.changes: list[tuple[float, dict[str, float]]] = []  # times and changes so far
-        self.wall, self.cpu, self.contact_count, self.code = 0.0, 0.0, 0, status.RUNNING
+        self.wall, self.contact_count, self.code = 0.0, 0, status.RUNNING
         self.started = "as the scene says"
         self.options: dict = {}  # arguments of `simulate`, which make this run again
         self.facts: dict[str, dict] = {}  # of the result, group by group
@@ -82,8 +82,8 @@ class Run:
         self.dead_centre: DeadCentre | None = None  # of a loop, once the run has failed there
 
     def _new_state(self) -> State:
-        """The state at the start, without a stepper."""
-        mechanism, size, span, solver = self.mechanism, self.mechanism.y0.size, self.span, self.solver
+        """The state at the start, without numbers and without a stepper."""
+        mechanism, size, solver = self.mechanism, self.mechanism.y0.size, self.solver
         states, layout = mechanism.size or size, mechanism.layout
         state = State(
             size=size,
@@ -92,20 +92,16 @@ class Run:
             spots=len(mechanism.spots),
             outputs=len(layout.channels) if self.outputs else size,
             scratch=0,
-            rows=ROWS,
+            rows=min(ROWS, self.span.samples),
             log=LOG_ROWS,
             impacts=IMPACT_ROWS,
             followed=len(layout.followed),
             **self.watched.sizes,
         )
-        state.y[...], state.work[:-1] = mechanism.y0, mechanism.work0
         state.states, state.coordinates = states, mechanism.coordinates
         state.rtol, state.newton_tolerance = solver.rtol, NEWTON_TOLERANCE
         state.convergence, state.effort = 1.0, 0.9
         state.evaluate_ledger = size > mechanism.size
-        state.finish, state.samples = span.until, span.samples
-        state.sample_every = span.until / (span.samples - 1)
-        state.longest_step = solver.max_step or longest_step(mechanism, span)
         state.step_limit = solver.max_steps or STEP_LIMIT
         state.commits, state.remembering = layout.commits, len(layout.remembering)
         state.may_switch = solver.method == "auto" and self.method == "dop853" and mechanism.size > 0
@@ -162,19 +158,27 @@ class Run:
         with announced():
             self.take(method)
 
-    # --- natural sizes
+    # --- numbers
+    def take_numbers(self) -> None:
+        """Stand at the start, with the numbers that the mechanism has now."""
+        self._take_start()
+        self._take_numbers()
+
+    def _take_start(self) -> None:
+        """Where the run begins, how long it is and how long its steps may be."""
+        state, mechanism, span = self.state, self.mechanism, self.span
+        state.y[...], state.work[:-1] = mechanism.y0, mechanism.work0
+        state.finish, state.samples = span.until, span.samples
+        state.sample_every = span.until / (span.samples - 1)
+        state.longest_step = self.solver.max_step or longest_step(mechanism, span)
+
     def _take_numbers(self) -> None:
         """Natural sizes of states and free ways of spots, from the numbers of the mechanism."""
-        state, size = self.state, self.mechanism.size
-        reach = [spot.reach for _, spot in self.mechanism.spots]
-        state.scale[:size], state.scale[size:] = self.mechanism.scale, self._energy_scale()
-        state.contacts[:, CLEARANCE] = reach
-        state.band[:] = self.loop.BAND * np.array(reach)
+        state, mechanism = self.state, self.mechanism
+        state.scale[: mechanism.size], state.scale[mechanism.size :] = mechanism.scale, mechanism.energy
+        state.contacts[:, CLEARANCE] = mechanism.reach
+        state.band[:] = self.loop.BAND * mechanism.reach
         self._scale_film_rates()
-
-    def _energy_scale(self) -> float:
-        mass = sum(b.mass for b in self.mechanism.scene.bodies)
-        return mass * (self.mechanism.start.size * self.mechanism.frequency) ** 2
 
     def _scale_film_rates(self) -> None:
         """A thick film gives way slowly: its natural rate is acceleration over damping, not clearance times speed.
@@ -272,11 +276,10 @@ class Run:
     # --- advancing
     def advance(self, until: float = math.inf) -> int:
         """One call of the compiled loop, not beyond a time [s]; its output goes to the observers. A status code."""
-        began, cpu, state = clock_of_the_wall.perf_counter(), clock_of_the_wall.thread_time(), self.state
+        began, state = clock_of_the_wall.perf_counter(), self.state
         until = min(until, self.span.until)
         state.end = min(until, self._next_stop())
         code = self.loop.run(state.address, self.budget)
-        self.cpu += clock_of_the_wall.thread_time() - cpu
         self.wall += clock_of_the_wall.perf_counter() - began
         self._hand_over()
         if code == status.STIFF:
@@ -330,7 +333,7 @@ class Run:
 
     def trajectory(self) -> tuple[np.ndarray, np.ndarray, int]:
         """Run to the end in memory: times, rows (states, where the run has no outputs) and the last status code."""
-        self.wall = self.cpu = 0.0
+        self.wall = 0.0
         trajectory = observers.Trajectory()
         with Held() as held:
             self.observers += [trajectory, observers.Interrupts(held.check)]
@@ -352,7 +355,7 @@ class Run:
         like an interrupt it comes when what was computed before is kept, if it can be.
         """
         self._sum_wear()
-        scale = self.solver.rtol * self._energy_scale()
+        scale = self.solver.rtol * self.mechanism.energy
         recording = observers.Recording(self, Recorder(self.mechanism.layout.channels, sink, True, scale))
         watching = [recording, observers.Interrupts(check)]
         for joint in self.mechanism.scene.joints:

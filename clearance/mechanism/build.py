@@ -68,6 +68,17 @@ class Mechanism:
         """Places where elements may touch, in the order of the layout."""
         return self.scene.spots
 
+    @cached_property
+    def reach(self) -> np.ndarray:
+        """Free way of each spot [m]."""
+        return np.array([spot.reach for _, spot in self.spots])
+
+    def blend(self) -> None:
+        """Give spots without a first touch a typical speed instead of that of their impact."""
+        for i, (_, spot) in enumerate(self.spots):
+            if spot.kind == BLENDED:
+                self.work0[i] = max(spot.speed, self.reach[i] * self.frequency)
+
     @property
     def eccentric(self) -> list:
         """Joints with clearance whose offsets are coordinates."""
@@ -83,9 +94,14 @@ class Mechanism:
         return max([*start, *speeds, gravity]) or 1.0
 
     @cached_property
+    def energy(self) -> float:
+        """A typical energy [J]: of all bodies, as fast as the motion."""
+        return energy_of(sum(b.mass for b in self.scene.bodies), self.start.size, self.frequency)
+
+    @cached_property
     def acceleration(self) -> float:
         """A typical acceleration [m/s2]: of the motion and of gravity together."""
-        return self.start.size * self.frequency**2 + math.hypot(*self.scene.gravity)
+        return acceleration_of(self.start.size, self.frequency, self.scene.gravity)
 
     @cached_property
     def places(self) -> dict:
@@ -102,6 +118,16 @@ class Mechanism:
         lengths = [sizes[name] for name in self.layout.coordinates]
         first_order = [sizes[name] for name in self.layout.first_order]
         return np.array(lengths + [x * self.frequency for x in lengths] + first_order)
+
+
+def energy_of(mass: float, size: float, frequency: float) -> float:
+    """A typical energy [J] of bodies of a mass [kg] in a motion of a size [m] and angular frequency [rad/s]."""
+    return mass * (size * frequency) ** 2
+
+
+def acceleration_of(size: float, frequency: float, gravity: tuple[float, ...]) -> float:
+    """A typical acceleration [m/s2] of a motion of a size [m] and angular frequency [rad/s], under gravity."""
+    return size * frequency**2 + math.hypot(*gravity)
 
 
 def build(scene: Scene, ledger: bool = True, opened: Collection[str] = ()) -> Mechanism:
@@ -129,9 +155,7 @@ def build(scene: Scene, ledger: bool = True, opened: Collection[str] = ()) -> Me
     par = _parameters(structure, _values(scene, structure, plan, numbers, start), sources)
     y0 = _state(scene, plan, start, structure.layout)
     mechanism = Mechanism(scene, structure, plan, start, par, y0, _work(scene, structure, start), _films(sources))
-    for i, (_, spot) in enumerate(mechanism.spots):
-        if spot.kind == BLENDED:  # no first touch: a typical speed instead
-            mechanism.work0[i] = max(mechanism.work0[i], spot.reach * mechanism.frequency)
+    mechanism.blend()
     return mechanism
 
 

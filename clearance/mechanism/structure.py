@@ -10,8 +10,8 @@ What stands where in them says the layout.
 
 import hashlib
 import re
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
 from functools import cached_property
 from weakref import WeakValueDictionary
 
@@ -66,6 +66,16 @@ class Structure:
         if role not in self.compiled:
             self.compiled[role] = kernels.kernel(self.programs[role])
         return self.compiled[role]
+
+    def observing(self, paths: Collection[str]) -> "Structure":
+        """This structure with no other outputs than these; it shares the kernels that are compiled."""
+        places = [i for i, c in enumerate(self.layout.channels) if c.path in paths]
+        whole = self.programs["observe"]
+        observe = replace(whole, outputs={k: whole.outputs[i] for k, i in enumerate(places)})
+        layout = replace(self.layout, channels=tuple(self.layout.channels[i] for i in places))
+        other = replace(self, programs=self.programs | {"observe": observe}, layout=layout)
+        vars(other)["compiled"] = Compiled({r: k for r, k in self.compiled.items() if r != "observe"})
+        return other
 
     @cached_property
     def compiled(self) -> Compiled:

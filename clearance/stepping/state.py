@@ -169,6 +169,11 @@ class State:
                 other.memory[name] = self.memory[name]
         return other
 
+    def restore(self, image: bytes) -> None:
+        """Numbers and arrays as they were when `memory.tobytes()` gave this."""
+        memory = self.memory.reshape(1).view(np.uint8)
+        memory[:] = np.frombuffer(image, np.uint8)
+
     def connect(self, par: np.ndarray, **functions) -> None:
         """Take the functions that the loop calls and the mechanism's numbers."""
         vars(self).update(functions, par=par)

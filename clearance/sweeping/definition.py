@@ -65,6 +65,12 @@ class Definition:
             found.append(own.hexdigest()[:16])
         return tuple(found)
 
+    @cached_property
+    def spread(self) -> tuple[str, ...]:
+        """Names of the swept numbers that are no whole numbers."""
+        columns = self.points.columns.items()
+        return tuple(n for n, v in columns if isinstance(v[0], float) and any(one != v[0] for one in v))
+
     def _common(self) -> dict:
         return {n: getattr(self, n) for n in ("case", "source", "fixed", "options")}
 

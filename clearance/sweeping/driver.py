@@ -21,7 +21,7 @@ from clearance.sweeping import definition as definitions
 from clearance.sweeping.definition import Definition
 from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.index import Sweep, outcomes, verified
-from clearance.sweeping.journal import DONE, FAILED, LOST, WAITING, Journal, Outcome
+from clearance.sweeping.journal import ALONE, DONE, FAILED, LOST, WAITING, Journal, Outcome
 from clearance.sweeping.made import common, common_differences, files_named, made, modules_of, point_differences
 from clearance.sweeping.order import Queue, shuffled
 from clearance.sweeping.points import Points, plain
@@ -33,6 +33,9 @@ SHOWN = logging.getLogger("clearance")  # beside the progress
 TRIED = 16  # points that are built before any is run
 ATTEMPTS = 3  # times that a point may lose its worker
 LOOK = 0.2  # seconds between two reports of the progress
+BLOCK = 0.25  # seconds that a block of points takes a worker, about
+MOST_BLOCK = 256  # points of a block
+RECENT = 32  # runs that their usual time is taken from
 SAVE = 30.0  # seconds between two writings of the index
 REAL = ("turns", "until", "rtol", "samples_per_turn", "max_step")
 OPTIONS = tuple(prepare.__kwdefaults__)  # of a run, by name
@@ -269,6 +272,10 @@ class _Driver:
         self.news: list[str] = []
         self.deaths: dict[int, int] = {}
         self.in_a_row = 0  # workers that died since a run ended
+        self.blocks = not (definition.files or definition.own or "start" in definition.options)
+        self.alone: set[int] = set()  # points that share no block again
+        self.usual, self.together = 0.0, 0  # wall time of a recent run [s]; runs in the memory of others
+        self.reasons: set[str] = set()  # for which runs were not
         self.stop = ""
 
     def run(self, workers: int | None, scheduler: str | None, retry_failed: bool, accept_changes: bool) -> Sweep:
@@ -372,29 +379,38 @@ class _Driver:
         hand: set[int] = set()
         try:
             while (queue or hand) and not self.stop:
-                # near the end no worker holds a second point while another has none
+                # near the end no worker holds a second block while another has none
                 places = team.places if len(queue) > team.places else max(team.places // 2, 1)
-                while queue and len(hand) < places:
-                    index = queue.take()
-                    hand.add(index)
-                    team.give(index)
-                for outcome in team.wait(LOOK):
-                    hand.discard(outcome.index)
-                    self._take(outcome, queue)
+                while queue and team.held < places:
+                    block = tuple(queue.take() for _ in range(self._block(queue, places)))
+                    hand.update(block)
+                    team.give(block)
+                outcomes = team.wait(LOOK)
+                hand.difference_update(o.index for o in outcomes)
+                self._keep([o for o in outcomes if self._ended(o, queue)], queue)
                 self._report(team.running)
         finally:
             team.close()
 
-    def _take(self, outcome: Outcome, queue: Queue) -> None:
-        """Keep an outcome; a point that was lost with its worker is tried again."""
+    def _block(self, queue: Queue, places: int) -> int:
+        """How many of the next points are given to a worker at once: as many as take it a while, never too many."""
+        if not self.blocks or not self.usual:
+            return 1
+        room = min(MOST_BLOCK, len(queue) // (2 * places), int(BLOCK / self.usual))
+        return max(next((n for n, i in enumerate(queue.ahead(room)) if i in self.alone), room), 1)
+
+    def _ended(self, outcome: Outcome, queue: Queue) -> bool:
+        """True for an outcome that is to be kept; a point that was lost with its worker is tried again."""
         index = outcome.index
         if outcome.made and (changed := common_differences(outcome.made, self.now)):
             self.stop = f"a worker runs something else than the driver: {'; '.join(changed)}"
             (self.folder / "runs" / f"{self.definition.keys[index]}.h5").unlink(missing_ok=True)
-            return
+            return False
         if outcome.status == WAITING:
+            if outcome.reason == ALONE:
+                self.alone.add(index)
             queue.put_back(index)
-            return
+            return False
         if outcome.status == LOST:
             self.in_a_row += outcome.died
             self.deaths[index] = self.deaths.get(index, 0) + 1
@@ -405,17 +421,29 @@ class _Driver:
             elif self.deaths[index] < ATTEMPTS:
                 LOG.info("lost %s (%s): tried again", self.definition.says(index), outcome.reason)
                 queue.put_back(index)
-                return
+                return False
         else:
             self.in_a_row = 0
-        outcome = replace(outcome, key=self.definition.keys[index])
+        return True
+
+    def _keep(self, outcomes: list[Outcome], queue: Queue) -> None:
+        """Write outcomes into the journal and count them."""
+        outcomes = [replace(o, key=self.definition.keys[o.index]) for o in outcomes]
         try:
-            self.journal.add(outcome)
+            self.journal.add(*outcomes)
         except OSError as error:
             self.stop = f"the journal cannot be written: {error}"
             return
-        queue.learn(index, outcome.wall)
+        for outcome in outcomes:
+            queue.learn(outcome.index, outcome.wall)
+            self._count(outcome)
+
+    def _count(self, outcome: Outcome) -> None:
+        index = outcome.index
+        self.usual += (outcome.wall - self.usual) / min(self.ended + 1, RECENT)
         self.ended += 1
+        self.together += outcome.together
+        self.reasons.add(outcome.alone)
         self.counts[outcome.status] += 1
         if outcome.status != DONE:
             words = f"{outcome.status} {self.definition.says(index)}: {outcome.reason}"
@@ -444,6 +472,16 @@ class _Driver:
         failed = self.counts[FAILED] + self.counts[LOST]
         return Progress(total, self.before, self.counts[DONE], failed, running, seconds, rate, left, tuple(self.news))
 
+    def _ways(self) -> str:
+        """How the points of this call were run, and why."""
+        alone = self.ended - self.together
+        if self.definition.files:
+            return f"{alone} points each by itself: every run has a file"
+        if not self.blocks:
+            return f"{alone} points each by itself: their metrics or their start need whole runs"
+        reasons = "; ".join(sorted(self.reasons - {""})) or "the first ones, and those at the end"
+        return f"{self.together} points together in one memory, {alone} each by itself" + f": {reasons}" * (alone > 0)
+
     def _save(self) -> Sweep:
         """Bring the index up to date."""
         os.fsync(self.journal.file.fileno())
@@ -462,6 +500,7 @@ class _Driver:
             result = Sweep(self.folder)
         why = "interrupted" if interrupted else self.stop or "finished"
         LOG.info("%s: %d done, %d failed, %d lost", why, *self.counts.values())
+        LOG.info("%s", self._ways())
         if not interrupted:
             self._report(0, last=True)
         return result

@@ -23,12 +23,28 @@ def ideal_motion(scene: Scene, span: Span, described: dict) -> dict | None:
     Where one drive at constant speed moves everything the motion is that at unit speed, stretched: it is worked out
     once for all speeds.
     """
+    return stretched(unit_motion(scene, span, described), rate_of(described))
+
+
+def stretched(motion: dict | None, rate: float) -> dict | None:
+    """A motion at unit speed, so many times as fast."""
+    return motion and {body: (x, a * rate**2) for body, (x, a) in motion.items()}
+
+
+def rate_of(described: dict) -> float:
+    """Speed of the one drive at constant speed that moves a scene [rad/s or m/s]; 1 where it is not so."""
+    drives = [d for d in described["loads"] if d["type"] == "Drive"]
+    return abs(drives[0]["speed"]) if len(drives) == 1 and drives[0]["speed"] else 1.0
+
+
+def unit_motion(scene: Scene, span: Span, described: dict) -> dict | None:
+    """The ideal motion at unit speed where one drive moves everything, else as it is; see `ideal_motion`."""
     slides = guides(described)
     if not slides:
         return None
     drives = scene.drives
     steady = len(drives) == 1 and bool(drives[0].speed)
-    rate = abs(drives[0].speed) if steady else 1.0
+    rate = rate_of(described)
     # of the same turns at another speed only rounding differs: no run may depend on which was first
     angle = float(f"{span.until * rate:.14g}")
     key = (_kinematics(described, steady), angle, span.samples)
@@ -36,8 +52,7 @@ def ideal_motion(scene: Scene, span: Span, described: dict) -> dict | None:
         if len(_made) == MOST_KEPT:
             _made.clear()
         _made[key] = _motion(_moving(scene, rate), Span(angle, span.samples), slides)
-    found = _made[key]
-    return found and {body: (x, a * rate**2) for body, (x, a) in found.items()}
+    return _made[key]
 
 
 def _kinematics(scene: dict, steady: bool) -> tuple:
@@ -52,6 +67,13 @@ def _kinematics(scene: dict, steady: bool) -> tuple:
         if d["type"] == "Drive"
     )
     return bodies, joints, drives
+
+
+def moves(place: tuple) -> bool:
+    """True where the ideal motion depends on a number of a scene's description, the speed of a drive left out."""
+    part, _, field, *_ = (*place, None, None)
+    numbers = {"bodies": ("points", "com", "angle", "position"), "joints": ("a", "b", "axis", "angle")}
+    return field in numbers.get(part, ()) or part == "loads" and field in ("target", "motion", "start")
 
 
 def _moving(scene: Scene, rate: float) -> Scene:

@@ -1,5 +1,6 @@
-"""Finished points of a sweep: one line of JSON a finished run, only ever appended to.
+"""Finished points of a sweep, a line of JSON each or a block of them, only ever appended to.
 
+Points that ran together in one memory share a line: {"block": columns by name, metrics among them, "made": ..., ...}.
 Only the driver writes it. A line that a kill or a full disk cut short is taken off before the next is appended.
 """
 
@@ -7,10 +8,14 @@ import json
 import os
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field, replace
+from itertools import groupby
 from pathlib import Path
 
 DONE, FAILED, LOST = "done", "failed", "lost"
+#: numbers and texts of each point of a block
+COLUMNS = ("index", "key", "warnings", "wall", "loop", "steps")
 WAITING = "waiting"  # given back by a dead worker that had not begun it; never in a journal
+ALONE = "alone"  # the reason of one that must not share a block again: its block lost its worker
 
 
 @dataclass(frozen=True)
@@ -22,7 +27,8 @@ class Outcome:
     metrics: values by name; known: units and text of metrics
     that this journal has not named before. wall: seconds in all, loop: of these in the compiled loop; size and check:
     bytes and CRC-32 of the run's file; made: what it was run with, see made.py;
-    recovered: told by the run's file or the index, the journal does not know it.
+    recovered: told by the run's file or the index, the journal does not know it; together: run in the memory of others;
+    alone: why it was not, for the driver only.
     """
 
     index: int
@@ -39,6 +45,8 @@ class Outcome:
     check: int = 0
     made: dict = field(default_factory=dict)
     recovered: bool = False
+    together: bool = False
+    alone: str = ""
 
     @property
     def died(self) -> bool:
@@ -59,20 +67,38 @@ class Journal:
         for outcome in read(self.path):
             self.named.update(outcome.known)
 
-    def add(self, outcome: Outcome) -> None:
-        """Append an outcome; it is out of this process's hands when this returns."""
-        document = asdict(outcome)
-        document["known"] = {n: k for n, k in outcome.known.items() if n not in self.named}
-        self.named.update(document["known"])
-        del document["recovered"]
-        small = {n: v for n, v in document.items() if v or n in ("index", "status")}
+    def add(self, *outcomes: Outcome) -> None:
+        """Append outcomes; they are out of this process's hands when this returns, a block of them on the disk."""
+        block = [o for o in outcomes if o.together and o.status == DONE and not o.reason]
+        lines = [self._line(o) for o in outcomes if o not in block]
+        lines += [self._block(list(alike)) for _, alike in groupby(block, _shared)]
         begin = self.file.tell()
         try:
-            self.file.write(json.dumps(small).encode() + b"\n")
+            self.file.write(b"".join(json.dumps(line).encode() + b"\n" for line in lines))
             self.file.flush()
+            if block:
+                os.fsync(self.file.fileno())
         except OSError:
             self._take_back(begin)
             raise
+
+    def _line(self, outcome: Outcome) -> dict:
+        document = asdict(outcome) | {"known": self._new(outcome.known)}
+        del document["recovered"], document["alone"]
+        return {n: v for n, v in document.items() if v or n in ("index", "status")}
+
+    def _block(self, outcomes: list[Outcome]) -> dict:
+        """Outcomes that differ in numbers only."""
+        first = outcomes[0]
+        columns = {n: [getattr(o, n) for o in outcomes] for n in COLUMNS}
+        columns["metrics"] = {n: [o.metrics[n] for o in outcomes] for n in first.metrics}
+        return {"block": columns, "known": self._new(first.known), "made": first.made}
+
+    def _new(self, known: dict) -> dict:
+        """Units and texts of metrics that this journal has not named before."""
+        found = {n: k for n, k in known.items() if n not in self.named}
+        self.named.update(found)
+        return found
 
     def _take_back(self, place: int) -> None:
         """Nothing of a line that could not be written whole stays, neither in the file nor waiting to be written."""
@@ -103,9 +129,31 @@ def read(path: Path) -> Iterator[Outcome]:
     with open(path, "rb") as file:
         for line in file:
             try:
-                yield _outcome({"key": "", "status": LOST} | json.loads(line))
+                document = json.loads(line)
+                if "block" in document:
+                    yield from _outcomes(document)
+                else:
+                    yield _outcome({"key": "", "status": LOST} | document)
             except (ValueError, TypeError, AttributeError, OverflowError):
                 continue
+
+
+def _shared(outcome: Outcome) -> tuple:
+    """Equal for outcomes that can stand in one block."""
+    return tuple(outcome.metrics), outcome.made
+
+
+def _outcomes(document: dict) -> list[Outcome]:
+    """The outcomes of a block. Raises ValueError or TypeError for what is none."""
+    block, about = document["block"], {n: document[n] for n in ("known", "made") if n in document}
+    metrics, rest = block["metrics"], {n: block[n] for n in COLUMNS}
+    if any(len(column) != len(block["index"]) for column in (*metrics.values(), *rest.values())):
+        raise ValueError
+    found = []
+    for i, row in enumerate(zip(*rest.values(), strict=True)):
+        own = dict(zip(rest, row, strict=True)) | {"metrics": {n: v[i] for n, v in metrics.items()}}
+        found.append(_outcome(about | own | {"status": DONE, "together": True}))
+    return found
 
 
 def _outcome(document: dict) -> Outcome:

@@ -5,6 +5,7 @@ finished runs has doubled the rest is sorted by what the nearest finished point 
 """
 
 from collections import deque
+from itertools import islice
 
 import numpy as np
 
@@ -28,6 +29,10 @@ class Queue:
 
     def take(self) -> int:
         return self.waiting.popleft()
+
+    def ahead(self, count: int) -> list[int]:
+        """The next points, which stay here."""
+        return list(islice(self.waiting, count))
 
     def put_back(self, index: int) -> None:
         self.waiting.append(index)

@@ -1,7 +1,7 @@
 """Workers of a sweep: processes on this machine, or the workers of a Dask scheduler.
 
-A team takes points one by one (`give`), tells of those that ended (`wait`), and says how many it wants to have in hand
-(`places`). It survives the death of a worker and tells which point the worker was at.
+A team takes blocks of points (`give`), tells of those that ended (`wait`), and says how many blocks it wants to have in
+hand (`places`, of them `held`). It survives the death of a worker and tells which point the worker was at.
 """
 
 import logging
@@ -19,8 +19,8 @@ from multiprocessing import forkserver
 from multiprocessing.connection import wait
 
 from clearance.interrupts import follow_parent
-from clearance.sweeping.journal import LOST, WAITING, Outcome
-from clearance.sweeping.worker import run_point, stay_quiet
+from clearance.sweeping.journal import ALONE, LOST, WAITING, Outcome
+from clearance.sweeping.worker import run_block, stay_quiet
 
 LOG = logging.getLogger("clearance.sweep")
 #: where another process is started from: a small server that has the modules loaded, where the system can
@@ -28,7 +28,7 @@ METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods()
 PRELOADED = ["clearance.sweeping.worker", "clearance.stepping.radau5", "clearance.stepping.dop853"]
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 EVERY = 1.0  # seconds between two looks at the size of a cluster
-QUEUED = 2  # points a worker holds: one it runs and one to go on with at once
+QUEUED = 2  # blocks a worker holds: one it runs and one to go on with at once
 
 
 def prepare_start() -> None:
@@ -53,9 +53,14 @@ class Processes:
         """Workers that have something to run."""
         return sum(bool(worker.hand) for worker in self.workers)
 
-    def give(self, index: int) -> None:
-        """Have a point run by the worker with the least in hand."""
-        min(self.workers, key=lambda w: len(w.hand)).give(index)
+    @property
+    def held(self) -> int:
+        """Blocks in hand."""
+        return sum(len(worker.hand) for worker in self.workers)
+
+    def give(self, block: tuple[int, ...]) -> None:
+        """Have points run by the worker with the least in hand."""
+        min(self.workers, key=lambda w: len(w.hand)).give(block)
 
     def wait(self, seconds: float) -> list[Outcome]:
         """Outcomes that have come, waiting for the first at most so long."""
@@ -76,7 +81,7 @@ class Processes:
 
 
 class _Process:
-    """One worker process: its pipe, and the points it holds, the first of them running."""
+    """One worker process: its pipe, and the blocks of points it holds, the first of them running."""
 
     def __init__(self, context, folder: str, stamp: str):
         self.pipe, other = context.Pipe()
@@ -84,12 +89,12 @@ class _Process:
         with _surroundings():
             self.process.start()
         other.close()
-        self.hand: deque[int] = deque()
+        self.hand: deque[tuple[int, ...]] = deque()
 
-    def give(self, index: int) -> None:
-        self.hand.append(index)
+    def give(self, block: tuple[int, ...]) -> None:
+        self.hand.append(block)
         with suppress(OSError):  # it has died; that is noticed where outcomes are taken
-            self.pipe.send(index)
+            self.pipe.send(block)
 
     def take(self) -> tuple[list[Outcome], bool]:
         """Outcomes that wait in the pipe, and whether the worker is still there."""
@@ -99,20 +104,26 @@ class _Process:
                 answer = self.pipe.recv()
                 if isinstance(answer, BaseException):
                     raise answer
-                self.hand.remove(answer.index)
-                found.append(answer)
+                self.hand.popleft()
+                found += answer
         except (EOFError, ConnectionResetError):
             return found, False
         return found, self.process.is_alive() or self.pipe.poll()
 
     def last_words(self) -> list[Outcome]:
-        """Outcomes of the points that a dead worker held: the begun one is lost, the others wait again."""
+        """Outcomes of the points that a dead worker held: the begun one is lost, the others wait again.
+
+        Which one of a begun block it was at nobody can tell: all are to be run alone.
+        """
         self.process.join()
         code = self.process.exitcode
         how = f"killed by {signal.Signals(-code).name}" if code and code < 0 else f"it ended with status {code}"
-        begun, waiting = list(self.hand)[:1], list(self.hand)[1:]
-        lost = [Outcome(index, "", LOST, f"its worker died: {how}") for index in begun]
-        return lost + [Outcome(index, "", WAITING) for index in waiting]
+        begun, *waiting = [*self.hand, ()][:1] + list(self.hand)[1:]
+        if len(begun) == 1:
+            found = [Outcome(begun[0], "", LOST, f"its worker died: {how}")]
+        else:
+            found = [Outcome(index, "", WAITING, ALONE) for index in begun]
+        return found + [Outcome(index, "", WAITING) for block in waiting for index in block]
 
     def stop(self) -> None:
         """Let an idle worker end by itself; a busy one is not waited for."""
@@ -149,11 +160,11 @@ def _serve(pipe, folder: str, stamp: str) -> None:
     follow_parent()
     while True:
         try:
-            index = pipe.recv()
+            block = pipe.recv()
         except (EOFError, OSError):
             return
         try:
-            answer = run_point(folder, stamp, index)
+            answer = run_block(folder, stamp, block)
         except BaseException as error:  # noqa: BLE001 - the driver raises it
             answer = error
         try:
@@ -185,7 +196,7 @@ class Dask:
 
     @property
     def places(self) -> int:
-        """Points to have in hand: as the cluster grows and shrinks."""
+        """Blocks to have in hand: as the cluster grows and shrinks."""
         if time.monotonic() - self.asked > EVERY:
             self.asked, self.size = time.monotonic(), sum(self.client.nthreads().values())
         return max(QUEUED * self.size, 1)
@@ -195,10 +206,15 @@ class Dask:
         """Workers that have something to run."""
         return min(len(self.hand), self.size)
 
-    def give(self, index: int) -> None:
+    @property
+    def held(self) -> int:
+        """Blocks in hand."""
+        return len(self.hand)
+
+    def give(self, block: tuple[int, ...]) -> None:
         # impure: asked twice it is run twice, so that a restart never gets an old answer
-        future = self.client.submit(run_point, *self.task, index, pure=False)
-        self.hand[future] = index
+        future = self.client.submit(run_block, *self.task, block, pure=False)
+        self.hand[future] = block
         future.add_done_callback(self._arrive)
 
     def _arrive(self, future) -> None:
@@ -212,16 +228,19 @@ class Dask:
         found = []
         while self.arrived:
             future = self.arrived.popleft()
-            found.append(self._outcome(future, self.hand.pop(future)))
+            found += self._outcomes(future, self.hand.pop(future))
         return found
 
-    def _outcome(self, future, index: int) -> Outcome:
+    def _outcomes(self, future, block: tuple[int, ...]) -> list[Outcome]:
         try:
             return future.result()
         except self.distributed.KilledWorker:
-            return Outcome(index, "", LOST, "its workers died, several times over")
+            reason = "its workers died, several times over"
         except self.distributed.CancelledError:
-            return Outcome(index, "", LOST, "the scheduler lost it")
+            reason = "the scheduler lost it"
+        if len(block) == 1:
+            return [Outcome(block[0], "", LOST, reason)]
+        return [Outcome(index, "", WAITING, ALONE) for index in block]
 
     def close(self) -> None:
         for future in self.hand:

@@ -5,8 +5,11 @@ import logging
 import time
 import traceback
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+
+import numpy as np
 
 from clearance.catalogue import Case, find_case
 from clearance.loading import module_of
@@ -15,17 +18,24 @@ from clearance.run import Run
 from clearance.scene import Scene
 from clearance.simulation import prepare
 from clearance.sweeping import definition as definitions
+from clearance.sweeping.batch import Family, Found
 from clearance.sweeping.definition import Definition
 from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.index import checked
 from clearance.sweeping.journal import DONE, FAILED, LOST, Outcome
-from clearance.sweeping.made import files_named, made, modules_of
+from clearance.sweeping.made import common, files_named, made, modules_of
 from clearance.sweeping.metrics import Metric, own
 from clearance.sweeping.peaks import of_point
+from clearance.sweeping.spread import Irregular
 
 NO_SPACE = "no space left for its file"
 RESERVED = ("status", "reason")
+MOST_FAMILIES = 8  # whose memory a process keeps
+FEWEST = 100  # points of one structure that are worth a memory of their own
+APART = "they failed, are in doubt, or their metrics or warnings need more than one memory has"
 LARGE = 8_000_000  # numbers in a run's file above which it is written as the run goes
+
+_families: dict[tuple[str, tuple], Family | str] = {}
 
 
 class Keeper:
@@ -136,6 +146,12 @@ def files_of(path: str, own: tuple) -> list[Path]:
     return [find_case(path).path, *(Path(reference.rpartition(":")[0]) for reference, _ in own)]
 
 
+def run_block(folder: str, stamp: str, indices: tuple[int, ...]) -> list[Outcome]:
+    """Run some points, see `run_point`: together in one memory where that can be, else one after another."""
+    together, alone = ({}, "") if len(indices) == 1 else _together(_definition(folder, stamp), stamp, indices)
+    return [together.get(i) or replace(run_point(folder, stamp, i), alone=alone) for i in indices]
+
+
 def run_point(folder: str, stamp: str, index: int) -> Outcome:
     """Run one point and tell how it ended; nothing is raised but what says that no point can be run at all.
 
@@ -176,6 +192,59 @@ def _is_full(error: BaseException) -> bool:
     """True for a full disk; the errors of HDF5 state it only in words."""
     said = str(error)
     return getattr(error, "errno", None) in FULL or any(f"errno = {number}" in said for number in FULL)
+
+
+def _together(definition: Definition, stamp: str, indices: tuple[int, ...]) -> tuple[dict[int, Outcome], str]:
+    """Outcomes of the points that ran in one memory, by index; why others did not."""
+    began, found, alone = time.perf_counter(), {}, APART
+    names, kinds = definition.spread, {}
+    for index in indices:
+        kinds.setdefault(tuple(v for n, v in definition.points[index].items() if n not in names), []).append(index)
+    for kind, members in kinds.items():
+        family = _family(definition, stamp, kind)
+        if isinstance(family, str):
+            alone = family
+            continue
+        columns = {n: np.array([definition.points.columns[n][i] for i in members]) for n in names}
+        found |= {i: point for i, point in zip(members, family.found(columns), strict=True) if point is not None}
+    wall = (time.perf_counter() - began) / max(len(found), 1)
+    return {i: _outcome(definition, i, point, wall) for i, point in found.items()}, alone
+
+
+def _outcome(definition: Definition, index: int, found: Found, wall: float) -> Outcome:
+    files = files_named(definition.values(index).values())
+    modules = _modules(definition.path, definition.source, definition.own)
+    return Outcome(
+        index, definition.keys[index], DONE, "", {n: float(m.value) for n, m in found.metrics.items()},
+        {n: (m.units, m.text) for n, m in found.metrics.items()}, found.warnings, wall, found.loop, found.steps,
+        made=common(modules, files) | {"text": found.text}, together=True,
+    )  # fmt: skip
+
+
+def _family(definition: Definition, stamp: str, kind: tuple) -> Family | str:
+    """Runs of the points with these other values in one memory, made once; the reason where that cannot be."""
+    if (stamp, kind) not in _families:
+        while len(_families) >= MOST_FAMILIES:
+            del _families[next(iter(_families))]
+        _families[stamp, kind] = _new_family(definition, kind)
+    return _families[stamp, kind]
+
+
+def _new_family(definition: Definition, kind: tuple) -> Family | str:
+    names, points = definition.spread, definition.points
+    others = [v for n, v in points.columns.items() if n not in names]
+    members = [i for i in range(len(points)) if tuple(v[i] for v in others) == kind]
+    if not names or len(members) < FEWEST:
+        return "too few points have one structure"
+    case = _case(definition.path, definition.source)
+    rest = definition.fixed | {n: v for n, v in points[members[0]].items() if n not in names}
+    columns = {n: np.array(points.columns[n])[members] for n in names}
+    try:
+        return Family(lambda v: case.scene(**rest, **v), columns, definition.options, definition.settle)
+    except Irregular as error:
+        return str(error)
+    except Exception as error:  # noqa: BLE001 - a sweep goes on, whatever a user's scene or law does
+        return _explained(error)
 
 
 def _attempt(definition: Definition, index: int, key: str, path: Path | None, began: float) -> Outcome:

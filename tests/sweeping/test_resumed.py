@@ -2,12 +2,13 @@
 
 import json
 import sys
+from dataclasses import asdict
 
 import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.sweeping import driver, made
+from clearance.sweeping import driver, journal, made
 from clearance.sweeping.order import shuffled
 
 CASE = """
@@ -70,7 +71,8 @@ def begun(tmp_path, monkeypatch):
 
 
 def lines(folder):
-    return [json.loads(line) for line in (folder / "journal.jsonl").read_text().splitlines()]
+    """Outcomes in a journal, a dictionary each."""
+    return [asdict(outcome) for outcome in journal.read(folder / "journal.jsonl")]
 
 
 def rewrite(folder, outcomes):

@@ -1,0 +1,347 @@
+"""Points of one structure, one after another in one memory, without a scene for each.
+
+The numbers of their starts come as arrays (spread.py). One point is run the ordinary way, and what its metrics look at
+is noted: the others have no other outputs. They take the same steps by the same loop, and their metrics come from the
+same functions: they are those of the ordinary way bit for bit. A point that fails, is in doubt, needs more than its
+family has or comes to where models end for other reasons than the family's joints is `Apart`: run the ordinary way.
+"""
+
+import copy
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearance.diagnosis import LOST_ENERGY, Diagnosis
+from clearance.elements.joint import Joint
+from clearance.extremes import Extreme, Extremes, better, stretch_length
+from clearance.mechanism.build import Mechanism, acceleration_of, energy_of
+from clearance.options import Span, longest_step
+from clearance.recording import CONTACT_KINDS, EVENT_COLUMNS, MemoryRecord, MemorySink
+from clearance.regimes import DEEPEST, FULL_FILM, Regime, layer_of, oedometric_modulus, regime
+from clearance.run import Run
+from clearance.scene import Scene
+from clearance.simulation import prepare
+from clearance.stepping import status
+from clearance.stepping.state import LOG_COLUMNS
+from clearance.sweeping.ideal import moves, rate_of, stretched, unit_motion
+from clearance.sweeping.metrics import Metric
+from clearance.sweeping.peaks import of_point
+from clearance.sweeping.spread import Irregular, Spread, leaves_of
+from clearance.tracing.asking import Answerer
+
+MOST = 4_000_000  # numbers of a run's output that a family keeps
+#: parts of the paths of outputs that every run is judged by
+JUDGED = ("energy/", "/mode", "/sliding_speed", "/friction")
+
+
+class Apart(Exception):
+    """This point must be run the ordinary way."""
+
+
+class Noted(MemoryRecord):
+    """The same run in memory; it notes at which channels somebody looks."""
+
+    def __init__(self, record: MemoryRecord):
+        inner = ("_times", "_rows", "_facts", "_channels_by_path", "_groups")
+        outer = ("events", "attributes", "solver", "warnings", "located")
+        vars(self).update({name: vars(record)[name] for name in inner + outer})
+        self.looked: set[str] = set()
+
+    def values(self, path):
+        """The channel; its path is noted."""
+        self.looked.add(path)
+        return super().values(path)
+
+
+class Part(MemoryRecord):
+    """A run in memory, of which those channels were kept that its metrics look at."""
+
+    attributes = {"status": "complete"}
+
+    def __init__(self, groups: dict, channels: dict, scene: dict, times, rows, events: dict, located: Extremes):
+        vars(self).update(_groups=groups, _channels_by_path=channels, scene=scene, _times=times, _rows=rows)
+        self.events, self.located = events, located
+        self._between_times: dict[tuple, tuple] = {}
+
+    def extreme(self, name, begin=0.0, end=math.inf):
+        """As of any record; what lies between two times is looked up once for all quantities."""
+        if (begin, end) not in self._between_times:
+            self._between_times[begin, end] = self._window(begin, end)
+        first, last, values, times = self._between_times[begin, end]
+        path, _, which = name.rpartition("_")
+        place, sampled = self.located.columns.get(name), None
+        if place is None or first == last:
+            return super().extreme(name, begin, end)
+        located = Extreme(float(values[place]), float(times[place])) if math.isfinite(values[place]) else None
+        sizes = self._sizes(path)[first:last]
+        i = int(sizes.argmin() if which == "min" else sizes.argmax())
+        sampled = Extreme(float(sizes[i]), float(self._times[first + i]))
+        return better(name, [sampled, located])
+
+    def _window(self, begin: float, end: float) -> tuple:
+        """First and last sample between two times, and the outermost extremes there with their times."""
+        inside = np.flatnonzero(self._between(begin, end))
+        first, last = (inside[0], inside[-1] + 1) if inside.size else (0, 0)
+        values, times = self.located.outermost(begin, end)
+        return first, last, values, times
+
+
+class Ended:
+    """A run that has ended and its record, as a diagnosis sees them."""
+
+    outputs, last = True, None
+
+    def __init__(self, run: Run, mechanism: Mechanism, extremes: Extremes, last: tuple):
+        self.mechanism, self.solver, self.method = mechanism, run.solver, run.method
+        self.loop, self.state, self.extremes, self.last = run.loop, run.state, extremes, last
+        self.channels = run.mechanism.layout.channels
+
+    def extreme(self, name: str) -> float:
+        """Largest or smallest value of a watched quantity."""
+        return self.extremes.of(name).value
+
+    def residual_share(self) -> float:
+        """None is missing: that has been seen to."""
+        return 0.0
+
+    def regime(self, joint, pressure: float, gap: float) -> Regime:
+        """Diagnostics of a lubricated joint."""
+        return regime(joint, pressure, gap)
+
+
+@dataclass(frozen=True)
+class Found:
+    """Numbers of one point: metrics by name, warnings, steps, seconds in the compiled loop, digest of its structure."""
+
+    metrics: dict[str, Metric]
+    warnings: int
+    steps: int
+    loop: float
+    text: str
+
+
+class Family:
+    """Runs of one structure in one memory. Raises Irregular where they cannot be had.
+
+    scene: gives the scene of swept values; columns: all values of the swept numbers by name; options: of the runs, as
+    of `prepare`; settle: as of `of_point`.
+    """
+
+    def __init__(
+        self, scene: Callable[[dict], Scene], columns: dict[str, np.ndarray], options: dict, settle: float | None
+    ):
+        self.scene_of, self.turns, self.settle = scene, options.get("turns"), settle
+        self.judged: list[tuple] = []
+
+        def noted(values: dict) -> Run:
+            run = prepare(scene(values), **options)
+            self.judged.append(_limits(run))
+            return run
+
+        self.spread = Spread(noted, columns)
+        first = self.spread.run
+        _check(first, self.turns)
+        self.alike = all(shared == self.judged[0][0] for shared, _ in self.judged)
+        self.deepest = {j: min(depths[j] for _, depths in self.judged) for j in self.judged[0][1]}
+        self._describe(first.mechanism)
+        self.motion = unit_motion(first.mechanism.scene, first.span, self.scene)
+        record = _recorded(first)
+        structure = first.mechanism.structure
+        part = structure.observing(self._looked_at(record) | _watched(first))
+        mechanism = Mechanism(**{n: getattr(first.mechanism, n) for n in Mechanism.__dataclass_fields__})
+        mechanism.structure, mechanism.par = part, mechanism.par.copy()
+        self.mechanism, self.groups, self.digest = mechanism, record._groups, structure.digest
+        self.run = Run(mechanism, first.span, first.solver)
+        self.channels = {c.path: (i, c) for i, c in enumerate(part.layout.channels)}
+        self.image = self.run.state.memory.tobytes()
+        self.labels = self.run.labels()
+
+    def _describe(self, mechanism: Mechanism) -> None:
+        """The description of a scene whose varying numbers can be set, and their places."""
+        self.scene, leaves = _open(mechanism.scene.description()), []
+        for place, value in leaves_of(self.scene):
+            if type(value) is float:
+                leaves.append(place)
+        varying = self.spread.varying("leaves")
+        if any(moves(leaves[i]) for i in varying):
+            raise Irregular("the ideal motion depends on what is swept")
+        self.leaves = [(i, _container(self.scene, leaves[i]), leaves[i][-1]) for i in varying]
+
+    def _looked_at(self, record: MemoryRecord) -> set[str]:
+        """Paths of the channels that the metrics of a run look at."""
+        noted = Noted(record)
+        of_point(noted, self.settle, stretched(self.motion, rate_of(self.scene)))
+        return noted.looked
+
+    # --- points
+    def found(self, columns: dict[str, np.ndarray]) -> list[Found | None]:
+        """Numbers of points, from their swept numbers; None for those that must be run the ordinary way."""
+        starts, found = self.spread.starts(columns), []
+        for i in range(len(starts["state"])):
+            start = {n: v[i] for n, v in starts.items()}
+            try:
+                found.append(self._found(start, {n: column[i].item() for n, column in columns.items()}))
+            except (Apart, ValueError, TypeError, KeyError, IndexError, ZeroDivisionError):
+                found.append(None)
+        return found
+
+    def _found(self, start: dict[str, np.ndarray], values: dict[str, float]) -> Found:
+        run, state = self.run, self.run.state
+        self._begin(start)
+        began = time.perf_counter()
+        pieces = self._pieces()
+        loop = time.perf_counter() - began
+        times, rows, impacts, log = (np.concatenate(p) for p in zip(*pieces, strict=True))
+        self._check_ledger(pieces[0][3], log, rows)
+        if not np.isfinite(rows).all():
+            raise Apart
+        extremes = run.watched.extremes(state)
+        record = Part(self.groups, self.channels, self.scene, times, rows, self._events(impacts), extremes)
+        warnings = self._warnings(extremes, (times[-1], rows[-1]), values)
+        made = of_point(record, self.settle, stretched(self.motion, rate_of(self.scene)))
+        return Found(made, warnings, int(state.steps), loop, self.digest)
+
+    def _begin(self, start: dict[str, np.ndarray]) -> None:
+        """Put the run to the start of a point."""
+        run, mechanism, state = self.run, self.mechanism, self.run.state
+        state.restore(self.image)
+        numbers = start["numbers"]
+        mechanism.par[: numbers.size] = numbers
+        with np.errstate(all="ignore"):
+            mechanism.structure.derive(mechanism.par)
+        turn, until, frequency, size, mass = start["scalars"].tolist()
+        sizes, p = start["sizes"], mechanism.coordinates
+        vars(mechanism).update(
+            y0=start["state"], work0=start["work"], reach=start["reach"], frequency=frequency,
+            energy=energy_of(mass, size, frequency),
+            acceleration=acceleration_of(size, frequency, mechanism.scene.gravity),
+            scale=np.concatenate([sizes[:p], sizes[:p] * frequency, sizes[p:]]),
+        )  # fmt: skip
+        mechanism.blend()
+        run.span = Span(self.turns * turn if turn else until, run.span.samples)
+        run.take_numbers()
+        run.watched.length = state.stretch = stretch_length(run.span.until, turn or None)
+        state.longest_step = run.solver.max_step or longest_step(mechanism, run.span, turn)
+        state.end = run.span.until
+        for i, container, key in self.leaves:
+            container[key] = float(start["leaves"][i])
+
+    def _pieces(self) -> list[tuple[np.ndarray, ...]]:
+        """Run to the end: times, rows, contacts and steps, piece by piece."""
+        run, state, pieces, code = self.run, self.run.state, [], status.RUNNING
+        while code == status.RUNNING:
+            code = run.loop.run(state.address, run.budget)
+            rows = state.rows_filled
+            pieces.append(
+                (state.times[:rows].copy(), state.rows[:rows].copy(), state.impacts[: state.impacts_filled].copy(),
+                 state.log[: state.log_filled].copy())
+            )  # fmt: skip
+            state.rows_filled = state.impacts_filled = state.log_filled = 0
+        if code != status.DONE:
+            raise Apart
+        return pieces
+
+    def _check_ledger(self, first: np.ndarray, log: np.ndarray, rows: np.ndarray) -> None:
+        """Raise Apart unless the energy ledger closes for certain.
+
+        No stretch of a run that is judged turns over less than the range of the kinetic energy in the first piece.
+        """
+        if log.shape[1] == LOG_COLUMNS:
+            return
+        kinetic, residual = first[:, LOG_COLUMNS], log[:, -1]
+        moved, turned = np.ptp(residual), np.ptp(kinetic)
+        start = rows[0, self.channels["energy/residual"][0]]
+        moved = max(moved, np.abs(residual - start).max())
+        doubt = max(LOST_ENERGY, 100.0 * self.run.solver.rtol)
+        if not (np.isfinite(log).all() and moved <= doubt * turned):
+            raise Apart
+
+    def _events(self, impacts: np.ndarray) -> dict[str, np.ndarray]:
+        """Contacts, those last that the end cuts off, as a record has them."""
+        last = self.run.open_contacts().reshape(-1, impacts.shape[1])
+        table = np.concatenate([impacts, last])
+        events = {n: table[:, i] for i, n in enumerate(EVENT_COLUMNS, 1)}
+        events["joint"] = np.array([self.labels[int(j)] for j in table[:, 0]], dtype=str)
+        events["kind"] = np.repeat(CONTACT_KINDS, [len(impacts), len(last)])
+        return events
+
+    def _warnings(self, extremes: Extremes, last: tuple, values: dict[str, float]) -> int:
+        """How many warnings the run has; its scene is made only where they may depend on more than all share."""
+        mechanism = self.mechanism
+        if not self.alike or any(self._near_a_limit(j, extremes) for j in mechanism.scene.clearance_joints):
+            mechanism = copy.copy(mechanism)
+            mechanism.scene = self.scene_of(values)
+        ended = Ended(self.run, mechanism, extremes, last)
+        return len(Diagnosis(ended, ended).warnings())
+
+    def _near_a_limit(self, joint: Joint, extremes: Extremes) -> bool:
+        """True where surfaces come so near or so deep that numbers of the joint decide on a warning."""
+        gap = extremes.of(f"{joint.key}/gap_min").value
+        rough = joint.transition is not None and gap < FULL_FILM * (joint.roughness or 0.0)
+        return rough or -gap > self.deepest[joint.key]
+
+
+def _limits(run: Run) -> tuple[tuple, dict[str, float]]:
+    """Numbers of joints that warnings depend on, and depths that no warning is about [m]."""
+    mechanism, shared, depths = run.mechanism, [], {}
+    for joint in mechanism.scene.joints:
+        shared.append(len(joint.doubts()))
+        if joint not in mechanism.scene.clearance_joints:
+            continue
+        if joint.film is not None and joint.film_joint is not None:
+            modulus = oedometric_modulus(joint.material.young, min(joint.material.poisson, 0.49))
+            shared += [layer_of(joint), modulus, joint.lubricant.pressure_viscosity, joint.roughness]
+        depths[joint.key] = math.inf
+        if joint.contact is not None:
+            limit = joint.contact.law.limit
+            most = limit(joint.contact.values) if limit is not None else math.inf
+            depths[joint.key] = min(DEEPEST * joint.solid[0], most)
+    return tuple(shared), depths
+
+
+def _check(run: Run, turns: float | None) -> None:
+    """Raise Irregular for runs that cannot share a memory."""
+    mechanism, layout = run.mechanism, run.mechanism.layout
+    if any(isinstance(source, Answerer) for source in mechanism.sources.values()) or layout.remembering:
+        raise Irregular("a film is solved as the run goes or remembers")
+    if (turns is None) == (mechanism.scene.turn is not None):
+        raise Irregular("its runs are not so many turns long")
+    if not mechanism.size:
+        raise Irregular("nothing is free to move")
+    if mechanism.structure.forced:
+        raise Irregular("friction without clearance is judged run by run")
+    if run.span.samples * len(layout.channels) > MOST:
+        raise Irregular("its runs are too long")
+
+
+def _recorded(run: Run) -> MemoryRecord:
+    """A run as it is recorded the ordinary way."""
+    sink = MemorySink(run.mechanism.layout.channels, run.attributes())
+    if (failure := run.record(sink)) is not None:
+        raise Irregular(f"its middle point fails: {failure}")
+    return sink.record
+
+
+def _watched(run: Run) -> set[str]:
+    """Paths of the channels that the loop looks at where steps end, and of those that every run is judged by."""
+    channels = run.mechanism.layout.channels
+    places = {place for row in run.watched.rows for place in (row[0], row[0] + row[1])}
+    judged = {c.path for c in channels if any(part in c.path for part in JUDGED)}
+    return {channels[place].path for place in places} | judged
+
+
+def _open(value: object) -> object:
+    """A description whose entries can be set."""
+    if isinstance(value, dict):
+        return {key: _open(entry) for key, entry in value.items()}
+    return [_open(entry) for entry in value] if isinstance(value, list | tuple) else value
+
+
+def _container(description: object, place: tuple) -> object:
+    """The list or dictionary that an entry stands in."""
+    for key in place[:-1]:
+        description = description[key]
+    return description

@@ -1,0 +1,139 @@
+"""Points in one memory: the same numbers as run one by one, bit by bit, and one by one where that cannot be."""
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance.catalogue import find_case
+from clearance.recording import MemorySink
+from clearance.simulation import prepare
+from clearance.sweeping import worker
+from clearance.sweeping.batch import Family
+from clearance.sweeping.ideal import ideal_motion
+from clearance.sweeping.journal import Journal, Outcome, read
+from clearance.sweeping.peaks import of_point
+from clearance.sweeping.spread import Irregular, Spread
+
+OPTIONS = {"turns": 2.0, "samples_per_turn": 50, "rtol": 1e-5}
+FILM = {"model": "lubricated", "film": "pinkus_sternlicht"}
+DRY = {"model": "dry"}
+OWN = """
+import clearance as cl
+
+def scene(*, length: float = 0.1, mass: float = 1.0) -> cl.Scene:
+    \"\"\"A pendulum with clearance.
+
+    length: of the pendulum [m]
+    mass: of it [kg]
+    \"\"\"
+    body = cl.Body("arm", mass=MASS, inertia=1e-3, points={"pin": (-length, 0.0)}, angle=-1.0)
+    joint = cl.joint_factory(
+        "P", "P", model="dry", clearance=1e-4, radius=8e-3, length=16e-3, viscosity=0.05, restitution=0.9,
+        contact="auto", friction="none", friction_coefficient=0.0, film="table", roughness=0.8e-6,
+    )
+    return cl.Scene(joint("P", cl.ground, body["pin"]))
+"""
+
+
+def columns(count=6):
+    speed, clearance = np.meshgrid(np.linspace(20.0, 40.0, count), np.geomspace(1e-4, 4e-4, count))
+    return {"speed": speed.ravel(), "clearance": clearance.ravel()}
+
+
+@pytest.mark.parametrize("fixed", [FILM, DRY])
+def test_metrics_are_those_of_runs_one_by_one(fixed):
+    """Values, times of extremes, warnings and steps of the same loop: bit by bit. Points in any company."""
+    case, swept = find_case("slider_crank"), columns()
+    family = Family(lambda values: case.scene(**fixed, **values), swept, OPTIONS, None)
+    found = family.found(swept)
+    assert not any(one is None for one in found)
+    for i in (0, 5, 14, 35):
+        values = {name: column[i].item() for name, column in swept.items()}
+        run = prepare(case.scene(**fixed, **values), **OPTIONS)
+        sink = MemorySink(run.mechanism.layout.channels, run.attributes())
+        assert run.record(sink) is None
+        ideal = ideal_motion(run.mechanism.scene, run.span, sink.record.scene)
+        assert found[i].metrics == of_point(sink.record, None, ideal)
+        assert (found[i].warnings, found[i].steps) == (len(sink.record.warnings), run.state.steps)
+        alone = family.found({name: column[i : i + 1] for name, column in swept.items()})
+        assert alone[0].metrics == found[i].metrics
+
+
+def test_a_point_that_fails_is_left_alone():
+    """Five steps are too few for all."""
+    case, swept = find_case("slider_crank"), columns()
+    family = Family(lambda values: case.scene(**DRY, **values), swept, OPTIONS, None)
+    family.run.state.restore(family.image)
+    family.run.state.step_limit = 5
+    family.image = family.run.state.memory.tobytes()
+    assert family.found({name: column[:2] for name, column in swept.items()}) == [None, None]
+
+
+@pytest.mark.parametrize(("mass", "reason"), [("mass * length", "several parameters"), ("mass", None)])
+def test_numbers_of_several_parameters(mass, reason, tmp_path):
+    (tmp_path / "own.py").write_text(OWN.replace("MASS", mass))
+    case, swept = find_case(tmp_path / "own.py"), columns()
+    swept = {"length": 1e3 * swept["clearance"], "mass": swept["speed"]}
+
+    def prepared(values):
+        return prepare(case.scene(**values), until=0.1)
+
+    if reason:
+        with pytest.raises(Irregular, match=reason):
+            Spread(prepared, swept)
+        return
+    spread = Spread(prepared, swept)
+    starts = spread.starts({name: column[7:8] for name, column in swept.items()})
+    run = prepared({name: column[7].item() for name, column in swept.items()})
+    numbers = len(run.mechanism.layout.parameters)
+    np.testing.assert_array_equal(starts["numbers"][0], run.mechanism.par[:numbers])
+    np.testing.assert_array_equal(starts["state"][0], run.mechanism.y0)
+
+
+def test_a_sweep_in_one_memory(tmp_path):
+    """Blocks of points in the journal; numbers of a sweep with files, whose points are run one by one."""
+    points = cl.grid(speed=np.linspace(20.0, 40.0, 10), clearance=np.geomspace(1e-4, 4e-4, 10))
+    few = cl.grid(speed=np.linspace(20.0, 40.0, 10)[[0, 9]], clearance=np.geomspace(1e-4, 4e-4, 10)[[0, 9]])
+    together = cl.sweep("slider_crank", points, tmp_path / "all", fixed=FILM, channels=[], workers=1, **OPTIONS)
+    alone = cl.sweep("slider_crank", few, tmp_path / "few", fixed=FILM, workers=1, **OPTIONS)
+    assert together.done.all()
+    assert "points together in one memory" in (tmp_path / "all" / "sweep.log").read_text()
+    assert sum(o.together for o in read(tmp_path / "all" / "journal.jsonl")) > len(points) / 2
+    places = [0, 9, 90, 99]
+    for name, values in alone.metrics.items():
+        np.testing.assert_array_equal(together.metrics[name][places], values)
+    np.testing.assert_array_equal(together.costs["steps"][places], alone.costs["steps"])
+
+
+def test_a_block_of_the_journal(tmp_path):
+    """Points of a block come back one by one; a line that a kill cuts short takes its block only."""
+    known = {"force": ("N", "largest force")}
+    made = {"version": "1", "text": "abc"}
+    block = [
+        Outcome(i, f"key{i}", "done", metrics={"force": 0.1 * i}, known=known, steps=i, made=made, together=True)
+        for i in range(3)
+    ]
+    failed = Outcome(3, "key3", "failed", "torn")
+    journal = Journal(tmp_path)
+    journal.add(*block[:2], failed)
+    journal.add(block[2], Outcome(4, "key4", "done", metrics={"force": 1.0}, together=True))
+    journal.close()
+    path = tmp_path / "journal.jsonl"
+    assert [o.index for o in read(path)] == [3, 0, 1, 2, 4]
+    first = [o for o in read(path) if o.index < 2]
+    assert [(o.key, o.metrics, o.steps, o.made, o.known) for o in first] == [
+        (o.key, o.metrics, o.steps, o.made, known) for o in block[:2]
+    ]
+    path.write_bytes(path.read_bytes()[:-9])
+    assert [o.index for o in read(path)] == [3, 0, 1, 2]
+    Journal(tmp_path).close()
+    assert path.read_bytes().endswith(b"\n")
+
+
+def test_few_points_are_not_worth_a_memory(tmp_path):
+    points = cl.grid(speed=[20.0, 25.0, 30.0])
+    found = cl.sweep("slider_crank", points, tmp_path / "out", fixed=DRY, channels=[], workers=1, **OPTIONS)
+    assert found.done.all()
+    together, alone = worker._together(found.definition, "stamp", (0, 1))
+    assert not together
+    assert "too few points" in alone
