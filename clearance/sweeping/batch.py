@@ -269,7 +269,7 @@ class Family:
         return events
 
     def _warnings(self, extremes: Extremes, last: tuple, values: dict[str, float]) -> int:
-        """How many warnings the run has; its scene is made only where they may depend on more than all share."""
+        """Number of warnings of the run; its scene is made only where they may depend on more than all share."""
         mechanism = self.mechanism
         if not self.alike or any(self._near_a_limit(j, extremes) for j in mechanism.scene.clearance_joints):
             mechanism = copy.copy(mechanism)

@@ -393,7 +393,7 @@ class _Driver:
             team.close()
 
     def _block(self, queue: Queue, places: int) -> int:
-        """How many of the next points are given to a worker at once: as many as take it a while, never too many."""
+        """Number of the next points that a worker gets at once: as many as take it a while, never too many."""
         if not self.blocks or not self.usual:
             return 1
         room = min(MOST_BLOCK, len(queue) // (2 * places), int(BLOCK / self.usual))
@@ -473,7 +473,7 @@ class _Driver:
         return Progress(total, self.before, self.counts[DONE], failed, running, seconds, rate, left, tuple(self.news))
 
     def _ways(self) -> str:
-        """How the points of this call were run, and why."""
+        """The ways in which the points of this call were run, and the reasons."""
         alone = self.ended - self.together
         if self.definition.files:
             return f"{alone} points each by itself: every run has a file"

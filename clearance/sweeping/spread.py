@@ -125,7 +125,7 @@ class Spread:
         return [{n: column[i].item() for n, column in self.columns.items()} for i in places]
 
     def _kind(self, run: Run) -> tuple:
-        """What all runs must share: structure, tables, samples, texts of the scene."""
+        """Parts that all runs must share: structure, tables, samples, texts of the scene."""
         mechanism, layout = run.mechanism, run.mechanism.layout
         described = leaves_of(mechanism.scene.description())
         texts = [(place, type(v) if type(v) is float else v) for place, v in described]
@@ -140,7 +140,7 @@ class Spread:
         return start_of(run).vector
 
     def _classify(self, trials: list[dict], rows: np.ndarray) -> None:
-        """Which numbers are the same everywhere, are a parameter, or follow from one."""
+        """Tell numbers that are the same everywhere, those that are a parameter, and those that follow from one."""
         self.fixed = start_of(self.run).vector
         varying = np.flatnonzero(~((rows == rows[0]).all(axis=0) & (rows[0] == self.fixed)))
         given = {n: np.array([trial[n] for trial in trials], dtype=float) for n in self.columns}
