@@ -165,7 +165,7 @@ class Run:
         self._take_numbers()
 
     def _take_start(self) -> None:
-        """Where the run begins, how long it is and how long its steps may be."""
+        """Start, length and longest step of the run."""
         state, mechanism, span = self.state, self.mechanism, self.span
         state.y[...], state.work[:-1] = mechanism.y0, mechanism.work0
         state.finish, state.samples = span.until, span.samples
