@@ -274,6 +274,7 @@ class _Driver:
         self.in_a_row = 0  # workers that died since a run ended
         self.blocks = not (definition.files or definition.own or "start" in definition.options)
         self.alone: set[int] = set()  # points that share no block again
+        self.in_lanes = 0  # runs side by side
         self.usual, self.together = 0.0, 0  # wall time of a recent run [s]; runs in the memory of others
         self.reasons: set[str] = set()  # for which runs were not
         self.stop = ""
@@ -360,13 +361,13 @@ class _Driver:
         lanes = Lanes(definition, find_case(definition.path), self.now)
         queue = Queue(definition.points, [])
         for block in lanes.outcomes(pending, workers or _cores()):
-            for outcome in block:
-                self._take(outcome, queue)
-                done.add(outcome.index)
+            self._keep([replace(o, together=True) for o in block if self._ended(o, queue)], queue)
+            done.update(o.index for o in block)
             self._report(0)
             if self.stop:
                 break
         LOG.info("%s", lanes.report())
+        self.in_lanes, self.together = self.ended, 0
         return [index for index in pending if index not in done]
 
     def _work(self, pending: list[int], workers: int | None, scheduler: str | None) -> None:
@@ -474,7 +475,7 @@ class _Driver:
 
     def _ways(self) -> str:
         """The ways in which the points of this call were run, and the reasons."""
-        alone = self.ended - self.together
+        alone = self.ended - self.in_lanes - self.together
         if self.definition.files:
             return f"{alone} points each by itself: every run has a file"
         if not self.blocks:
@@ -500,7 +501,8 @@ class _Driver:
             result = Sweep(self.folder)
         why = "interrupted" if interrupted else self.stop or "finished"
         LOG.info("%s: %d done, %d failed, %d lost", why, *self.counts.values())
-        LOG.info("%s", self._ways())
+        if self.ended > self.in_lanes:
+            LOG.info("%s", self._ways())
         if not interrupted:
             self._report(0, last=True)
         return result

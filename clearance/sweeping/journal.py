@@ -92,7 +92,8 @@ class Journal:
         first = outcomes[0]
         columns = {n: [getattr(o, n) for o in outcomes] for n in COLUMNS}
         columns["metrics"] = {n: [o.metrics[n] for o in outcomes] for n in first.metrics}
-        return {"block": columns, "known": self._new(first.known), "made": first.made}
+        known = {name: about for o in outcomes for name, about in o.known.items()}
+        return {"block": columns, "known": self._new(known), "made": first.made}
 
     def _new(self, known: dict) -> dict:
         """Units and texts of metrics that this journal has not named before."""

@@ -94,8 +94,8 @@ def test_a_sweep_in_one_memory(tmp_path):
     """Blocks of points in the journal; numbers of a sweep with files, whose points are run one by one."""
     points = cl.grid(speed=np.linspace(20.0, 40.0, 10), clearance=np.geomspace(1e-4, 4e-4, 10))
     few = cl.grid(speed=np.linspace(20.0, 40.0, 10)[[0, 9]], clearance=np.geomspace(1e-4, 4e-4, 10)[[0, 9]])
-    together = cl.sweep("slider_crank", points, tmp_path / "all", fixed=FILM, channels=[], workers=1, **OPTIONS)
-    alone = cl.sweep("slider_crank", few, tmp_path / "few", fixed=FILM, workers=1, **OPTIONS)
+    together = cl.sweep("slider_crank", points, tmp_path / "all", fixed=DRY, channels=[], workers=1, **OPTIONS)
+    alone = cl.sweep("slider_crank", few, tmp_path / "few", fixed=DRY, workers=1, **OPTIONS)
     assert together.done.all()
     assert "points together in one memory" in (tmp_path / "all" / "sweep.log").read_text()
     assert sum(o.together for o in read(tmp_path / "all" / "journal.jsonl")) > len(points) / 2
