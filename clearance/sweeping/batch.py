@@ -184,7 +184,7 @@ class Family:
             start = {n: v[i] for n, v in starts.items()}
             try:
                 found.append(self._found(start, {n: column[i].item() for n, column in columns.items()}))
-            except (Apart, ValueError, TypeError, KeyError, IndexError, ZeroDivisionError):
+            except Exception:  # noqa: BLE001 - whatever it is, the ordinary way tells of it
                 found.append(None)
         return found
 
@@ -309,6 +309,8 @@ def _check(run: Run, turns: float | None) -> None:
         raise Irregular("a film is solved as the run goes or remembers")
     if (turns is None) == (mechanism.scene.turn is not None):
         raise Irregular("its runs are not so many turns long")
+    if layout.followed:
+        raise Irregular("its joints wear")
     if not mechanism.size:
         raise Irregular("nothing is free to move")
     if mechanism.structure.forced:
