@@ -17,7 +17,9 @@ from clearance import films, laws
 from clearance.case import Case, Parameter
 from clearance.checks import identifier, meant
 from clearance.document import KINDS, Misplaced, Parts, at, law_in, module_of
+from clearance.film.pad_law import pad_film
 from clearance.laws.law import Law
+from clearance.laws.outline import worn
 from clearance.loading import module_of as module_of_file
 from clearance.materials import steel
 from clearance.scene import Scene
@@ -27,6 +29,13 @@ from clearance.units import UNITS, quantity
 SECTIONS: dict[str, list[str]] = {}
 for _name, _kind in KINDS.items():
     SECTIONS.setdefault(_kind.group.removesuffix("s"), []).append(_name)
+#: family -> functions that make laws of it from settings, by name
+MAKERS: dict[str, dict[str, Law | Callable]] = {
+    "film": {name: getattr(films, name) for name in films.__all__},
+    "pad": {"pad_table": pad_film},
+    "transition": {"fuzzy_table": laws.fuzzy_table},
+    "outline": {"worn": worn},
+}
 #: sections of what several elements may share
 SHARED = ("lubricant", "material")
 #: other names of the outermost table
@@ -256,11 +265,8 @@ def laws_for(field: Field | None) -> dict[str, Law | Callable]:
     number = field.metadata.get("number")
     families = number.families if number else field.metadata["law"]
     known = {n: v for n, v in vars(laws).items() if isinstance(v, Law) and v.family in families}
-    kinds = {family.name for family in families}
-    if "film" in kinds:
-        known |= {name: getattr(films, name) for name in films.__all__}
-    if "transition" in kinds:
-        known["fuzzy_table"] = laws.fuzzy_table
+    for family in families:
+        known |= MAKERS.get(family.name, {})
     return dict(sorted(known.items()))
 
 

@@ -101,7 +101,7 @@ BOXES = {
         4,
         1.55,
         "#78909c",
-        "cases* choices case scene_files scene_python templates* catalogue",
+        "cases* choices case scene_files scene_python scene_toml templates* catalogue",
     ),
     "run": Box(
         "run",
@@ -110,7 +110,7 @@ BOXES = {
         0.0,
         "#c62828",
         "simulation run run.* options watched diagnosis observers starting fields inverse* "
-        "turns ensemble chaos lanes* rerun",
+        "turns ensemble chaos lanes* rerun periodic*",
         step=3,
     ),
     "files": Box(

@@ -32,7 +32,7 @@ LAYERS = [
     ["clearance.rerun"],
     ["clearance.films", "clearance.choices"],
     ["clearance.case"],
-    ["clearance.scene_files", "clearance.scene_python"],
+    ["clearance.scene_files", "clearance.scene_python", "clearance.scene_toml"],
     ["clearance.catalogue"],
     ["clearance.ensemble"],
     ["clearance.chaos"],

@@ -9,8 +9,9 @@ import pytest
 
 import clearance as cl
 from clearance import cli, templates
-from clearance.catalogue import case_names, find_case
+from clearance.catalogue import case_names, find_case, library
 from clearance.scene_files import formula
+from clearance.scene_toml import toml_of
 from tests import mechanisms as m
 
 FEEDER = """
@@ -310,3 +311,37 @@ def test_a_scene_file_of_your_own_as_python(tmp_path, monkeypatch, capsys):
     assert "has no Python form here" in capsys.readouterr().err
     assert cli.main(["new", "four_bra"]) == 2
     assert "did you mean four_bar?" in capsys.readouterr().err
+
+
+# --- scenes as scene files
+WRITTEN = [
+    *((name, {}) for name in ("double_pendulum", "four_bar", "guide_slider", "wear_a")),
+    *(
+        ("six_bar_feeder", {"model": "mixed", "film": film})
+        for film in ("short", "fem", "conserving")
+    ),
+    ("six_bar_feeder", {"model": "mixed", "transition": "fuzzy", "friction": "stribeck"}),
+    ("slider_crank", {"model": "mixed", "joints": "C,guide", "drive": "pi", "contact": "hertz"}),
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "values"), WRITTEN, ids=[f"{n}-{i}" for i, (n, _) in enumerate(WRITTEN)]
+)
+def test_a_case_as_a_scene_file(name, values, tmp_path, capsys):
+    """Written and read back: the same scene, number by number."""
+    path = tmp_path / "case.toml"
+    given = [word for n, v in values.items() for word in ("-p", f"{n}={v}")]
+    assert cli.main(["new", f"{library()}/{name}.py", *given, "-o", str(path)]) == 0
+    assert find_case(path).scene().to_json() == cl.load_case(name, **values).to_json()
+
+
+@pytest.mark.parametrize("make", m.ALL.values(), ids=m.ALL)
+def test_a_mechanism_as_a_scene_file(make, tmp_path):
+    scene = make()
+    assert case_of(tmp_path, toml_of(scene)).scene().to_json() == scene.to_json()
+
+
+def test_a_law_of_a_case_file_has_no_name_in_a_scene_file():
+    with pytest.raises(ValueError, match='write law = "FILE.py:turning" by hand'):
+        toml_of(cl.load_case("three_loop_chain"))

@@ -5,16 +5,25 @@ from pathlib import Path
 
 from clearance import templates
 from clearance.checks import meant
-from clearance.commands.common import DONE, add_command, json_text
+from clearance.commands.common import DONE, add_command, json_text, scene_of
 
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(commands, "new", help="write a scene file of a mechanism, to run and to change")
     p.add_argument(
-        "mechanism",
+        "case",
         metavar="MECHANISM",
-        help=f"one of {', '.join(templates.NAMES)}; or your scene file, with --python",
+        help=f"one of {', '.join(templates.NAMES)}; else a case or a result file, whose numbers "
+        "the file then has; with --python also your scene file",
+    )
+    p.add_argument(
+        "-p",
+        dest="parameters",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="a parameter of a case",
     )
     p.add_argument("--python", action="store_true", help="write the same scene as a Python case")
     p.add_argument("-o", dest="output", metavar="FILE", help="the file (default MECHANISM.toml)")
@@ -23,36 +32,53 @@ def add(commands) -> argparse.ArgumentParser:
 
 def run(options) -> int:
     """Write the file, never over another one."""
-    source = _source(options)
     suffix = ".py" if options.python else ".toml"
-    path = Path(options.output or f"{source.stem}{suffix}")
+    path = Path(options.output or f"{Path(options.case).stem}{suffix}")
     if path.suffix != suffix:
         kind = "Python case" if options.python else "scene file"
         raise ValueError(f"-o {path}: the name of a {kind} ends in {suffix}")
     if path.exists():
         raise ValueError(f"{path} is there already; give another name by -o")
-    path.write_text(_text(source, options.python), encoding="utf-8")
+    path.write_text(_python(options) if options.python else _toml(options), encoding="utf-8")
     sentence = f"wrote {path}; clearance run {path} runs it"
     print(json_text({"file": str(path)}) if options.json else sentence)
     return DONE
 
 
-def _source(options) -> Path:
-    """The scene file that is written from."""
-    name = options.mechanism
-    if options.python and name.endswith(".toml"):
-        if not Path(name).is_file():
-            raise ValueError(f"no scene file {name}")
-        return Path(name)
-    if name not in templates.NAMES:
-        answer = f"{meant(name, templates.NAMES)}; known: {', '.join(templates.NAMES)}"
-        raise ValueError(f"unknown mechanism {name!r}{answer}")
-    return templates.path_of(name)
+def _template(options) -> Path | None:
+    """The scene file of a mechanism by name. Raises ValueError for parameters, which it has inside."""
+    if options.case not in templates.NAMES:
+        return None
+    if options.parameters:
+        raise ValueError(f"-p: {options.case}.toml has its parameters; give them to run")
+    return templates.path_of(options.case)
 
 
-def _text(source: Path, python: bool) -> str:
-    if not python:
-        return source.read_text(encoding="utf-8")
+def _python(options) -> str:
+    """The Python case of a scene file. Raises ValueError where there is none."""
     from clearance.scene_python import python_of
 
+    source = _template(options) or Path(options.case)
+    if source.suffix != ".toml" or not source.is_file():
+        answer = f"{meant(options.case, templates.NAMES)}; known: {', '.join(templates.NAMES)}"
+        raise ValueError(
+            f"--python needs a mechanism or a scene file, got {options.case!r}{answer}"
+        )
     return python_of(source)
+
+
+def _toml(options) -> str:
+    """The text of the scene file."""
+    if template := _template(options):
+        return template.read_text(encoding="utf-8")
+    from clearance.scene_toml import toml_of
+
+    if options.case.endswith(".h5"):
+        from clearance.results import open_result
+        from clearance.scene import Scene
+
+        if options.parameters:
+            raise ValueError(f"-p: {options.case} is a result, whose numbers are given")
+        return toml_of(Scene.from_json(open_result(options.case).file.attrs["scene"]))
+    case, _, scene = scene_of(options)
+    return toml_of(scene, case.summary)

@@ -1,21 +1,27 @@
-"""Springs with dampers: between two points, and between two bodies."""
+"""Springs and dampers: between two points, and between two bodies."""
 
 from dataclasses import dataclass
 
 from clearance import checks
 from clearance.body import Body, Point
 from clearance.elements.load import Load
-from clearance.quantities import ZERO, number
+from clearance.laws.law import BoundLaw, spring
+from clearance.quantities import ZERO, law, number
 
 
 class Spring(Load):
-    """Base of springs with dampers."""
+    """Base of springs with dampers: linear ones, or with a `spring` law in place of both.
 
-    group = "springs"
-    lost = "work the damper has taken out since the start"
+    slot: the field that the law stands in.
+    """
+
+    group, slot = "springs", ""
 
     def __post_init__(self):
         super().__post_init__()
+        if self.by_law and (self.stiffness or self.damping):
+            text = "takes the place of stiffness and damping; leave these out"
+            raise ValueError(f"{self.label()}: {self.slot} {text}")
         a, b = self.bodies()
         for body in (a, b):
             if not isinstance(body, Body):
@@ -23,14 +29,37 @@ class Spring(Load):
         if a is b:
             raise ValueError(f"{self.label()} acts between body {a.name!r} and itself")
 
+    @property
+    def by_law(self) -> bool:
+        """True where a law gives its tension or moment."""
+        return getattr(self, self.slot) is not None
+
+    @property
+    def lost(self) -> str:
+        """Meaning of what it takes out of the mechanism."""
+        by = "its law (stored and lost)" if self.by_law else "the damper"
+        return f"work that {by} has taken out since the start"
+
+    def pull(self, m, w, elongation, rate):
+        """Its tension or moment; the energy that it stores and takes out."""
+        if self.by_law:
+            (tension,) = m.law(self, self.slot, [elongation, rate])
+            w.lose(self, tension * rate)
+            return tension
+        stiffness, damping = m.number(self, "stiffness"), m.number(self, "damping")
+        w.store(0.5 * stiffness * elongation * elongation)
+        w.lose(self, damping * rate * rate)
+        return stiffness * elongation + damping * rate
+
 
 @checks.answers
 @dataclass(frozen=True)
 class SpringDamper(Spring):
-    """Linear spring and damper between two points.
+    """Spring and damper between two points.
 
     Tension k (l - free_length) + damping l' along the line of the points; stiffness k [N/m], damping [N s/m],
-    free_length [m]. It lies parallel to the plane of motion: a point's z gives its force an arm, and l no more length.
+    free_length [m]. tension: a `spring` law of l - free_length and l' in their place.
+    It lies parallel to the plane of motion: a point's z gives its force an arm, and l no more length.
     """
 
     a: Point
@@ -39,8 +68,9 @@ class SpringDamper(Spring):
     damping: float = number("damping [N s/m]", checks.non_negative, 0.0, fold=ZERO)
     free_length: float = number("length without tension [m]", checks.non_negative, 0.0, fold=ZERO)
     name: str | None = None
+    tension: BoundLaw | None = law("tension over elongation and its rate", spring)
 
-    kind = "spring"
+    kind, slot = "spring", "tension"
     holds_free_bodies = True
 
     def bodies(self) -> tuple[Body, Body]:
@@ -50,15 +80,11 @@ class SpringDamper(Spring):
         (ax, ay), (bx, by) = m.point(self, "a"), m.point(self, "b")
         x, y = bx - ax, by - ay
         length = m.trace.sqrt(x.v * x.v + y.v * y.v + 1e-300)
-        stiffness, damping = m.number(self, "stiffness"), m.number(self, "damping")
-        stretch = length - m.number(self, "free_length")
         rate = (x.d * x.v + y.d * y.v) / length
-        tension = stiffness * stretch + damping * rate
+        tension = self.pull(m, w, length - m.number(self, "free_length"), rate)
         pull = -tension / length
         w.at(self, "a", -(pull * x.v), -(pull * y.v))
         w.at(self, "b", pull * x.v, pull * y.v)
-        w.store(0.5 * stiffness * stretch * stretch)
-        w.lose(self, damping * rate * rate)
         w.show(self, "length", "m", "length", length)
         w.show(self, "tension", "N", "tension of spring and damper", tension)
 
@@ -66,9 +92,10 @@ class SpringDamper(Spring):
 @checks.answers
 @dataclass(frozen=True)
 class TorsionSpring(Spring):
-    """Linear torsion spring and damper between two bodies, free at relative angle theta_b - theta_a = free_angle.
+    """Torsion spring and damper between two bodies, free at relative angle theta_b - theta_a = free_angle.
 
-    stiffness [N m/rad], damping [N m s/rad], free_angle [rad].
+    stiffness [N m/rad], damping [N m s/rad], free_angle [rad]. moment: a `spring` law of the twist
+    and its rate in their place.
     """
 
     a: Body
@@ -77,18 +104,15 @@ class TorsionSpring(Spring):
     damping: float = number("damping [N m s/rad]", checks.non_negative, 0.0, fold=ZERO)
     free_angle: float = number("relative angle without moment [rad]", checks.finite, 0.0, fold=ZERO)
     name: str | None = None
+    moment: BoundLaw | None = law("moment over twist and its rate", spring)
 
-    kind = "torsion_spring"
+    kind, slot = "torsion_spring", "moment"
 
     def bodies(self) -> tuple[Body, Body]:
         return self.a, self.b
 
     def act(self, m, w) -> None:
-        stiffness, damping = m.number(self, "stiffness"), m.number(self, "damping")
         twist = m.turned(self.b) - m.turned(self.a) - m.number(self, "free_angle")
-        rate = m.spin(self.b) - m.spin(self.a)
-        moment = stiffness * twist + damping * rate
+        moment = self.pull(m, w, twist, m.spin(self.b) - m.spin(self.a))
         w.add(self.a, moment=moment)
         w.add(self.b, moment=-moment)
-        w.store(0.5 * stiffness * twist * twist)
-        w.lose(self, damping * rate * rate)

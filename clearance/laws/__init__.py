@@ -59,6 +59,13 @@ from clearance.laws.joint_friction import (
     joint_stribeck,
 )
 from clearance.laws.pad import full_pad
+from clearance.laws.spring import (
+    backlash,
+    cubic_spring,
+    friction_damper,
+    quadratic_damper,
+    stop,
+)
 from clearance.laws.transition import flores_hybrid, fuzzy, fuzzy_table, load_sharing, memberships, superposed
 from clearance.laws.wear import archard, archard_reye, sarkar
 
@@ -80,6 +87,7 @@ from clearance.laws.law import (
     joint_friction,
     pad,
     signal,
+    spring,
     surface_wear,
     transition,
 )
@@ -95,6 +103,7 @@ FAMILIES = (
     pad,
     asperity,
     transition,
+    spring,
     signal,
     effort,
     drive_state,
@@ -102,6 +111,7 @@ FAMILIES = (
 )  # fmt: skip
 
 __all__ = [
+    "backlash", "cubic_spring", "friction_damper", "quadratic_damper", "spring", "stop",
     "BoundLaw", "Derived", "FAMILIES", "FilmJoint", "Law", "ambrosio", "archard", "archard_reye", "asperity",
     "bengisu_akay", "breakaway_linear",
     "breakaway_smooth", "bristle", "composite_roughness", "contact", "contact_flow_factor", "contact_modulus",

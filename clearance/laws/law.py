@@ -276,6 +276,8 @@ pad = Family("pad", ("gap", "slope", "gap_rate", "slope_rate", "speed", "face"),
 surface_wear = Family("surface_wear", ("pressure", "sliding_speed"), 1)
 #: contact on worn outlines, in the bearing's frame, see laws/outline.py: force x, y, normal load, moment
 outline = Family("outline", ("eccentricity_x", "eccentricity_y", "angle", "joint"), 4)
+#: tension of a spring or damper [N] over its elongation [m] and its rate; of a twist [N m], [rad]
+spring = Family("spring", ("elongation", "rate"), 1)
 #: a function of time, for prescribed motion and time-varying loads
 signal = Family("signal", ("time",), 1)
 #: a torque or force that may depend on time and on the driven coordinate (angle, displacement) and its rate

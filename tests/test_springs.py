@@ -1,0 +1,103 @@
+"""Springs and dampers by laws: limits of the laws, energy, and closed forms of their motion."""
+
+import math
+
+import numpy as np
+import pytest
+
+import clearance as cl
+
+LAWS = {
+    "cubic_spring": cl.cubic_spring(stiffness=100.0, cubic=5e4, damping=2.0),
+    "stop": cl.stop(stiffness=1e4, play=0.01, dissipation=0.3),
+    "backlash": cl.backlash(stiffness=1e4, play=0.02, dissipation=0.3),
+    "friction_damper": cl.friction_damper(force=3.0, transition_rate=0.01, viscous=1.0),
+    "quadratic_damper": cl.quadratic_damper(quadratic=40.0, viscous=1.0),
+}
+
+
+def test_all_laws_are_here():
+    names = [n for n, v in vars(cl.laws).items() if getattr(v, "family", None) is cl.spring]
+    assert sorted(names) == sorted(LAWS)
+
+
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_laws_are_zero_at_rest_and_continuous(law):
+    """No force at rest in the middle; no step on a grid of 1e-6 m above 1e-6 times the largest slope."""
+    assert law(0.0, 0.0) == 0.0
+    x = np.arange(-0.03, 0.03, 1e-6)
+    for rate in (-1.0, 0.0, 1.0):
+        assert np.abs(np.diff(law(x, rate))).max() <= 1e-6 * 1e4 * 1.31
+
+
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_a_cycle_takes_energy_out(law):
+    """Work over a sine of 20 mm at 5 rad/s, never negative."""
+    phase = np.linspace(0.0, 2.0 * math.pi, 20_001)
+    work = np.trapezoid(
+        law(0.02 * np.sin(phase), 0.1 * np.cos(phase)) * 0.02 * np.cos(phase), phase
+    )
+    assert work > 0.0
+
+
+@pytest.mark.parametrize("name", ["backlash", "friction_damper", "quadratic_damper"])
+def test_odd_laws_have_no_side(name):
+    assert LAWS[name](-0.015, -0.2) == -LAWS[name](0.015, 0.2)
+
+
+def test_stops_never_pull():
+    assert LAWS["stop"](-0.011, 10.0) == 0.0
+    assert LAWS["stop"](-0.011, -1.0) == pytest.approx(-1e4 * 1e-3 * 1.3, rel=1e-12)
+    assert LAWS["backlash"](0.011, -10.0) == 0.0
+
+
+def oscillator(**spring):
+    """A slide of 1 kg, 20 mm to the right of the free length."""
+    slide = cl.Body("slide", 1.0, 1e-3, position=(0.22, 0.0))
+    return cl.Scene(
+        cl.Prismatic(cl.ground, slide, name="G"),
+        cl.SpringDamper(cl.ground, slide, free_length=0.2, name="S", **spring),
+        gravity=(0.0, 0.0),
+    )
+
+
+def test_a_linear_law_is_the_linear_spring():
+    """The same motion and the same tension, to the tolerance of the runs."""
+    law = cl.cubic_spring(stiffness=100.0, cubic=0.0, damping=2.0)
+    options = {"until": 1.0, "samples": 101, "rtol": 1e-10, "error": None}
+    by_law = cl.simulate(oscillator(tension=law), **options)
+    plain = cl.simulate(oscillator(stiffness=100.0, damping=2.0), **options)
+    x = by_law["slide"].x
+    np.testing.assert_allclose(x, plain["slide"].x, atol=1e-10)
+    decay, turning = 1.0, math.sqrt(99.0)
+    t = by_law.time
+    exact = 0.2 + 0.02 * np.exp(-decay * t) * (
+        np.cos(turning * t) + decay / turning * np.sin(turning * t)
+    )
+    np.testing.assert_allclose(x, exact, atol=1e-9)
+
+
+def test_the_period_of_a_hardening_spring():
+    """Duffing: T = 4 K(m) / sqrt(k + k_3 a^2), m = k_3 a^2 / (2 (k + k_3 a^2)); the complete elliptic integral by the
+    arithmetic-geometric mean. Energy is kept: the ledger counts the law's work."""
+    stiffness, cubic, a = 100.0, 5e5, 0.02
+    law = cl.cubic_spring(stiffness=stiffness, cubic=cubic)
+    m = cubic * a**2 / (2.0 * (stiffness + cubic * a**2))
+    one, other = 1.0, math.sqrt(1.0 - m)
+    for _ in range(8):
+        one, other = 0.5 * (one + other), math.sqrt(one * other)
+    period = 4.0 * (0.5 * math.pi / one) / math.sqrt(stiffness + cubic * a**2)
+    scene = oscillator(tension=law)
+    result = cl.simulate(scene, until=period, samples=3, rtol=1e-10, error=None)
+    assert result["slide"].x[1] == pytest.approx(0.18, abs=1e-9)
+    assert result["slide"].x[2] == pytest.approx(0.22, abs=1e-9)
+    assert abs(result.facts("energy")["largest_residual"]) < 1e-9
+    again = cl.Scene.from_json(scene.to_json())
+    assert again.loads[0].tension == law
+
+
+def test_a_law_beside_stiffness_is_refused():
+    with pytest.raises(ValueError, match="tension takes the place of stiffness and damping"):
+        oscillator(stiffness=1.0, tension=LAWS["stop"])
+    with pytest.raises(TypeError, match="tension must be a spring law"):
+        oscillator(tension=cl.hertz())
