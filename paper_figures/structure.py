@@ -110,7 +110,7 @@ BOXES = {
         0.0,
         "#c62828",
         "simulation run run.* options watched diagnosis observers starting fields inverse* "
-        "turns ensemble chaos lanes* rerun periodic*",
+        "turns ensemble chaos lanes* rerun periodic* companion",
         step=3,
     ),
     "files": Box(
@@ -135,7 +135,7 @@ BOXES = {
     ),
 }
 #: modules that all parts may use: they are drawn without arrows
-SHARED = "columns checks units extremes interrupts loading locks demand version compiling store series"
+SHARED = "columns checks errors units extremes interrupts loading locks demand version compiling store series"
 #: the package itself: its public names come from all parts
 PUBLIC = "clearance"
 

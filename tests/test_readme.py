@@ -132,7 +132,7 @@ def test_commands_are_understood(page):
         for words in commands(block.replace("${n}", "3000").replace("$n", "3000")):
             options = cli.parser().parse_args(words)
             named = options.command in ("run", "explain", "work-precision", "inverse", "lyapunov")
-            if named and not options.case.endswith((".py", ".toml")):
+            if named and not options.case.endswith((".py", ".toml", ".h5")):
                 scene_of(options)
 
 
