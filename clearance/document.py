@@ -24,6 +24,8 @@ KINDS: dict[str, type[Element]] = {name: getattr(elements, name) for name in ele
 #: modules of the package begin so; their laws are read by name
 PACKAGE = "clearance."
 NONE = "none"
+#: modules that were made from the texts of documents, by name and text
+_MADE: dict[tuple[str, str], types.ModuleType] = {}
 POINT = ("body", "point", "x", "y", "z")
 
 
@@ -87,7 +89,7 @@ def sources(parts: tuple[Element, ...]) -> dict[str, dict[str, str]]:
     modules = {v.law.__module__: v.law.function for v in values if isinstance(v, BoundLaw)}
     texts = {}
     for name, function in sorted(modules.items(), key=lambda item: item[0]):
-        file = getattr(sys.modules.get(name), "__file__", None)
+        file = function.__globals__.get("__file__")
         if name.startswith(PACKAGE) or name == "__main__" or file is None:
             continue
         if text := _text(function):
@@ -112,6 +114,8 @@ def module_of(name: str, texts: Mapping[str, Mapping[str, str]]) -> types.Module
         reason = "was written at a prompt, in a notebook or in a script that is run"
         raise ValueError(f"no text of {name} is there, for it {reason}; put the law into a file")
     file, text = texts[name]["file"], texts[name]["text"]
+    if (name, text) in _MADE:
+        return _MADE[name, text]
     there = sys.modules.get(name)
     if any(_text(v.function) == text for v in vars(there or types).values() if isinstance(v, Law)):
         return there
@@ -119,14 +123,17 @@ def module_of(name: str, texts: Mapping[str, Mapping[str, str]]) -> types.Module
     linecache.cache[source] = (len(text), None, text.splitlines(keepends=True), source)
     module = types.ModuleType(name)
     module.__file__ = file
-    sys.modules[name] = module
+    sys.modules[name] = module  # only as it is run: a module of this name may be another one
     try:
         exec(compile(text, source, "exec"), vars(module))
     except Exception as error:
-        del sys.modules[name]
         reason = f"{type(error).__name__}: {error}"
         raise ValueError(f"the text of {Path(file).name} cannot be run: {reason}") from error
-    return module
+    finally:
+        del sys.modules[name]
+        if there is not None:
+            sys.modules[name] = there
+    return _MADE.setdefault((name, text), module)
 
 
 def law_in(module: types.ModuleType, name: str) -> Law:
@@ -152,7 +159,7 @@ def _setting(law: Law | Callable, value: object) -> object:
         return tuple(_setting(law, v) for v in value)
     if not isinstance(value, Mapping):
         return value
-    kind = getattr(sys.modules[law.__module__], value["type"])
+    kind = getattr(law, "function", law).__globals__[value["type"]]
     return kind(**{n: _setting(law, v) for n, v in value.items() if n != "type"})
 
 

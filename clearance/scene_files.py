@@ -76,11 +76,8 @@ def scene_file(path: Path) -> Case:
             length = quantity(length, "s") if isinstance(length, str) else length
     except Misplaced as error:
         raise _placed(path, text, document, error) from None
-    name = document.get("name", path.stem)
-    summary = document.get("text", "")
-    return Case(
-        name, path, partial(_scene, path, text, document, parameters), summary, parameters, length
-    )
+    function = partial(_scene, path, text, document, parameters)
+    return Case(path.stem, path, function, document.get("text", ""), parameters, length)
 
 
 def _scene(path: Path, text: str, document: Mapping, parameters: Mapping, **given) -> Scene:
@@ -225,7 +222,7 @@ def formula(text: str, values: Mapping[str, object]) -> object:
 def _value(node: ast.expr, names: Mapping[str, object]) -> float:
     """A number from a formula's syntax tree. Raises TypeError for what no formula has."""
     if isinstance(node, ast.Constant) and type(node.value) in (int, float):
-        return node.value
+        return float(node.value)
     if isinstance(node, ast.Name) and type(names.get(node.id)) in (int, float):
         return names[node.id]
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):

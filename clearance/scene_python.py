@@ -113,7 +113,7 @@ class _Writer:
             parts.append(text)
         if "gravity" in self.document:
             parts.append(f"gravity={self._number(self.document['gravity'])}")
-        parts.append(f'name="{self.case.name}"')
+        parts.append(f'name="{self.document.get("name", self.case.name)}"')
         return [*lines, _call("return cl.Scene", parts)]
 
     def _is_named(self, section: str, name: str) -> bool:

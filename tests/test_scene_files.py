@@ -4,6 +4,7 @@ import json
 import math
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -13,6 +14,8 @@ from clearance.catalogue import case_names, find_case, library
 from clearance.scene_files import formula
 from clearance.scene_toml import toml_of
 from tests import mechanisms as m
+
+GUIDE = Path(cl.__file__).parent / "GUIDE.md"
 
 FEEDER = """
 name = "six_bar_feeder"
@@ -164,10 +167,20 @@ def test_formulas(text, value):
 
 
 @pytest.mark.parametrize(
-    "text", ["$a.real", "$a()", "__import__('os')", "$word * 2", "1 foo + $a", "$a / 0", "max($a"]
+    "text",
+    [
+        "9**9**9**9",
+        "$a.real",
+        "$a()",
+        "__import__('os')",
+        "$word * 2",
+        "1 foo + $a",
+        "$a / 0",
+        "max($a",
+    ],
 )
 def test_what_is_no_formula(text):
-    with pytest.raises(ValueError, match="formula|division"):
+    with pytest.raises(ValueError, match="formula|division|out of range"):
         formula(text, {"a": 0.05, "word": "dry"})
 
 
@@ -345,3 +358,28 @@ def test_a_mechanism_as_a_scene_file(make, tmp_path):
 def test_a_law_of_a_case_file_has_no_name_in_a_scene_file():
     with pytest.raises(ValueError, match='write law = "FILE.py:turning" by hand'):
         toml_of(cl.load_case("three_loop_chain"))
+
+
+def test_the_scene_file_of_the_guide(tmp_path):
+    """It is a scene, with a length of its own."""
+    block = GUIDE.read_text().partition("```toml\n")[2].partition("```")[0]
+    case = case_of(tmp_path, block)
+    scene = case.scene(clearance=2e-4)
+    assert scene.clearance_joints[0].length == pytest.approx(0.04, rel=1e-15)
+    assert (case.name, case.until, scene.turn) == ("machine", 2.0, None)
+
+
+def test_the_text_of_a_law_does_not_replace_a_module(monkeypatch):
+    """A module of this name that is loaded stays; one that is not loaded is not put there."""
+    document = json.loads(cl.load_case("three_loop_chain").to_json())
+    (name,) = document["sources"]
+    document["sources"][name]["text"] += "\n# another text\n"
+    loaded = sys.modules[name]
+    scene = cl.Scene.from_json(json.dumps(document))
+    assert sys.modules[name] is loaded
+    assert scene.drives[0].motion.law.function is not loaded.turning.function
+    assert json.loads(scene.to_json()) == document
+    monkeypatch.delitem(sys.modules, name)
+    document["sources"][name]["text"] += "\n# a third\n"
+    cl.Scene.from_json(json.dumps(document))
+    assert name not in sys.modules
