@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 from clearance import checks
 from clearance.body import Point
@@ -89,6 +89,9 @@ class ClearanceRevolute(ClearanceJoint):
         self._determine(*SLOTS)
         if self.outline is None and (self.wear or self.wear_journal):
             self._set("outline", self._unworn())
+        if self.outline is not None and self.film is not None:
+            settings = dict(self.film.settings) | dict(self.outline.settings)
+            self._set("film", replace(self.film, settings=tuple(settings.items())))
         if self.outline is None and self.contact is None and math.hypot(*self.eccentricity) >= self.clearance:
             raise ValueError(f"{label}: start eccentricity {self.eccentricity} lies outside the clearance circle")
         self._check_laws()
@@ -134,6 +137,8 @@ class ClearanceRevolute(ClearanceJoint):
             raise ValueError(
                 f"{label}: film {self.film.law.name} has no worn outline; conserving_film() has"
             )
+        if self.film is not None and self.contact is not None:
+            raise ValueError(f"{label}: film and contact do not share worn outlines yet; leave one out")
         if self.asperity is not None:
             reason = "asperities on worn outlines are not modelled; the transition fuzzy does without"
             raise ValueError(f"{label}: asperity {self.asperity.law.name}: {reason}")
@@ -253,6 +258,8 @@ class Journal:
     n points from the bearing's centre to the journal's, t is n turned by +90 degrees.
     """
 
+    turn = 0.0  # of a worn journal against the bearing
+
     def __init__(self, joint: ClearanceRevolute, m, w):
         self.joint, self.m, self.w = joint, m, w
         self.clearance = m.number(joint, "clearance")
@@ -365,7 +372,7 @@ class Journal:
         (ex, ey), (vx, vy) = (
             (pose.cosine * x + pose.sine * y, pose.cosine * y - pose.sine * x) for x, y in away
         )
-        state = [ex, ey, vx + spin_a * ey, vy - spin_a * ex, spin_b - spin_a, m.time]
+        state = [ex, ey, vx + spin_a * ey, vy - spin_a * ex, spin_b - spin_a, self.turn, m.time]
         fx, fy, shear = m.law(joint, "film", state, self.facts)
         self._show_data(state)
         self.w.keep(joint, m.keep(joint, "film", state, self.facts))

@@ -5,11 +5,14 @@ journal's centre at (ex, ey) c moving at (vx, vy) c, and p = mu (R/c)^2 P as in 
 
     d_theta(H^3 d_theta P) + (R/L)^2 d_zeta(H^3 d_zeta P) = 6 spin d_theta(f H) + 12 d_t(f H)
     P >= lowest,  0 <= f <= 1,  (P - lowest) (1 - f) = 0
-    H = 1 - ex cos(theta) - ey sin(theta) + kappa p / c
+    H = 1 - ex cos(theta) - ey sin(theta) + h_B + h_J + kappa p / c
 
 spin = omega_J - omega_B; f is the content, the share of the gap that holds oil. At the ends and in the grooves the
 pressure is given and f = 1. The liner is a Winkler foundation: it yields in proportion to the pressure above ambient
 (kappa in m/Pa), so that H is the gap of the unloaded bearing at ambient pressure.
+
+h_B(theta) and h_J(theta - a) are worn depths over c of bearing and journal, a the angle of the journal against the
+bearing. The journal's turn on, d_t h_J = -spin h_J': with the drag of H they count with +6 spin h_B' and -6 spin h_J'.
 
 Finite volumes on a uniform grid over half the length. A cell has one unknown, P - lowest where it is full and f where
 it is cavitated; a Newton step switches cells, and between switches the rigid problem is linear. Every matrix met has a
@@ -21,6 +24,7 @@ Podsiadlo and Stachowiak, Tribology Letters 58 (2015), Newton steps for it.
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -112,12 +116,13 @@ def fill(before, own, beyond, mean, before_slope, own_slope, beyond_slope, mean_
 
 
 @compiled
-def measure(ex, ey, drag, soft, lowest, p, ring, sizes, face, cell):
+def measure(ex, ey, drag, soft, lowest, p, ring, worn, sizes, face, cell):
     """All faces and cells of a film. A rigid bearing (soft = 0) is alike over its length: one layer, else one per row.
 
-    ring: cos, sin of each cell's middle, cos, sin of the face after it (n, 4); sizes: width and depth of a cell, axial
-    weight, mean of cos over a cell's width relative to its middle; soft: deflection per P [s]; p: P - lowest (n, nz);
-    face (n, layers, 11), that between column i and the next; cell (n, layers, 12).
+    ring: cos, sin of each cell's middle, cos, sin of the face after it (n, 4); worn: depths over c at the middle, at
+    the face after it, their mean over the cell, and the journal's growth over the cell (n, 4); sizes: width and depth
+    of a cell, axial weight, mean of cos over a cell's width relative to its middle; soft: deflection per P [s];
+    p: P - lowest (n, nz); face (n, layers, 11), that between column i and the next; cell (n, layers, 12).
     """
     n, mean = ring.shape[0], sizes[3]
     for i in range(n):
@@ -129,8 +134,9 @@ def measure(ex, ey, drag, soft, lowest, p, ring, sizes, face, cell):
         mid_slope = (-cf, -sf, 0.5 * soft, 0.5 * soft)
         before_slope, beyond_slope = (-cb, -sb, soft), (-cf, -sf, soft)
         mean_slope = (-mean * c, -mean * s, soft)
-        own, far, mid = 1.0 - ex * c - ey * s, 1.0 - ex * cj - ey * sj, 1.0 - ex * cf - ey * sf
-        before, average = 1.0 - ex * cb - ey * sb, 1.0 - mean * (ex * c + ey * s)
+        own, far = 1.0 - ex * c - ey * s + worn[i, 0], 1.0 - ex * cj - ey * sj + worn[j, 0]
+        mid, before = 1.0 - ex * cf - ey * sf + worn[i, 1], 1.0 - ex * cb - ey * sb + worn[i - 1, 1]
+        average = 1.0 - mean * (ex * c + ey * s) + worn[i, 2]
         for k in range(face.shape[1]):
             y, z = soft * (p[i, k] + lowest), soft * (p[j, k] + lowest)
             join(own + y, mid + 0.5 * (y + z), far + z, own_slope, mid_slope, far_slope, sizes, face[i, k])
@@ -350,17 +356,17 @@ def settle(motion, material, state, last, flow, grid, shape, work):
     """Newton steps until no cell switches (with a liner: and P no longer moves). Returns how many, -1 if unsettled.
 
     motion: ex, ey; material: soft, lowest; state: kind, p, content; last: old, base, growth, held, stored, follow (see
-    `grow`); grid: ring, place; shape: sizes; work: face, cell, matrix, rest.
+    `grow`); grid: ring, place, worn; shape: sizes; work: face, cell, matrix, rest.
     """
     kind, p, content = state
     old, base, growth, held, stored, follow = last
-    ring, place = grid
+    ring, place, worn = grid
     face, cell, matrix, rest = work
     soft, lowest = material
     brake, before = 0.0, 1.0
     for count in range(LIMIT):
         if count == 0 or soft > 0.0:
-            measure(motion[0], motion[1], flow[0], soft, lowest, p, ring, shape, face, cell)
+            measure(motion[0], motion[1], flow[0], soft, lowest, p, ring, worn, shape, face, cell)
             grow(p, held, stored, follow, cell, growth)
         share = 0.0 if count < PATIENCE or soft > 0.0 else 0.9
         braked = (flow[0], flow[1], flow[2], flow[3], flow[4], flow[5], flow[6], brake)
@@ -374,14 +380,14 @@ def settle(motion, material, state, last, flow, grid, shape, work):
             return -1
         if switched == 0 and (soft == 0.0 or change < 1e-7 or p.max() < 1e3 * NOISE * abs(flow[0])):
             if soft > 0.0:
-                measure(motion[0], motion[1], flow[0], soft, lowest, p, ring, shape, face, cell)
+                measure(motion[0], motion[1], flow[0], soft, lowest, p, ring, worn, shape, face, cell)
                 grow(p, held, stored, follow, cell, growth)
             return count + 1
     return -1
 
 
 @compiled
-def by_motion(kind, p, content, old, flow, face, cell, ring, place, sizes, right):
+def by_motion(kind, p, content, old, flow, face, cell, ring, place, worn, sizes, right):
     """Minus the derivative of every balance by (ex, ey, vx, vy, spin), with every cell's kind held: right (n nz, 5)."""
     n, nz = kind.shape
     layered = face.shape[1] > 1
@@ -408,6 +414,7 @@ def by_motion(kind, p, content, old, flow, face, cell, ring, place, sizes, right
                     right[a, m] -= flux
                     right[a + 1, m] += flux
             by_spin = 6.0 * (f[GAP] * upwind + f[DRAG] * fall)
+            right[a, 4] += 12.0 * sizes[1] * worn[i, 3] * old[i, k]
             right[a, 4] -= by_spin
             right[b, 4] += by_spin
     for i in range(n):
@@ -451,23 +458,23 @@ def gather(kind, p, content, lowest, flow, cell, ring, place, sizes, scales, rig
 def respond(motion, material, state, last, flow, grid, shape, work, right, scales, out):
     """Settle the film and gather its answer with derivatives. Returns the linear systems solved, -1 if unsettled."""
     kind, p, content = state
-    ring, place = grid
+    ring, place, worn = grid
     face, cell, matrix, rest = work
     count = settle(motion, material, state, last, flow, grid, shape, work)
     if count > 0:
-        by_motion(kind, p, content, last[0], flow, face, cell, ring, place, shape, right)
+        by_motion(kind, p, content, last[0], flow, face, cell, ring, place, worn, shape, right)
         substitute(matrix, right)
         gather(kind, p, content, material[1], flow, cell, ring, place, shape, scales, right, out)
     return count
 
 
 @compiled
-def sweep(vx, vy, old, ring, sizes, base):
-    """base = 12 old dV/dt of the rigid gap (n, nz)."""
+def sweep(vx, vy, spin, old, ring, worn, sizes, base):
+    """base = 12 old dV/dt of the rigid gap (n, nz); the journal's outline turns."""
     n, nz = old.shape
     area = 12.0 * sizes[0] * sizes[1] * sizes[3]
     for i in range(n):
-        rate = -area * (vx * ring[i, 0] + vy * ring[i, 1])
+        rate = -area * (vx * ring[i, 0] + vy * ring[i, 1]) - 12.0 * sizes[1] * spin * worn[i, 3]
         for k in range(nz):
             base[i, k] = rate * old[i, k]
 
@@ -497,12 +504,26 @@ def inflow(kind, p, content, flow, face, cell):
     return total
 
 
+def _over(depths: Sequence[float] | None, clearance: float) -> np.ndarray | None:
+    """Worn depths over the clearance, the first once more behind the last; None where there is none."""
+    if depths is None or not any(depths):
+        return None
+    return np.append(depths, depths[0]) / clearance
+
+
+def _at(depths: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Depths at angles, straight between nodes."""
+    place = angle / (2.0 * math.pi) * (depths.size - 1) % (depths.size - 1)
+    return np.interp(place, np.arange(depths.size), depths)
+
+
 class MemoryFilm:
     """One joint's film with memory: the content, and the liner's pressure, of the last accepted moment.
 
     bearing: its grooves are at angles from the bearing's own x axis; `cavitation` is not asked when conserving;
     mesh: cells around and over half the length; liner: compliance [m/Pa], 0 for a rigid bearing; conserving: False
-    leaves the memory of the content out (P >= lowest where P and its slope vanish: Swift-Stieber).
+    leaves the memory of the content out (P >= lowest where P and its slope vanish: Swift-Stieber); outline, journal:
+    worn depths [m] of bearing and journal at equal angles of their bodies' frames, None where unworn.
 
     Fields of the last accepted moment: content (n, m); pressure above ambient [Pa] (n, m); at theta [rad] (n,) and
     axial, z from the middle [m] (m,). mass_defect: oil made or lost in the last commit, over the oil in the gap.
@@ -513,7 +534,15 @@ class MemoryFilm:
     conserving with another condition than "reynolds".
     """
 
-    def __init__(self, bearing: Bearing, mesh: tuple[int, int] = (96, 8), liner: float = 0.0, conserving: bool = True):
+    def __init__(
+        self,
+        bearing: Bearing,
+        mesh: tuple[int, int] = (96, 8),
+        liner: float = 0.0,
+        conserving: bool = True,
+        outline: Sequence[float] | None = None,
+        journal: Sequence[float] | None = None,
+    ):
         n, nz = check_mesh(mesh)
         if bearing.roughness > 0.0:
             raise ValueError(
@@ -531,6 +560,8 @@ class MemoryFilm:
         self._lowest = bearing.lowest
         self._material = (self.liner * bearing.pressure_scale / bearing.clearance, self._lowest)
         self._lay(n, nz)
+        self._outlines = [_over(depths, bearing.clearance) for depths in (outline, journal)]
+        self._turn(0.0)
         self.reset()
 
     def _lay(self, n: int, nz: int) -> None:
@@ -543,7 +574,8 @@ class MemoryFilm:
         ring = np.column_stack([np.cos(self.theta), np.sin(self.theta), np.cos(face), np.sin(face)])
         column = np.arange(n)
         place = np.where(2 * column < n, 2 * column, 2 * (n - column) - 1)
-        self._grid = (ring, place)
+        self._worn = np.zeros((n, 4))
+        self._grid = (ring, place, self._worn)
         self._shape = (width, depth, self.bearing.axial, math.sin(0.5 * width) / (0.5 * width))
         layers = nz if self._material[0] > 0.0 else 1
         self._work = (
@@ -561,6 +593,23 @@ class MemoryFilm:
         self._fixed = np.full((n, nz), math.nan)
         for groove in self.bearing.grooves:
             self._cut(groove)
+
+    def _turn(self, angle: float) -> None:
+        """Depths over c on the grid, the journal turned by an angle against the bearing."""
+        bearing, journal = self._outlines
+        if bearing is None and journal is None:
+            return
+        face = self.theta + 0.5 * self._shape[0]
+        self._worn[:] = 0.0
+        for depths, shift in ((bearing, 0.0), (journal, angle)):
+            if depths is not None:
+                self._worn[:, 0] += _at(depths, self.theta - shift)
+                self._worn[:, 1] += _at(depths, face - shift)
+        if journal is not None:
+            on_faces = _at(journal, face - angle)
+            self._worn[:, 3] = on_faces - np.roll(on_faces, 1)
+        ends = self._worn[:, 1] + np.roll(self._worn[:, 1], 1)
+        self._worn[:, 2] = (ends + 4.0 * self._worn[:, 0]) / 6.0
 
     def _cut(self, groove: Groove) -> None:
         """Fix P - lowest in the cells of a groove."""
@@ -623,10 +672,13 @@ class MemoryFilm:
             f"at ex = {ex!r}, ey = {ey!r}, spin = {spin!r} 1/s: a smaller step may help"
         )
 
-    def trial(self, ex: float, ey: float, vx: float, vy: float, spin: float, elapsed: float) -> np.ndarray:
+    def trial(
+        self, ex: float, ey: float, vx: float, vy: float, spin: float, elapsed: float, angle: float = 0.0
+    ) -> np.ndarray:
         """The film's answer `elapsed` seconds after the last accepted moment; the memory stays as it is.
 
-        ex, ey: the journal's centre over c; vx, vy: its rate [1/s] as seen from the turning bearing; spin [rad/s].
+        ex, ey: the journal's centre over c; vx, vy: its rate [1/s] as seen from the turning bearing; spin [rad/s];
+        angle of a worn journal against the bearing.
         Returns (4, 6): rows force_x, force_y on the journal [N], shear (integral of 1/H over the wet area, out of
         2 pi; a cavitated cell counts with its content: streamlets), side_flow out of the film at both ends [m3/s];
         columns value and d/d(ex, ey, vx, vy, spin) with every cell kept full or cavitated as it is.
@@ -639,7 +691,8 @@ class MemoryFilm:
         if not math.isfinite(ex + ey + vx + vy + spin + elapsed):
             return out
         hold = 12.0 / self._since(vx, vy, spin, elapsed)
-        sweep(vx, vy, self.content, self._grid[0], self._shape, self._base)
+        self._turn(angle)
+        sweep(vx, vy, spin, self.content, self._grid[0], self._worn, self._shape, self._base)
         self._respond((ex, ey), self._flow(spin, hold, hold), self.content, out, spin)
         return out
 
@@ -658,8 +711,11 @@ class MemoryFilm:
     def steady(self, ex: float, ey: float, spin: float) -> np.ndarray:
         """force_x, force_y, shear, side_flow as in `trial`, (4,), of a film that no longer changes.
 
-        Raises ValueError where nothing determines the content: a conserving film without a groove.
+        Raises ValueError where nothing determines the content: a conserving film without a groove; and for a worn
+        journal that turns.
         """
+        if self._outlines[1] is not None and spin != 0.0:
+            raise ValueError("a film on a worn journal that turns is never steady")
         if self.conserving and not self.bearing.grooves:
             raise ValueError("a steady film with memory needs a groove: without one its oil depends on the past")
         out = np.full((4, 6), math.nan)
@@ -670,7 +726,9 @@ class MemoryFilm:
             self._respond((ex, ey), self._flow(spin, weak, 0.0), np.ones(self.content.shape), out, spin)
         return out[:, 0]
 
-    def commit(self, ex: float, ey: float, vx: float, vy: float, spin: float, elapsed: float) -> None:
+    def commit(
+        self, ex: float, ey: float, vx: float, vy: float, spin: float, elapsed: float, angle: float = 0.0
+    ) -> None:
         """Accept a moment: the conservative step from the last one, then remember content, gap and pressure.
 
         Arguments as in `trial`. The rate counts in the first step after `reset` alone (the gap before is not known).
@@ -681,7 +739,8 @@ class MemoryFilm:
         since = self._since(vx, vy, spin, elapsed)
         hold = 12.0 / since
         first = not self._begun or since > elapsed
-        sweep(vx, vy, self.content, self._grid[0], self._shape, self._base)
+        self._turn(angle)
+        sweep(vx, vy, spin, self.content, self._grid[0], self._worn, self._shape, self._base)
         if not first:
             self._base[:] = 0.0
         flow = self._flow(spin, hold, hold)
@@ -696,7 +755,6 @@ class MemoryFilm:
     def _remember(self, flow, hold, ex, ey) -> None:
         """The settled state becomes the last accepted moment."""
         kind, p, content = self._state
-        ring, _ = self._grid
         face, cell, _, _ = self._work
         volume = np.array(np.broadcast_to(cell[:, :, VOLUME], kind.shape))
         self._held = np.maximum(p, 0.0)

@@ -34,23 +34,24 @@ def solved_side_flow(eccentricity_ratio, radial_rate, entrainment, joint, data, 
     return answered(data, start, VALUE, (eccentricity_ratio, radial_rate, entrainment), 4)[3]
 
 
-def conserving(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time, joint, data, start):
+def conserving(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time, joint, data, start):
     """Film that conserves its oil, on the bearing [N, N, 1]: force on the journal along the bearing's axes, shear.
 
     Jakobsson, Floberg and Olsson's film (film/conserving.py) a time `time` minus that of the last accepted step after
-    it; eccentricity over clearance and its rate [1/s] in the bearing's frame, spin = omega_J - omega_B [rad/s].
+    it; eccentricity over clearance and its rate [1/s] in the bearing's frame, spin = omega_J - omega_B [rad/s]; angle
+    of a worn journal.
     """
-    return answered(data, start, VALUE, (eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time), 3)
+    return answered(data, start, VALUE, (eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time), 3)
 
 
-def conserving_side_flow(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time, joint, data, start):
+def conserving_side_flow(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time, joint, data, start):
     """Oil that leaves the bearing at both ends [m3/s]."""
-    return answered(data, start, VALUE, (eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time), 4)[3]
+    return answered(data, start, VALUE, (eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time), 4)[3]
 
 
-def conserving_keep(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time, joint, data, start):
+def conserving_keep(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time, joint, data, start):
     """Remember this state as the last accepted one; returns its time [s]."""
-    state = eccentricity_x, eccentricity_y, rate_x, rate_y, spin, time
+    state = eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time
     return time + answered(data, start, KEEP, state, 1)[0]
 
 
@@ -116,8 +117,10 @@ class MemoryAnswer(Answerer):
         from clearance.film.conserving import MemoryFilm
 
         bearing = Bearing.of(joint, ambient=settings["ambient"], grooves=settings["grooves"])
-        self.film = MemoryFilm(bearing, settings["mesh"], settings["liner"], settings["memory"])
-        super().__init__(6, 4, self._solve)
+        depths = settings.get("bearing"), settings.get("journal")  # of a joint with worn outlines
+        self.film = MemoryFilm(bearing, settings["mesh"], settings["liner"], settings["memory"], *depths)
+        self.worn = any(map(bool, depths))
+        super().__init__(7, 4, self._solve)
         self.reset()
 
     def reset(self) -> None:
@@ -127,15 +130,15 @@ class MemoryAnswer(Answerer):
         self.now, self.asked, self.found, self.worst = 0.0, None, None, 0.0
 
     def _solve(self, wanted: float, state: list[float]):
-        *motion, time = state
+        *motion, angle, time = state
         if wanted == KEEP:
-            self.film.commit(*motion, max(time - self.now, 0.0))
+            self.film.commit(*motion, max(time - self.now, 0.0), angle)
             self.worst = max(self.worst, self.film.mass_defect)
             self.now, self.asked = time, None
             return None
         if state != self.asked:
-            found = self.film.trial(*motion, max(time - self.now, 0.0))
-            self.found = [[*row, 0.0] for row in found]  # time is no input that Newton's method moves
+            found = self.film.trial(*motion, max(time - self.now, 0.0), angle)
+            self.found = [[*row, 0.0, 0.0] for row in found]  # Newton's method moves neither angle nor time
             self.asked = list(state)
         return self.found
 
@@ -145,10 +148,12 @@ class MemoryAnswer(Answerer):
 
     def seconds(self) -> float:
         """CPU time of one solution."""
-        return _usual(lambda wanted, eps: self._solve(wanted, [eps, 0.0, 0.0, 0.0, 1.0, 1e-4]))
+        return _usual(lambda wanted, eps: self._solve(wanted, [eps, 0.0, 0.0, 0.0, 1.0, 0.0, 1e-4]))
 
     def doubt(self, eccentricity_ratio: float) -> str | None:
         """Objection to the mesh at the largest eccentricity of a run."""
+        if self.worn:  # a journal may stand in a scar, farther off than the clearance
+            return None
         return coarseness(len(self.film.theta), eccentricity_ratio, self.film.bearing.slenderness)
 
 

@@ -265,7 +265,10 @@ film = Family("film", ("eccentricity_ratio", "radial_rate", "entrainment", "join
 #: a film that knows its wet area too: returns (radial, tangential, integral of 1/H over the wet area)
 wet_film = Family("film", film.state, 3)
 #: a film with a memory, in the bearing's frame: returns (force x, force y, integral of 1/H over the wet area)
-memory_film = Family("film", ("eccentricity_x", "eccentricity_y", "rate_x", "rate_y", "spin", "time", "joint"), 3)
+#: angle: of a worn journal against the bearing
+memory_film = Family(
+    "film", ("eccentricity_x", "eccentricity_y", "rate_x", "rate_y", "spin", "angle", "time", "joint"), 3
+)
 #: load that the asperities of the joint's surfaces carry [N]
 asperity = Family("asperity", ("film_thickness_ratio", "joint"), 1)
 #: how film and contact share a joint, from the nominal gap [m]: see laws/transition.py

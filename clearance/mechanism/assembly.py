@@ -316,7 +316,7 @@ class _System:
         """A film joint whose eccentricity follows from the others must start inside its clearance circle."""
         for joint in self.measured:
             e = math.hypot(*(self._value(q, (joint, what)) for what in RELATIVE[:2]))
-            if joint.contact is None and e >= joint.clearance:
+            if joint.contact is None and joint.outline is None and e >= joint.clearance:
                 raise ValueError(
                     f"loop cannot close: {joint.label()} starts {e:.6g} m off centre, outside its clearance circle "
                     f"({joint.clearance:.6g} m); the other joints leave it no other place"

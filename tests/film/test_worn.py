@@ -1,0 +1,127 @@
+"""Films on worn outlines: rows of an independent code, and what must be true of any outline."""
+
+import csv
+import math
+import re
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance.film.bearing import Bearing
+from clearance.film.conserving import MemoryFilm
+from clearance.laws import FilmJoint
+from clearance.laws.outline import worn
+
+FILE = Path(__file__).with_name("worn_film_rows.csv")
+ROWS = [r for r in csv.DictReader(FILE.read_text().splitlines()) if not r["case"].startswith("short")]
+RADIUS, CLEARANCE, VISCOSITY = 0.01, 1e-5, 0.02
+FINE = 0.1  # deg between depths of an outline whose edges are sharp
+
+
+def scar(depth, step=FINE):
+    """Dufrane's arc of a depth over c at angle 0 [m]."""
+    theta = np.deg2rad(np.arange(0.0, 360.0, step))
+    return CLEARANCE * np.maximum((1.0 + depth) * np.cos(theta) - 1.0, 0.0)
+
+
+def film(slenderness, full=False, mesh=(96, 6), **outlines):
+    """The memoryless film of a bearing, and the unit of the rows' forces [N]."""
+    length = 2.0 * slenderness * RADIUS
+    joint = FilmJoint(RADIUS, CLEARANCE, length, VISCOSITY)
+    bearing = Bearing.of(joint, ambient=1e13 if full else None)
+    unit = VISCOSITY * (RADIUS / CLEARANCE) ** 2 * RADIUS * length
+    return MemoryFilm(bearing, mesh, 0.0, False, **outlines), unit
+
+
+@cache
+def of_row(kind, depth):
+    """The film of some rows on 192 x 12 cells; a long bearing is one of L/D 5000."""
+    long = kind.startswith("long")
+    return film(5000.0 if long else 0.5, long, (192, 12), outline=scar(depth))
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda r: r["id"])
+def test_rows(row):
+    """Forces of long full films and of finite ones with P >= 0, within 2e-3 of the force."""
+    pattern = r"d=([\d.]+) eps=([\d.]+) at ([-\d.]+) deg, (.*)"
+    depth, eps, angle, motion = re.match(pattern, row["given"]).groups()
+    if "=" in motion:
+        spin, vx, vy = (float(v) for v in re.findall(r"-?[\d.]+", motion))
+    else:
+        given = dict(part.split() for part in [motion])
+        spin, vx, vy = (float(given.get(n, 0.0)) for n in ("spin", "vx", "vy"))
+    solver, unit = of_row(row["case"], float(depth))
+    x, y = (float(eps) * f(math.radians(float(angle))) for f in (math.cos, math.sin))
+    fx, fy = solver.trial(x, y, vx, vy, spin, 0.0)[:2, 0] / unit
+    found = fx if row["quantity"] == "Fx" else fy
+    assert found == pytest.approx(float(row["value"]), abs=2e-3 * math.hypot(fx, fy))
+
+
+def test_linear_and_symmetric():
+    """A full film is linear in (vx, vy, spin); its damping is symmetric (1e-9 of the largest)."""
+    solver, _ = film(0.5, True, outline=scar(0.3))
+    place = 0.5, 0.3
+
+    def force(vx, vy, spin):
+        return solver.trial(*place, vx, vy, spin, 0.0)[:2, 0].copy()
+
+    units = [force(*row) for row in np.eye(3)]
+    size = np.abs(units).max()
+    mixed = force(0.3, -0.2, 0.7)
+    assert mixed == pytest.approx(0.3 * units[0] - 0.2 * units[1] + 0.7 * units[2], abs=1e-9 * size)
+    assert units[0][1] == pytest.approx(units[1][0], abs=1e-3 * size)
+
+
+def test_uniform_wear_is_a_larger_clearance():
+    """Bearing and journal worn evenly: the film of the larger clearance, to rounding."""
+    even = np.full(360, 0.2 * CLEARANCE)
+    joint = FilmJoint(RADIUS, 1.2 * CLEARANCE, RADIUS, VISCOSITY)
+    wide = MemoryFilm(Bearing.of(joint), (96, 6), 0.0, False)
+    expected = wide.trial(0.5, 0.1, 0.2, -0.1, 1.0, 0.0)[:2, 0]
+    for outlines in ({"outline": even}, {"journal": even}):
+        solver, _ = film(0.5, **outlines)
+        found = solver.trial(0.6, 0.12, 0.24, -0.12, 1.0, 0.0, 0.7)[:2, 0]
+        assert found == pytest.approx(expected, rel=1e-9)
+
+
+def test_surfaces_change_places():
+    """A worn journal is a worn bearing seen from the journal, which turns the other way (1e-3 of the force)."""
+    x, y, vx, vy, spin = 0.5, 0.2, 0.1, -0.2, 0.9
+    on_journal = film(0.5, True, (192, 8), journal=scar(0.3))[0].trial(x, y, vx, vy, spin, 0.0)[:2, 0]
+    seen = vx + spin * y, vy - spin * x
+    on_bearing = film(0.5, True, (192, 8), outline=scar(0.3))[0].trial(x, y, *seen, -spin, 0.0)[:2, 0]
+    assert on_journal == pytest.approx(on_bearing, abs=1e-3 * np.hypot(*on_bearing))
+
+
+def test_derivatives():
+    """Exact by place, rates and spin, both surfaces worn, against differences (1e-5 of the largest of a column)."""
+    solver, _ = film(0.5, mesh=(48, 4), outline=scar(0.3, 1.0), journal=np.roll(scar(0.2, 1.0), 40))
+    motion = np.array([0.55, 0.25, 0.2, -0.1, 1.0])
+    found = solver.trial(*motion, 1e-3, 0.4)[:2].copy()
+    for i in range(5):
+        step = 1e-6 * np.eye(5)[i]
+        up, down = (solver.trial(*(motion + s), 1e-3, 0.4)[:2, 0].copy() for s in (step, -step))
+        slope = (up - down) / 2e-6
+        assert found[:, 1 + i] == pytest.approx(slope, abs=1e-5 * np.abs(slope).max())
+
+
+def test_journal_rests_in_its_scar():
+    """A lubricated journal under a load at rest stands in a scar, farther off than the clearance, on a film."""
+    ratios = []
+    for depth in (0.0, 0.3):
+        body = cl.Body("rotor", 0.5, 1e-4)
+        joint = cl.ClearanceRevolute(
+            cl.ground, body, name="B", radius=RADIUS, clearance=CLEARANCE, length=RADIUS,
+            lubricant=cl.Lubricant(VISCOSITY),
+            film=cl.conserving_film(memory=False, mesh=(48, 3)), outline=worn(bearing=scar(depth, 1.0)),
+            eccentricity=((0.9 + depth) * CLEARANCE, 0.0),
+        )  # fmt: skip
+        parts = cl.Force(body.at(0, 0), x=2000.0, name="load"), cl.Drive(body, speed=100.0, name="d")
+        result = cl.simulate(cl.Scene(joint, *parts, gravity=(0, 0), name="rotor"), until=5e-3, rtol=1e-4, samples=21)
+        assert result.joint("B").gap.min() > 0.0
+        assert np.abs(result.energy.residual).max() < 1e-3 * np.abs(result.energy.input).max()
+        ratios.append(result.joint("B").eccentricity_ratio[-1])
+    assert ratios[0] < 1.0 < ratios[1]
