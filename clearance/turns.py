@@ -68,7 +68,7 @@ def _bodies(record: Record, edges: np.ndarray) -> Found:
         axis, share = along(direction)
         values = _sizes(record, f"bodies/{body}/a{axis}", edges)
         if values is not None:
-            text = f"largest acceleration of {body} along its guide in a turn"
+            text = f"largest acceleration of {body} in a turn"
             yield f"{body}_acceleration_peak", values / abs(share), "m/s2", text
 
 

@@ -71,7 +71,7 @@ def statistics(by_name: dict[str, Series], beside: dict[str, Metric]) -> Found:
 def _quantiles(name: str, one: Series) -> Iterator[tuple]:
     for share in SHARES:
         if series.told(one.values.size, share):
-            text = f"exceeded in one turn of {round(1.0 / (1.0 - share))}: {one.text}"
+            text = f"exceeded in one turn of {round(1.0 / (1.0 - share))}: {one.text.removesuffix(' in a turn')}"
             yield f"{name}_q{round(100 * share)}", float(np.quantile(one.values, share)), one.units, text
 
 
@@ -86,7 +86,7 @@ def _mean(one: Series) -> float:
 
 
 def _words(one: Series) -> str:
-    return f"mean over turns of the {one.text}"
+    return f"mean over turns of the {one.text.removesuffix(' in a turn')}"
 
 
 def deviations(record: Record, first: float, last: float, ideal: dict) -> dict[str, Series]:
