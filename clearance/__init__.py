@@ -28,6 +28,7 @@ _LAZY = {
     "worn": "clearance.laws.outline", "wear": "clearance.wearing.life", "Life": "clearance.wearing.records",
     "solve_film": "clearance.film.solvers", "sweep": "clearance.sweeping.driver",
     "SweepError": "clearance.sweeping.driver", "open_sweep": "clearance.sweeping.index",
+    "follow": "clearance.periodic.follow", "assumptions": "clearance.evidence.assumptions",
     "Sweep": "clearance.sweeping.index", "grid": "clearance.sweeping.points", "zipped": "clearance.sweeping.points",
     "sampled": "clearance.sweeping.points", "plot": "clearance.commands.plot", "report": "clearance.postprocess.report",
     "view": "clearance.postprocess.view", "again": "clearance.rerun",

@@ -17,6 +17,7 @@ from clearance.commands import (
     explain,
     figures,
     film,
+    follow,
     identify,
     inverse,
     lyapunov,
@@ -37,7 +38,7 @@ from clearance.version import VERSION
 #: in the order in which help lists them
 COMMANDS = (
     cases, new, run, explain, sweep, wear, plot, report, view, inverse, identify, bench_data, film,
-    lyapunov, work_precision, stress, figures,
+    lyapunov, follow, work_precision, stress, figures,
 )  # fmt: skip
 
 

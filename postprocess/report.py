@@ -39,6 +39,7 @@ from clearance.postprocess.pages import (
 from clearance.postprocess.spectra import spectra
 from clearance.postprocess.sweep_report import sweep_page
 
+from clearance.evidence.assumptions import assumptions
 from clearance.reading import Damaged
 from clearance.results import Result, open_result
 from clearance.sweeping.index import Sweep, open_sweep
@@ -67,12 +68,16 @@ JOINT_FACTS = (
 
 
 def report(
-    source: str | Path | Result | Sweep, path: str | Path, *, settle: float | None = None
+    source: str | Path | Result | Sweep,
+    path: str | Path,
+    *,
+    settle: float | None = None,
+    sections: dict | None = None,
 ) -> Path:
     """Write the report of a run or of a sweep as one HTML file under `path`.
 
     source: a run's file or Result, a sweep's directory or Sweep. settle: turns of a run's start-up (seconds, where
-    nothing turns; default one of two or more), whose numbers stand apart.
+    nothing turns; default one of two or more), whose numbers stand apart. sections: of links, see `assumptions`.
     Raises ValueError for a path that does not end in .html and for a run that has not ended, FileNotFoundError and
     ValueError as `open_result` and `open_sweep` for what is no run and no sweep.
     """
@@ -80,17 +85,17 @@ def report(
     if path.suffix.lower() not in (".html", ".htm"):
         raise ValueError(f"report {path}: its name must end in .html")
     if isinstance(source, Result):
-        return run_page(source, settle).save(path)
+        return run_page(source, settle, sections).save(path)
     if isinstance(source, Sweep) or Path(source).is_dir():
         if settle is not None:
             raise ValueError("settle is for the report of a run; a sweep has its own, given when it was run")
         sweep = source if isinstance(source, Sweep) else open_sweep(source)
         return sweep_page(sweep, path).save(path)
     with open_result(source) as run:
-        return run_page(run, settle).save(path)
+        return run_page(run, settle, sections).save(path)
 
 
-def run_page(run: Result, settle: float | None = None) -> Page:
+def run_page(run: Result, settle: float | None = None, sections: dict | None = None) -> Page:
     """The report of a run, not yet written; settle as in `report`.
 
     Raises ValueError for a file whose run has not ended.
@@ -107,10 +112,19 @@ def run_page(run: Result, settle: float | None = None) -> Page:
         page.section("Efforts and joint friction", *rubbing, apart=True)
     for joint in (j for j in run.scene["joints"] if j.get("clearance") is not None):
         page.section(f"Joint {joint['name']}", *_joint(page, run, joint["name"]), apart=True)
+    if estimates := assumptions(run, sections, settle):
+        page.section("Is it rigid? Is the film?", *_assumed(estimates))
     page.section("Motion in phase space", *_phase(page, run))
     page.section("Spectrum", _spectrum(page, run))
     page.section("Provenance", *_provenance(run))
     return page
+
+
+def _assumed(estimates: list) -> list[Markup]:
+    """Effects that the run leaves out, each estimate with its formula."""
+    said = "Static estimates from this file; none of this is in the equations of motion."
+    rows = [(a.part, a.text, a.formula) for a in estimates]
+    return [element("p", said), table(["of", "estimate", "formula, source"], rows)]
 
 
 # --- what was run

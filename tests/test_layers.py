@@ -149,6 +149,8 @@ FILES |= {f"clearance.sweeping.{name}" for name in ("definition", "index", "metr
 FILES |= {"clearance.identify.records", "clearance.identify.fit"}
 #: units and checks of measured data
 FILES |= {"clearance.checks", "clearance.units"}
+#: estimates from files
+FILES |= {"clearance.evidence.assumptions"}
 #: names of corners and modes, as files have them
 FILES |= {"clearance.elements.clearance_prismatic"}
 

@@ -17,6 +17,14 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument(
         "--settle", type=number, metavar="N", help="turns of a run's start-up, whose numbers stand apart (default 1)"
     )
+    p.add_argument(
+        "--section",
+        action="append",
+        default=[],
+        metavar="BODY=SIZES",
+        help="cross-section of a link, whose bending is estimated: a diameter, as rod=12mm, or width "
+        "and height in the plane, as rod=10mmx20mm (default: a round steel bar of its mass)",
+    )
     return p
 
 
@@ -27,13 +35,26 @@ def run(options) -> int:
     source = Path(options.input)
     if not source.exists():
         raise FileNotFoundError(f"no file or directory {source}")
-    found = report(source, options.output or default(source), settle=options.settle)
+    found = report(source, options.output or default(source), settle=options.settle, sections=_sections(options))
     size = found.stat().st_size
     if options.json:
         print(json_text({"status": "complete", "report": str(found), "bytes": size}))
     else:
         print(f"wrote {found} ({size / 1e3:.0f} kB)")
     return DONE
+
+
+def _sections(options) -> dict[str, tuple[float, ...]]:
+    """Sizes [m] by body. Raises ValueError for what are none."""
+    from clearance.units import quantity
+
+    found = {}
+    for text in options.section:
+        body, equals, sizes = text.partition("=")
+        if not equals:
+            raise ValueError(f"--section {text}: expected BODY=DIAMETER or BODY=WIDTHxHEIGHT")
+        found[body] = tuple(quantity(size, "m") for size in sizes.split("x"))
+    return found
 
 
 def default(source: Path) -> Path:

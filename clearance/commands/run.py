@@ -235,6 +235,7 @@ def _plot(result, output: Path, settle: float | None) -> Path:
 
 def _summary(case, values: dict, result, began: tuple[float, float], settle: float | None) -> dict:
     """Costs and results of a run, as plain data."""
+    from clearance.evidence.assumptions import assumptions
     from clearance.sweeping.metrics import Window, metrics, startup
 
     solver, events, window, errors = result.solver, result.events, Window.of(result, settle), result.errors
@@ -272,7 +273,23 @@ def _summary(case, values: dict, result, began: tuple[float, float], settle: flo
         "metrics": _metrics(metrics, result, settle),
         "startup": _metrics(startup, result, settle),
         "warnings": result.warnings,
+        "assumptions": [vars(a) | {"short": a.short} for a in assumptions(result, None, settle)],
     }
+
+
+#: estimates of what a run leaves out, as `run` heads them; one of each kind is printed
+HEADS = {"bending": "rigid", "liner": "film", "flash": "contact"}
+
+
+def _assumed(estimates: list[dict]) -> list[str]:
+    """The largest effect of each kind that the run leaves out."""
+    lines = []
+    for kind, head in HEADS.items():
+        mine = [a for a in estimates if a["kind"] == kind]
+        if mine:
+            largest = max(mine, key=lambda a: a["share"] or a["value"])
+            lines.append(f"  {head:<12} {largest['short']}")
+    return lines
 
 
 def _metrics(of, result, settle: float | None) -> dict:
@@ -371,7 +388,7 @@ def _readable(summary: dict, parameters: list[str]) -> str:
         error_line(s),
         f"  energy       residual {s['energy_residual']:.3g} J of {s['energy_turned_over']:.3g} J turned over",
     ]
-    lines += steady.lines(s.get("steady")) + _settled_lines(s)
+    lines += steady.lines(s.get("steady")) + _settled_lines(s) + _assumed(s["assumptions"])
     if s["contacts"]:
         still = f" ({s['open_contacts']} not over at the end)" if s["open_contacts"] else ""
         lines.append(f"  events       {sum(s['contacts'].values())} contacts{still}")

@@ -34,7 +34,6 @@ LONGEST = 1e6  # turns that a trajectory may be long
 LEFT = 1e-7  # rad before or behind the section's angle from which on the way to it is straight
 CHUNK = 24  # parts of a nominal turn that an autonomous motion advances at once
 TRIES = 400  # such advances to one passage, at most
-STEP_OVER_TOLERANCE = 1e5  # step of a difference over the local tolerance
 
 
 class NotPeriodic(RuntimeError):
@@ -153,14 +152,16 @@ class Motion:
     def rates(self, time: float, place: Place) -> np.ndarray:
         """Rates of the states."""
         mechanism, rates = self.mechanism, np.zeros(place.y.size)
-        work = np.append(mechanism.work0, 0.0)
-        spots = len(mechanism.spots)
-        work[:spots] = np.where(
-            self.run.state.contacts[:, KIND] == CONTACT, place.speeds, work[:spots]
-        )
-        work[mechanism.layout.carried_places] = place.carried
-        mechanism.kernel("rhs")(time, place.y, mechanism.par, work, rates)
+        mechanism.kernel("rhs")(time, place.y, mechanism.par, self.work(place), rates)
         return rates
+
+    def work(self, place: Place) -> np.ndarray:
+        """Work vector of the kernels there."""
+        mechanism, work = self.mechanism, np.append(self.mechanism.work0, 0.0)
+        mine = np.flatnonzero(self.run.state.contacts[:, KIND] == CONTACT)
+        work[mine] = place.speeds[mine]
+        work[mechanism.layout.carried_places] = place.carried
+        return work
 
     def gap(self, time: float, place: Place) -> float:
         """Smallest gap over its size [-] of the spots that may touch; infinite where there is
@@ -170,9 +171,8 @@ class Motion:
         mine = np.flatnonzero(self.run.state.contacts[:, KIND] == CONTACT)
         if not mine.size:
             return math.inf
-        inside, work = np.zeros(3 * len(mechanism.spots)), np.append(mechanism.work0, 0.0)
-        work[mechanism.layout.carried_places] = place.carried
-        mechanism.kernel("events")(time, place.y, mechanism.par, work, inside)
+        inside = np.zeros(3 * len(mechanism.spots))
+        mechanism.kernel("events")(time, place.y, mechanism.par, self.work(place), inside)
         reach = np.array([spot.reach for _, spot in mechanism.spots])
         return float((-inside[0::3] / reach)[mine].min())
 
@@ -244,7 +244,7 @@ class Section:
         self.winding = [i for i, c in enumerate(mechanism.plan.free) if c.turns]
         self.angle, self.way = _driven_angle(mechanism) if motion.autonomous else (None, 0.0)
         self.states = np.array([i for i in range(size) if i != self.angle])
-        self.duration = turns * motion.turn
+        self.duration, self.contacts = turns * motion.turn, 0
 
     # --- coordinates in the section
     def spots(self, place: Place) -> np.ndarray:
@@ -275,12 +275,16 @@ class Section:
 
     # --- the map
     def next(self, place: Place) -> Place:
-        """The next passage; angles go back by whole turns."""
+        """The next passage; angles go back by whole turns. duration [s] and contacts are those
+        of the way.
+        """
+        before = self.motion.run.contact_count
         if self.angle is None:
             period = self.motion.turn
             end = self.motion.go(place, self.phase * period, (self.phase + self.turns) * period)
         else:
             end = self._crossed(place)
+        self.contacts = self.motion.run.contact_count - before
         return self._wound(end, place)
 
     def at_start(self, place: Place) -> Place:
@@ -329,8 +333,19 @@ class Section:
         self.duration = float(state.time) + time
         return self.motion.moved(here, here.y + time * self.motion.rates(float(state.time), here))
 
+    def outputs(self, place: Place, channels: list[str]) -> np.ndarray:
+        """Values of channels where each turn begins, (turns, channels)."""
+        motion, here, rows = self.motion, self.at_start(place), []
+        columns = [motion.mechanism.layout.output[c] for c in channels]
+        for turn in range(self.turns if columns else 0):
+            if turn:
+                here = motion.go(here, (turn - 1) * motion.turn, turn * motion.turn)
+            work = motion.work(here)
+            rows.append(motion.mechanism.outputs(turn * motion.turn, here.y, work)[columns])
+        return np.array(rows).reshape(len(rows), len(columns))
+
     def change(self, place: Place) -> tuple[np.ndarray, Place]:
-        """By how much the next passage differs from this one, in natural sizes, and the next one.
+        """Difference between the next passage and this one, in natural sizes, and the next one.
 
         Raises NotPeriodic where other joints are in contact there.
         """
@@ -340,19 +355,19 @@ class Section:
         return self.vector(end) - self.vector(place), end
 
     def apart(self, place: Place) -> np.ndarray:
-        """By how much the states of the next passage differ, in natural sizes, whatever touches."""
+        """Difference between the states of the next passage and these [natural sizes]."""
         return (self.next(place).y - place.y)[self.states] / self.scale[self.states]
 
     def derivative(self, place: Place, image: np.ndarray) -> np.ndarray:
         """Derivative of the map by forward differences; image: coordinates of the next passage."""
-        base, step = self.vector(place), STEP_OVER_TOLERANCE * self.motion.rtol
-        columns, duration = [], self.duration
+        base, step = self.vector(place), math.sqrt(self.motion.rtol)
+        columns, way = [], (self.duration, self.contacts)
         for i in range(base.size):
             moved = base.copy()
             moved[i] += step
             change, _ = self.change(self.place(moved, place))
             columns.append((change + moved - image) / step)
-        self.duration = duration  # of the passage itself, not of its neighbours
+        self.duration, self.contacts = way  # of the passage itself, not of its neighbours
         return np.stack(columns, axis=1)
 
 

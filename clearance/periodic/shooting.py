@@ -30,8 +30,13 @@ class Fixed:
     @property
     def multipliers(self) -> np.ndarray:
         """Floquet multipliers, the largest first."""
-        values = np.linalg.eigvals(self.derivative).astype(complex)
-        return values[np.lexsort((-values.imag, -np.abs(values).round(12)))]
+        return multipliers(self.derivative)
+
+
+def multipliers(derivative: np.ndarray) -> np.ndarray:
+    """Eigenvalues, the largest first, of a pair the one above the real axis."""
+    values = np.linalg.eigvals(derivative).astype(complex)
+    return values[np.lexsort((-values.imag, -np.abs(values).round(12)))]
 
 
 def newton(section: Section, place: Place, tolerance: float) -> Fixed:

@@ -17,12 +17,14 @@ from clearance.results import Record, Result
 from clearance.scene import Scene
 from clearance.simulation import prepare, write
 
-FINE, COARSE = 1e-12, 1e-8  # local tolerances, at least and at most
-FINER = 1e-5  # local tolerance over the one asked for
+FINE, COARSE = 1e-13, 1e-9  # local tolerances, at least and at most
+FINER = 1e-6  # local tolerance over the one asked for
 NEAR = 1e-2  # natural sizes: a motion that comes back so nearly is worth Newton's method
+CLOSE = 3.0  # least change over some turns: a shorter period may have so much more
 AGAIN = 20  # periods more where that failed
 SAME = 10.0  # tolerances within which two passages are one
 PHASES = 48  # of a turn, among which the section is chosen
+LONG = 0.1  # of a turn: a free flight that is worth a section
 MOST_PERIOD = 16  # turns
 FEWEST = 3  # turns before slow states are solved for
 FAST = 0.5  # change over a turn, over that of the turn before: below it waiting is quicker
@@ -80,7 +82,7 @@ def steady(
     closes the orbit and gives its multipliers: P(y) = y, where P is the map of a section in free
     flight, if there is one. period [s]: takes the place of the turn of the drive; a drive without
     constant speed has an unknown period, and the section is an angle of it. most_turns: plain turns
-    before it is given up. start: as in `simulate`. rtol: local tolerance (default 1e-5 times the
+    before it is given up. start: as in `simulate`. rtol: local tolerance (default 1e-6 times the
     tolerance); method: as in `simulate`. path, samples_per_turn, channels, compression: of the file
     that keeps one period, as in `simulate`.
     Raises ValueError for scenes that nothing drives periodically, that have no freedom or films
@@ -88,8 +90,7 @@ def steady(
     NotSolved where the motion ends.
     Source: Seydel, Practical Bifurcation and Stability Analysis, 3rd ed., Springer 2010, ch. 7.
     """
-    tolerance = checks.positive("tolerance", tolerance)
-    rtol = checks.positive("rtol", rtol or min(max(FINER * tolerance, FINE), COARSE))
+    tolerance, rtol = tolerance_of(tolerance, rtol)
     period = period if period is None else checks.positive("period", period)
     output = Output(path, channels, compression)
     report = progress or (lambda text: None)
@@ -113,6 +114,16 @@ def steady(
     names = motion.mechanism.layout.names
     states = {name: float(fixed.place.y[i]) for i, name in enumerate(names)}
     return Steady(orbit, fixed.multipliers, slow=search.slow, states=states, **facts)
+
+
+def tolerance_of(tolerance: float, rtol: float | None) -> tuple[float, float]:
+    """The distance asked for and the local tolerance that suits it.
+    Raises ValueError naming them.
+    """
+    tolerance = checks.positive("tolerance", tolerance)
+    if rtol is None:
+        return tolerance, min(max(FINER * tolerance, FINE), COARSE)
+    return tolerance, checks.positive("rtol", rtol)
 
 
 class Search:
@@ -167,19 +178,19 @@ class Search:
         while self.waited < self.most:
             self._turn(section)
             changes = [self._change(section, k) for k in range(1, MOST_PERIOD + 1)]
-            best = int(np.argmin(changes)) + 1
             self.report(f"turn {self.waited}: back to {min(changes):.2g}")
             if slow and self.waited >= FEWEST:
                 return 1
-            if changes[0] < NEAR and (changes[0] < self.tolerance or self._quick(section) is False):
-                return 1
-            if changes[0] >= NEAR and min(changes) < NEAR:
-                return best
+            enough = max(CLOSE * min(changes), self.tolerance)
+            turns = 1 + next(i for i, change in enumerate(changes) if change <= enough)
+            if min(changes) < NEAR and not self._quick(section, turns):
+                return turns
         return None
 
-    def _quick(self, section: Section) -> bool:
+    def _quick(self, section: Section, turns: int) -> bool:
         """True where the next turns will bring more than Newton's method does."""
-        return self._change(section, 1) < FAST * self._change(section, 1, 1)
+        change = self._change(section, turns)
+        return self.tolerance < change < FAST * self._change(section, turns, turns)
 
     def _closed(self, section: Section, slow: list[int], turns: int) -> tuple[Section, Fixed]:
         """Solved from where the motion stands."""
@@ -230,18 +241,12 @@ class Search:
         )
 
     def _best_section(self, section: Section, place: Place, turns: int) -> tuple[Section, Place]:
-        """The phase with the widest gap over the next turn, and where the motion stands there."""
+        """A section away from the ends of contacts, and where the motion stands there."""
         motion = self.motion
         if motion.autonomous or not np.any(motion.remembers):
             return Section(motion, turns, section.phase), place
-        times = motion.turn * (section.phase + np.arange(1, PHASES + 1) / PHASES)
-        places = motion.stops(place, section.phase * motion.turn, times)
-        gaps = [
-            motion.gap(t, p) - np.count_nonzero(p.touching)
-            for t, p in zip(times, places, strict=True)
-        ]
-        best = int(np.argmax(gaps))
-        return Section(motion, turns, float(times[best] / motion.turn) % 1.0), places[best]
+        phase, place = calmest(section, place)
+        return Section(motion, turns, phase), place
 
     def _failure(self, section: Section) -> str:
         """The reason why no periodic motion was reached."""
@@ -253,6 +258,31 @@ class Search:
             "chaotic (clearance lyapunov), or need more turns"
         )
         return f"{text}; {self.reason}" if self.reason else text
+
+
+def calmest(section: Section, place: Place) -> tuple[float, Place]:
+    """The phase of the next turn that lies furthest from the beginnings and ends of contacts,
+    and where the motion stands there: the middle of a long free flight, else of the longest
+    stretch in the same contacts.
+    """
+    motion = section.motion
+    times = motion.turn * (section.phase + np.arange(1, PHASES + 1) / PHASES)
+    places = motion.stops(place, section.phase * motion.turn, times)
+    stretches = [(len(same), same) for same in _stretches([section.spots(p) for p in places])]
+    flights = [
+        s for s in stretches if s[0] >= LONG * PHASES and not section.spots(places[s[1][0]]).size
+    ]
+    _, same = max(flights or stretches, key=lambda stretch: stretch[0])
+    middle = same[len(same) // 2]
+    return float(times[middle] / motion.turn) % 1.0, places[middle]
+
+
+def _stretches(spots: list[np.ndarray]) -> list[list[int]]:
+    """Places in a cyclic list that follow one another with equal entries."""
+    count = len(spots)
+    edges = [i for i in range(count) if not np.array_equal(spots[i], spots[i - 1])] or [0]
+    ends = [*edges[1:], edges[0] + count]
+    return [[i % count for i in range(a, b)] for a, b in zip(edges, ends, strict=True)]
 
 
 class Family(NotPeriodic):

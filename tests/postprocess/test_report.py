@@ -234,8 +234,8 @@ def test_the_numbers_of_a_run(page, feeder):
 
 def test_what_a_run_report_shows(page):
     assert page.headings == [
-        "Mechanism", "Integration", "Summary", "Overview", "Joint B", "Joint C", "Motion in phase space", "Spectrum",
-        "Provenance",
+        "Mechanism", "Integration", "Summary", "Overview", "Joint B", "Joint C",
+        "Is it rigid? Is the film?", "Motion in phase space", "Spectrum", "Provenance",
     ]  # fmt: skip
     assert len(page.pictures) == 7  # sketch, overview, two journals, portraits, section, spectrum
     assert not page.missing

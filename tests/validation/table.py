@@ -30,7 +30,8 @@ SUBJECTS = {
         "tests/test_joint_lugre.py", "tests/test_joint_laws.py::TestFriction",
     ),
     "Integrators": ("tests/test_tableaus.py", "tests/test_stepping.py", "tests/test_evidence.py"),
-    "Lyapunov exponents and spectra": ("tests/test_lyapunov.py", "tests/test_periodic.py", "tests/postprocess/"),
+    "Periodic motion": ("tests/test_periodic.py", "tests/test_follow.py"),
+    "Lyapunov exponents and spectra": ("tests/test_lyapunov.py", "tests/postprocess/"),
     "Ball-joint friction": ("tests/identify/",),
     "Other": ("",),
 }  # fmt: skip

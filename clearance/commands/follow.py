@@ -1,0 +1,205 @@
+"""`clearance follow`: a periodic motion of a case over a parameter."""
+
+import argparse
+from pathlib import Path
+
+from clearance.commands.common import (
+    DONE,
+    FAILED,
+    Line,
+    add_command,
+    complain,
+    given,
+    json_text,
+    listed,
+    number,
+    quiet,
+)
+from clearance.interrupts import terminable
+
+EXAMPLES = """\
+One -p has a range LO:HI: the periodic motion that the case settles to at LO is followed towards
+HI, round folds, also where it is unstable. Its bifurcations are located, its Floquet multipliers
+say where it is stable.
+
+  clearance follow slider_crank -p model=dry -p clearance=1mm -p speed=3000rpm:4100rpm -o branch
+  clearance follow my.py -p clearance=0.1mm:0.3mm -p speed=600rpm --over map_dry -o branch
+"""
+
+
+def add(commands) -> argparse.ArgumentParser:
+    """The command and its options."""
+    p = add_command(
+        commands,
+        "follow",
+        help="a periodic motion over a parameter: stability, folds, period doublings",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    p.add_argument("case", metavar="CASE", help="name of a case, or path to your own case file")
+    p.add_argument(
+        "-p", dest="parameters", metavar="NAME=VALUE", action="append", default=[], help="see below"
+    )
+    p.add_argument(
+        "--tolerance",
+        type=number,
+        default=1e-6,
+        help="distance from the motion, as --steady (1e-6)",
+    )
+    p.add_argument(
+        "--points", type=int, default=500, metavar="N", help="points at most (default 500)"
+    )
+    p.add_argument(
+        "--step",
+        type=number,
+        metavar="S",
+        help="longest step, as share of the range (default 0.03)",
+    )
+    p.add_argument(
+        "--most-turns", type=int, default=400, metavar="N", help="to the first motion (default 400)"
+    )
+    p.add_argument(
+        "--channels", metavar="PATHS", help="comma list of outputs kept where turns begin"
+    )
+    p.add_argument(
+        "--over",
+        metavar="SWEEP",
+        help="a sweep over the parameter, drawn behind the branch as dots",
+    )
+    p.add_argument("-o", dest="output", metavar="DIR", help="folder for CSV, HDF5 and picture")
+    return p
+
+
+def run(options) -> int:
+    """Follow the motion and show what was met; exit status 1 where none was, or the user ended
+    it.
+    """
+    from clearance.catalogue import find_case
+    from clearance.evidence.problem import NotSolved
+    from clearance.periodic.branch import LARGEST
+    from clearance.periodic.follow import follow
+    from clearance.periodic.maps import NotPeriodic
+
+    with quiet(options):
+        case = find_case(options.case)
+    name, ends, fixed = _range(case, given(options, case.parameters))
+    _check(options)
+    line = Line(options)
+    try:
+        with terminable(), quiet(options):
+            branch = follow(
+                options.case,
+                name,
+                *ends,
+                fixed=fixed,
+                tolerance=options.tolerance,
+                points=options.points,
+                step=options.step or LARGEST,
+                most_turns=options.most_turns,
+                channels=listed(options.channels),
+                path=options.output,
+                progress=line,
+            )
+    except (NotPeriodic, NotSolved) as error:
+        return complain(options, str(error), FAILED)
+    finally:
+        line.clear()
+    document = _document(branch)
+    if options.output:
+        document["files"] = [
+            *(str(Path(options.output) / f"follow.{kind}") for kind in ("csv", "h5")),
+            _drawn(options, branch),
+        ]
+    print(json_text(document) if options.json else "\n".join(_lines(branch, document)))
+    return DONE
+
+
+def _check(options) -> None:
+    """Raises ValueError for an output or a sweep that cannot be."""
+    if options.output and Path(options.output).exists() and not Path(options.output).is_dir():
+        raise ValueError(f"-o {options.output} is a file; give the name of a folder")
+    if options.over and not options.output:
+        raise ValueError("--over belongs to a picture: give its folder, -o DIR")
+    if options.over and not Path(options.over).is_dir():
+        raise ValueError(f"--over {options.over}: there is no such sweep")
+
+
+def _range(case, texts: dict[str, str]) -> tuple[str, tuple[float, float], dict]:
+    """The parameter with a range, its ends, and the values of the others."""
+    known = case.parameters
+    ranged = [n for n, text in texts.items() if known[n].kind is float and text.count(":") == 1]
+    if len(ranged) != 1:
+        count = f"{len(ranged)} have: {', '.join(ranged)}" if ranged else "none has"
+        raise ValueError(f"one parameter needs a range, as -p speed=3000rpm:4100rpm; {count}")
+    (name,) = ranged
+    ends = tuple(known[name].value(text) for text in texts[name].split(":"))
+    return name, ends, {n: known[n].value(text) for n, text in texts.items() if n != name}
+
+
+def _document(branch) -> dict:
+    """The branch as plain data."""
+    return {
+        "status": "complete",
+        "case": branch.case,
+        "parameter": branch.parameter,
+        "units": branch.units,
+        "points": len(branch.points),
+        "ended": branch.reason,
+        "bifurcations": [
+            {
+                "kind": p.kind,
+                "value": p.value,
+                "multipliers": [[m.real, m.imag] for m in p.multipliers],
+            }
+            for p in branch.bifurcations
+        ],
+        "coexisting": [
+            dict(zip(("begin", "end", "motions", "stable"), stretch, strict=True))
+            for stretch in branch.coexisting
+        ],
+        "branch": {name: values.tolist() for name, (_, _, values) in branch.columns().items()},
+    }
+
+
+def _lines(branch, document: dict) -> list[str]:
+    """The branch in print."""
+    from clearance.commands.steady import shown
+
+    def text(value: float) -> str:
+        return _readable(value, branch.units)
+
+    values, stable = branch.values, sum(p.stable for p in branch.points)
+    lines = [
+        f"{branch.case}: {len(branch.points)} periodic motions over {branch.parameter}, "
+        f"{text(values.min())} to {text(values.max())}, {stable} of them stable",
+        f"  ended        {branch.reason}",
+    ]
+    for p in branch.bifurcations:
+        lines.append(
+            f"  {p.kind:<16} at {text(p.value)}, multipliers {', '.join(shown(p.multipliers[:3]))}"
+        )
+    for begin, end, motions, quiet_ones in branch.coexisting:
+        lines.append(
+            f"  coexisting   {text(begin)} to {text(end)}: {motions} motions, {quiet_ones} stable"
+        )
+    return [*lines, *(f"  wrote        {file}" for file in document.get("files", ()))]
+
+
+def _readable(value: float, units: str) -> str:
+    """A value in the unit in which it reads well, with enough digits to tell bifurcations apart."""
+    from clearance.postprocess.labels import shown_in
+
+    unit, factor = shown_in(units, [value])
+    return f"{value * factor:.7g} {unit}"
+
+
+def _drawn(options, branch) -> str:
+    """The picture of the branch."""
+    from clearance.postprocess.branches import branches
+    from clearance.sweeping.index import open_sweep
+
+    over = open_sweep(options.over) if options.over else None
+    title = f"{branch.case}: a periodic motion over {branch.parameter.replace('_', ' ')}"
+    return str(
+        branches(branch.columns(), Path(options.output) / "follow.png", title=title, over=over)
+    )

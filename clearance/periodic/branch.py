@@ -1,0 +1,304 @@
+"""A periodic motion followed through a parameter: folds, period doublings, grazing, stability.
+
+Pseudo-arclength continuation: the unknowns are the coordinates Y of the section, in natural sizes,
+and the parameter p over its range. F(Y, p) = P(Y; p) - Y = 0 is a curve. From a point on it the way
+goes along its tangent by ds, and back to the curve at right angles to that, so that folds are
+passed: there the parameter turns and the tangent has no share of it.
+Source: Seydel, Practical Bifurcation and Stability Analysis, 3rd ed., Springer 2010, ch. 4 and 7.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from clearance.evidence.problem import NotSolved
+from clearance.periodic.maps import Motion, NotPeriodic, Place, Section
+from clearance.periodic.shooting import multipliers
+from clearance.periodic.steady import Family, Search, calmest
+from clearance.scene import Scene
+
+FIRST, SMALLEST, LARGEST = 0.01, 1e-6, 0.03  # steps along the curve: the first, the least, the most
+GROW, SHRINK = 1.4, 0.5  # of the step after a point that was easy, and after none
+EASY = 4  # rounds of the corrector that an easy point takes at most
+ROUNDS = 9  # of the corrector, at most
+LIMIT = 0.3  # natural sizes: its longest step
+BENT = 0.97  # least cosine between two tangents of one step
+LOCATED = 1e-6  # of the range: how nearly a bifurcation's parameter is located
+TURNED = 1e-3  # share of the parameter in the tangent below which it stands in a fold
+SEARCHES = 14  # points made to locate one bifurcation, at most
+EVERY = 8  # points after which the section is chosen again
+STEEP = 0.02  # share of the parameter in the tangent that gives the way through another section
+REAL = 1e-6  # imaginary over real part of a multiplier that counts as real
+
+FOLD, DOUBLING, TORUS, GRAZING = "fold", "period doubling", "torus", "grazing"
+
+
+@dataclass(frozen=True)
+class Point:
+    """A periodic motion on a branch. value: of the parameter; multipliers: Floquet, the largest
+    first; slope: share of the parameter in the tangent, which changes its sign in a fold;
+    contacts: that end in a period; outputs: values of the channels at the start of each turn,
+    (turns, channels); kind: of bifurcation, empty for a point on the way.
+    """
+
+    value: float
+    period: int
+    duration: float
+    multipliers: np.ndarray
+    slope: float
+    contacts: int
+    outputs: np.ndarray
+    phase: float
+    place: Place = field(repr=False)
+    tangent: np.ndarray = field(repr=False)
+    matrix: np.ndarray = field(repr=False)
+    kind: str = ""
+
+    @property
+    def largest(self) -> float:
+        """Size of the largest multiplier."""
+        return float(np.abs(self.multipliers).max(initial=0.0))
+
+    @property
+    def stable(self) -> bool:
+        """True where neighbouring motions come back to it."""
+        return self.largest < 1.0
+
+
+class Follower:
+    """A branch of periodic motions, point by point.
+
+    scene: of a value of the parameter; low, high: its range; channels: outputs to keep.
+    """
+
+    def __init__(
+        self,
+        scene: Callable[[float], Scene],
+        low: float,
+        high: float,
+        tolerance: float,
+        rtol: float,
+        channels: list[str],
+        largest: float = LARGEST,
+    ):
+        self.scene, self.low, self.high = scene, low, high
+        self.tolerance, self.rtol, self.channels, self.largest = tolerance, rtol, channels, largest
+        self.turns, self.phase, self.like = 1, 0.0, None
+        self.sections: dict[float, Section] = {}
+        self.reason = ""
+
+    # --- the curve
+    def start(
+        self, value: float, towards: float, most: int, report: Callable[[str], None]
+    ) -> Point:
+        """The periodic motion that the scene settles to at a value of the parameter."""
+        motion = Motion(self.scene(value), self.rtol)
+        search = Search(motion, self.tolerance, most, report)
+        section, fixed = search.solved(motion.start())
+        self.turns, self.phase, self.like = section.turns, section.phase, fixed.place
+        unknowns = np.append(section.vector(fixed.place), self._share(value))
+        direction = np.zeros(unknowns.size)
+        direction[-1] = math.copysign(1.0, towards - value)
+        return self._point(unknowns, direction)
+
+    def _share(self, value: float) -> float:
+        return (value - self.low) / (self.high - self.low)
+
+    def _value(self, unknowns: np.ndarray) -> float:
+        return float(self.low + unknowns[-1] * (self.high - self.low))
+
+    def section(self, value: float) -> Section:
+        """The section of the scene at a value of the parameter; the last few stay."""
+        if value not in self.sections:
+            if len(self.sections) > 3:
+                del self.sections[next(iter(self.sections))]
+            motion = Motion(self.scene(value), self.rtol)
+            self.sections[value] = Section(motion, self.turns, self.phase)
+        return self.sections[value]
+
+    def change(self, unknowns: np.ndarray) -> np.ndarray:
+        """F(Y, p)."""
+        section = self.section(self._value(unknowns))
+        return section.change(section.place(unknowns[:-1], self.like))[0]
+
+    def matrix(self, unknowns: np.ndarray, change: np.ndarray) -> np.ndarray:
+        """Derivative of F by Y and p, by forward differences."""
+        section, step = self.section(self._value(unknowns)), math.sqrt(self.rtol)
+        place, base = section.place(unknowns[:-1], self.like), unknowns[:-1]
+        derivative = section.derivative(place, base + change) - np.eye(base.size)
+        moved = unknowns.copy()
+        moved[-1] += math.copysign(step, 0.5 - unknowns[-1])
+        slope = (self.change(moved) - change) / (moved[-1] - unknowns[-1])
+        return np.column_stack([derivative, slope])
+
+    def _point(self, unknowns: np.ndarray, along: np.ndarray, kind: str = "") -> Point:
+        """The point of the curve at these unknowns; its tangent goes along a direction."""
+        value = self._value(unknowns)
+        section, change = self.section(value), self.change(unknowns)
+        if np.any(section.motion.held & section.motion.remembers):
+            raise Family("a contact lasts for the whole period")
+        contacts, duration = section.contacts, section.duration
+        matrix = self.matrix(unknowns, change)
+        tangent = null_vector(matrix, along)
+        place = section.place(unknowns[:-1], self.like)
+        values = multipliers(matrix[:, :-1] + np.eye(change.size))
+        outputs = section.outputs(place, self.channels)
+        return Point(
+            value, self.turns, duration, values, float(tangent[-1]), contacts, outputs,
+            self.phase, place, tangent, matrix, kind,
+        )  # fmt: skip
+
+    def unknowns(self, point: Point) -> np.ndarray:
+        """Coordinates and parameter of a point."""
+        return np.append(self.section(point.value).vector(point.place), self._share(point.value))
+
+    def step(self, point: Point, length: float) -> tuple[Point, int]:
+        """The point of the curve this far along the tangent of another, and the rounds that it
+        took.
+
+        Raises NotPeriodic where the corrector does not converge, NotSolved where a motion ends.
+        """
+        unknowns, tangent = self.unknowns(point), point.tangent
+        guess, bordered = unknowns + length * tangent, np.vstack([point.matrix, tangent])
+        change, last = self.change(guess), math.inf
+        for n in range(ROUNDS):
+            right = np.append(-change, tangent @ (unknowns + length * tangent - guess))
+            move = np.linalg.solve(bordered, right)
+            size = float(np.abs(move).max())
+            if size > LIMIT or (n > 2 and size > last):
+                break
+            guess = guess + move
+            change = self.change(guess)
+            if size < self.tolerance:
+                return self._point(guess, tangent), n + 1
+            bordered[:-1] += np.outer(change, move) / (
+                move @ move
+            )  # Broyden: F was zero by the model
+            last = size
+        raise NotPeriodic(f"the corrector stays {min(size, last):.2g} away")
+
+    # --- the section
+    def resectioned(self, point: Point) -> Point:
+        """The same motion at the section that suits it best; the same point near a fold."""
+        section = self.section(point.value)
+        if (
+            section.angle is not None
+            or not section.motion.remembers.any()
+            or abs(point.slope) < STEEP
+        ):
+            return point
+        phase, place = calmest(section, point.place)
+        if phase == self.phase:
+            return point
+        self.sections.clear()
+        self.phase, self.like = phase, place
+        section = self.section(point.value)
+        unknowns = np.append(section.vector(place), self._share(point.value))
+        along = np.zeros(unknowns.size)
+        along[-1] = point.slope
+        return self._point(unknowns, along)
+
+    # --- the branch
+    def points(self, first: Point, most: int) -> Iterator[Point]:
+        """Points of the branch from the first on, bifurcations among them where they lie.
+
+        It ends where the parameter leaves its range, after so many points, or where no step is
+        short enough; `reason` says which.
+        """
+        point, length = first, min(FIRST, self.largest)
+        self.reason = f"{most} points"
+        yield first
+        for n in range(1, most):
+            point = self.resectioned(point) if n % EVERY == 0 else point
+            reached = self._stepped(point, length) or self._stepped(self.resectioned(point), length)
+            if reached is None:
+                return
+            new, length = reached
+            yield from self.between(point, new)
+            if not 0.0 <= (share := self._share(new.value)) <= 1.0:
+                self.reason = "the parameter left its range"
+                yield self._ending(point, new, min(max(share, 0.0), 1.0))
+                return
+            yield new
+            point = new
+
+    def _stepped(self, point: Point, length: float) -> tuple[Point, float] | None:
+        """The next point, and the length to try after it; None where there is none."""
+        while length > SMALLEST:
+            try:
+                new, rounds = self.step(point, length)
+                if new.tangent @ point.tangent > BENT and new.contacts == point.contacts:
+                    return new, min(length * GROW, self.largest) if rounds <= EASY else length
+                if length <= 10.0 * SMALLEST:
+                    return new, FIRST * 0.1
+                reason = "contacts change" if new.contacts != point.contacts else "it bends"
+            except (NotPeriodic, NotSolved, np.linalg.LinAlgError) as error:
+                reason = str(error)
+            length *= SHRINK
+        self.reason = f"no step is short enough at {point.value:.9g}: {reason}"
+        return None
+
+    def _ending(self, a: Point, b: Point, share: float) -> Point:
+        """The point between two others where the parameter reaches an end of its range."""
+        return self._located(a, b, "", lambda point: self._share(point.value) - share, LOCATED)
+
+    def between(self, a: Point, b: Point) -> Iterator[Point]:
+        """Bifurcations between two points of the curve, located."""
+        found = []
+        if a.contacts != b.contacts:
+            found.append(replace(b, kind=GRAZING))
+        for kind, test in TESTS.items():
+            low, high = test(a), test(b)
+            if low is not None and high is not None and low * high < 0.0:
+                found.append(self._located(a, b, kind, test))
+        yield from sorted(found, key=lambda p: abs(p.value - a.value))
+
+    def _located(
+        self, a: Point, b: Point, kind: str, test: Callable, near: float = TURNED
+    ) -> Point:
+        """The point between two others where a test function is zero: bisection, secants inside."""
+        apart = float(np.linalg.norm(self.unknowns(b) - self.unknowns(a)))
+        low, high, at_low, at_high, best = 0.0, apart, test(a), test(b), b
+        for _ in range(SEARCHES):
+            length = low + (high - low) * min(max(at_low / (at_low - at_high), 0.1), 0.9)
+            try:
+                best, _ = self.step(a, length)
+            except (NotPeriodic, NotSolved):
+                break
+            value = test(best)
+            if value is None or abs(value) < near or (high - low) < LOCATED:
+                break
+            if value * at_low > 0.0:
+                low, at_low = length, value
+            else:
+                high, at_high = length, value
+        return replace(best, kind=kind)
+
+
+def null_vector(matrix: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Unit vector that a matrix with one row less than columns takes to zero, along a direction."""
+    vector = np.linalg.svd(matrix)[2][-1]
+    return vector if vector @ along >= 0.0 else -vector
+
+
+def _real(point: Point) -> np.ndarray:
+    values = point.multipliers
+    return values[np.abs(values.imag) <= REAL * np.maximum(np.abs(values.real), REAL)].real
+
+
+def _doubling(point: Point) -> float | None:
+    """Least distance of a real multiplier from -1; its sign is negative beyond."""
+    real = _real(point)
+    return float(real.min() + 1.0) if real.size else None
+
+
+def _torus(point: Point) -> float | None:
+    """Size of the largest complex multiplier less 1."""
+    complexes = point.multipliers[np.abs(point.multipliers.imag) > REAL * np.abs(point.multipliers)]
+    return float(np.abs(complexes).max() - 1.0) if complexes.size else None
+
+
+#: functions that change their sign in a bifurcation
+TESTS = {FOLD: lambda point: point.slope, DOUBLING: _doubling, TORUS: _torus}

@@ -1,0 +1,241 @@
+"""`cl.follow`: a periodic motion of a case over a parameter, with its bifurcations; in CSV, HDF5
+and a picture.
+"""
+
+import csv
+import math
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from clearance import checks
+from clearance.catalogue import find_case
+from clearance.extremes import along, guides
+from clearance.mechanism.build import build
+from clearance.periodic.branch import FOLD, LARGEST, Follower, Point
+from clearance.periodic.steady import tolerance_of
+from clearance.recording import chosen
+from clearance.results import save_tables
+
+INTERRUPTED = "interrupted"
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Periodic motions of a case over a parameter, in the order in which they were met.
+
+    parameter and its units; fixed: the other parameters that were given; channels: paths of the
+    outputs in `points`, with their units; reason: why it ends.
+    """
+
+    case: str
+    parameter: str
+    units: str
+    fixed: dict
+    channels: dict[str, str]
+    points: list[Point] = field(repr=False)
+    reason: str
+
+    @property
+    def values(self) -> np.ndarray:
+        """Values of the parameter, (points,)."""
+        return np.array([p.value for p in self.points])
+
+    @property
+    def bifurcations(self) -> list[Point]:
+        """Folds, period doublings, tori and grazings, located."""
+        return [p for p in self.points if p.kind]
+
+    @property
+    def folds(self) -> list[float]:
+        """Values of the parameter where it turns."""
+        return [p.value for p in self.points if p.kind == FOLD]
+
+    @property
+    def coexisting(self) -> list[tuple[float, float, int, int]]:
+        """Stretches of the parameter with more than one motion of this branch: begin, end,
+        motions, stable ones.
+        """
+        parts = list(self._parts())
+        edges = sorted({edge for low, high, _ in parts for edge in (low, high)})
+        found: list[tuple[float, float, int, int]] = []
+        for low, high in zip(edges[:-1], edges[1:], strict=True):
+            here = [stable for a, b, stable in parts if a <= low and high <= b]
+            one = (low, high, len(here), sum(here))
+            if found and found[-1][1] == low and found[-1][2:] == one[2:]:
+                found[-1] = (found[-1][0], *one[1:])
+            elif len(here) > 1:
+                found.append(one)
+        return found
+
+    def _parts(self) -> Iterator[tuple[float, float, bool]]:
+        """Stretches between bifurcations: lower and upper value, stable."""
+        edges = [0, *(i for i, p in enumerate(self.points) if p.kind), len(self.points) - 1]
+        for first, last in zip(edges[:-1], edges[1:], strict=True):
+            inner = [p.stable for p in self.points[first : last + 1] if not p.kind]
+            ends = sorted((self.points[first].value, self.points[last].value))
+            if inner and ends[0] < ends[1]:
+                yield *ends, bool(np.median(inner))
+
+    def columns(self) -> dict[str, tuple[str, str, np.ndarray]]:
+        """All of it as columns: units, text, values."""
+        points, turns = self.points, max((p.period for p in self.points), default=1)
+        count = max((p.multipliers.size for p in points), default=0)
+        values = np.array([np.pad(p.multipliers, (0, count - p.multipliers.size)) for p in points])
+        values = values.reshape(len(points), count)
+        table = {
+            self.parameter: (self.units, "value of the parameter", self.values),
+            "kind": ("1", "bifurcation, empty on the way", np.array([p.kind for p in points])),
+            "stable": (
+                "1",
+                "1: neighbouring motions come back",
+                np.array([p.stable for p in points], int),
+            ),
+            "largest_multiplier": (
+                "1",
+                "size of the largest",
+                np.array([p.largest for p in points]),
+            ),
+            "period": ("turns", "period", np.array([p.period for p in points])),
+            "duration": ("s", "duration of a period", np.array([p.duration for p in points])),
+            "contacts": ("1", "contacts in a period", np.array([p.contacts for p in points])),
+            "slope": (
+                "1",
+                "share of the parameter in the tangent",
+                np.array([p.slope for p in points]),
+            ),
+        }
+        for i in range(count):
+            table[f"multiplier_{i + 1}_real"] = ("1", "Floquet multiplier", values[:, i].real)
+            table[f"multiplier_{i + 1}_imaginary"] = ("1", "Floquet multiplier", values[:, i].imag)
+        for c, (path, units) in enumerate(self.channels.items()):
+            for turn in range(turns):
+                rows = [p.outputs[turn, c] if turn < len(p.outputs) else math.nan for p in points]
+                name = path.replace("/", ".") + (f"[{turn}]" if turns > 1 else "")
+                table[name] = (units, f"{path} where a turn begins", np.array(rows, float))
+        return table
+
+    def save(self, folder: str | Path) -> list[Path]:
+        """Write follow.csv and follow.h5 in a folder."""
+        folder, columns = Path(folder), self.columns()
+        folder.mkdir(parents=True, exist_ok=True)
+        with (folder / "follow.csv").open("w", newline="") as file:
+            writer = csv.writer(file)
+            writer.writerow(f"{name} [{units}]" for name, (units, _, _) in columns.items())
+            writer.writerows(
+                zip(*(values.tolist() for _, _, values in columns.values()), strict=True)
+            )
+        about = {
+            "case": self.case,
+            "parameter": self.parameter,
+            "units": self.units,
+            "ended": self.reason,
+        }
+        fixed = {
+            name: value if isinstance(value, int | float) else str(value)
+            for name, value in self.fixed.items()
+        }
+        tables = {"branch": (fixed, columns)}
+        return [
+            folder / "follow.csv",
+            save_tables(folder / "follow.h5", "clearance-branch", about, tables),
+        ]
+
+
+def follow(
+    case: str | Path,
+    parameter: str,
+    low: float,
+    high: float,
+    *,
+    fixed: Mapping[str, object] | None = None,
+    tolerance: float = 1e-6,
+    rtol: float | None = None,
+    points: int = 500,
+    step: float = LARGEST,
+    most_turns: int = 400,
+    channels: list[str] | None = None,
+    path: str | Path | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Branch:
+    """Follow the periodic motion that a case settles to at `low`, towards `high`, round folds.
+
+    parameter: name of one with numbers; fixed: values of others. tolerance, rtol and most_turns: as
+    in `steady`. points: at most; step: the longest along the curve, in natural sizes of the states
+    and shares of the range. channels: paths or patterns of outputs to keep where turns begin
+    (default: what bifurcation diagrams show). path: folder for follow.csv and follow.h5, written
+    also where the user interrupts it. progress: called with a sentence. Folds, period doublings,
+    changes of the number of contacts (grazing) and of stability by complex multipliers are located.
+    Motions behind a fold are unstable as a rule; where the branch turns again several motions
+    coexist.
+    Raises ValueError for bad arguments, NotPeriodic where no periodic motion is met at `low`.
+    Source: see branch.py.
+    """
+    found, fixed = find_case(case), dict(fixed or {})
+    _check(found, parameter, fixed, low, high)
+    tolerance, rtol = tolerance_of(tolerance, rtol)
+    checks.positive("step", step)
+    if not isinstance(points, int) or points < 2:
+        raise ValueError(f"points must be a whole number of at least 2, got {points!r}")
+
+    def scene(value: float):
+        return found.scene(**fixed, **{parameter: value})
+
+    kept = _channels(scene(low), channels)
+    follower = Follower(scene, low, high, tolerance, rtol, list(kept), step)
+    report = progress or (lambda text: None)
+    met: list[Point] = []
+
+    def branch(reason: str) -> Branch:
+        return Branch(
+            found.name, parameter, found.parameters[parameter].units, fixed, kept, met, reason
+        )
+
+    first = follower.start(low, high, most_turns, report)
+    with _noted(branch, path):
+        for point in follower.points(first, points):
+            met.append(point)
+            report(f"point {len(met)} at {point.value:.6g}, multiplier {point.largest:.4g}")
+    whole = branch(follower.reason)
+    if path is not None:
+        whole.save(path)
+    return whole
+
+
+@contextmanager
+def _noted(branch: Callable[[str], Branch], path: str | Path | None) -> Iterator[None]:
+    """An interrupt leaves the points met so far in the folder."""
+    try:
+        yield
+    except KeyboardInterrupt as request:
+        if path is not None:
+            request.add_note(f"the points so far are kept in {branch(INTERRUPTED).save(path)[0]}")
+        raise
+
+
+def _check(case, parameter: str, fixed: dict, low: float, high: float) -> None:
+    known = case.parameters
+    for name in (parameter, *fixed):
+        if name not in known:
+            raise ValueError(f"{case.name} has no parameter {name!r}{checks.meant(name, known)}")
+    if known[parameter].kind is not float:
+        raise ValueError(f"{parameter} is no number that changes gradually")
+    if parameter in fixed:
+        raise ValueError(f"{parameter} is followed and cannot be fixed too")
+    if checks.finite("low", low) == checks.finite("high", high):
+        raise ValueError(f"{parameter}: the range begins where it ends, {low!r}")
+
+
+def _channels(scene, patterns: list[str] | None) -> dict[str, str]:
+    """Paths and units of the outputs to keep: those asked for, else the eccentricity of the
+    first joint with clearance and the velocities of bodies on guides.
+    """
+    channels = build(scene, ledger=False).layout.channels
+    if patterns is not None:
+        return {channels[i].path: channels[i].units for i in chosen(channels, patterns)}
+    wanted = [f"joints/{j.name}/eccentricity_ratio" for j in scene.clearance_joints[:1]]
+    wanted += [f"bodies/{b}/v{along(d)[0]}" for b, d in guides(scene.description()).items()]
+    return {c.path: c.units for c in channels if c.path in wanted}

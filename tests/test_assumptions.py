@@ -1,0 +1,137 @@
+"""Estimates of what runs leave out, against closed forms and the numbers of other modules."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+import clearance as cl
+from clearance import cli
+from clearance.evidence import assumptions as module
+from clearance.laws.law import signal
+
+MASS, LENGTH, AMPLITUDE, FREQUENCY = 0.6, 0.3, 0.02, 30.0
+WIDTH, HEIGHT = 0.008, 0.015
+
+
+@signal
+def cosine(time, amplitude, frequency):
+    return amplitude * math.cos(frequency * time)
+
+
+@pytest.fixture(scope="module")
+def shaken():
+    """A link that a guide shakes across its length, with a pendulum of next to no mass at its
+    end.
+    """
+    points = {"one": (0, -0.5 * LENGTH), "other": (0, 0.5 * LENGTH)}
+    link = cl.Body("link", mass=MASS, inertia=1e-3, points=points)
+    bob = cl.Body("bob", mass=1e-9, inertia=1e-12, points={"pin": (0, 0)})
+    guide = cl.Prismatic(cl.ground.at(0, -0.5 * LENGTH), link["one"], axis=(1, 0), name="guide")
+    motion = cosine(amplitude=AMPLITUDE, frequency=FREQUENCY)
+    scene = cl.Scene(
+        guide,
+        cl.Revolute(link["other"], bob["pin"], name="pin"),
+        cl.Drive(guide, motion=motion),
+        gravity=(0, 0),
+    )
+    return cl.simulate(scene, until=0.3, samples=101)
+
+
+@pytest.fixture(scope="module")
+def lubricated():
+    return cl.simulate(cl.load_case("slider_crank", model="lubricated"), turns=2)
+
+
+class TestBending:
+    def test_a_link_of_a_given_section(self, shaken):
+        """5 m a L^3 / (384 E I), a = A w^2 at t = 0: rounding of the motion, 1e-6."""
+        (found,) = cl.assumptions(shaken, {"link": (WIDTH, HEIGHT)})
+        moment = WIDTH * HEIGHT**3 / 12.0
+        exact = 5.0 * MASS * AMPLITUDE * FREQUENCY**2 * LENGTH**3 / (384.0 * 207e9 * moment)
+        assert found.value == pytest.approx(exact, rel=1e-6)
+        assert (found.kind, found.part, found.share) == ("bending", "link", None)
+
+    def test_a_bar_of_its_mass(self, shaken):
+        """Without a section: a round steel bar of the mass and length, whose diameter given
+        gives the same.
+        """
+        diameter = 2.0 * math.sqrt(MASS / (7850.0 * LENGTH * math.pi))
+        (own,), (given,) = cl.assumptions(shaken), cl.assumptions(shaken, {"link": (diameter,)})
+        assert own.value == pytest.approx(given.value, rel=1e-12)
+
+    def test_wrong_sections(self, shaken):
+        with pytest.raises(ValueError, match="no body 'lnik'.*link"):
+            cl.assumptions(shaken, {"lnik": (0.01,)})
+        with pytest.raises(ValueError, match="section must be positive"):
+            cl.assumptions(shaken, {"link": (-0.01,)})
+
+
+class TestFilms:
+    def test_the_pressure_on_a_bearing(self, lubricated):
+        """The share of the thinnest film is the flattening ratio of the joint's regime, another
+        piece of code.
+        """
+        liner = next(a for a in cl.assumptions(lubricated) if a.kind == "liner")
+        assert liner.share == pytest.approx(
+            lubricated.facts("joints/C")["flattening_ratio"], rel=1e-12
+        )
+        assert liner.value == pytest.approx(
+            liner.share * lubricated.facts("joints/C")["smallest_gap"], rel=1e-12
+        )
+
+    def test_links_beside_the_clearance(self, lubricated):
+        bent = [a for a in cl.assumptions(lubricated) if a.kind == "bending"]
+        assert [a.part for a in bent] == ["rod", "crank"]
+        assert bent[0].share == pytest.approx(bent[0].value / 0.5e-3, rel=1e-12)
+
+
+class TestFlash:
+    def test_the_coefficient_of_blok(self):
+        """Superposition of moving line sources of Hertz's semi-ellipse gives 1.11, to its three
+        digits.
+        """
+
+        def rise(x):
+            def heat(u):
+                return 2.0 * math.sqrt(max(1.0 - (x - u * u) ** 2, 0.0))
+
+            return quad(heat, math.sqrt(max(x - 1.0, 0.0)), math.sqrt(x + 1.0), limit=200)[
+                0
+            ] / math.sqrt(math.pi)
+
+        largest = max(rise(x) for x in np.linspace(0.0, 1.2, 61))
+        assert largest / (0.5 * math.pi) * math.sqrt(2.0) == pytest.approx(module.BLOK, abs=5e-3)
+
+    def test_a_dry_joint(self):
+        """Hertz's contact loses nothing, so the joint takes out what friction does: mu N v over the
+        samples, within a quarter, for samples miss impacts and the law's slip is not the hinge's.
+        """
+        dry = {"friction": "coulomb", "friction_coefficient": 0.1, "contact": "hertz"}
+        scene = cl.load_case("slider_crank", model="dry", speed=cl.rpm(300), **dry)
+        run = cl.simulate(scene, turns=4)
+        found = {a.kind: a for a in cl.assumptions(run) if a.part == "C"}
+        lost = np.interp([run.turn, run.time[-1]], run.time, run.values("joints/C/dissipated"))
+        power = (lost[1] - lost[0]) / (run.time[-1] - run.turn)
+        assert found["bulk"].value * module.WARM == pytest.approx(power, rel=0.25)
+        assert 0.0 < found["flash"].value < 100.0
+
+
+class TestCommands:
+    def test_run_and_report(self, tmp_path, capsys):
+        path = tmp_path / "a.h5"
+        assert (
+            cli.main(["run", "slider_crank", "-p", "model=lubricated", "-o", str(path), "--json"])
+            == 0
+        )
+        kinds = [a["kind"] for a in json.loads(capsys.readouterr().out)["assumptions"]]
+        assert kinds == ["bending", "bending", "liner"]
+        out = tmp_path / "a.html"
+        assert cli.main(["report", str(path), "--section", "rod=10mmx20mm", "-o", str(out)]) == 0
+        text = out.read_text()
+        assert "Is it rigid? Is the film?" in text
+        assert "10 x 20 mm" in text
+        assert cli.main(["report", str(path), "--section", "rod", "-o", str(out)]) == 2
+        assert "BODY=DIAMETER or BODY=WIDTHxHEIGHT" in capsys.readouterr().err
