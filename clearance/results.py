@@ -302,7 +302,8 @@ class Record(Drawn, ABC):
     @cached_property
     def turn(self) -> float | None:
         """Time of one turn of the drive at its constant or nominal speed [s]; None where there is none."""
-        return None if self.turning is None else 2.0 * np.pi / abs(speed_of(self.turning))
+        speed = None if self.turning is None else speed_of(self.turning)
+        return 2.0 * np.pi / abs(speed) if speed else None
 
     @cached_property
     def turning(self) -> dict | None:
@@ -401,7 +402,7 @@ class Record(Drawn, ABC):
     def _located_extreme(self, name: str, begin: float, end: float) -> Extreme | None:
         """A located extreme; of the ratios of a gap, that of the gap."""
         if self.located is None or name in self.located:
-            return self.located and self.located.of(name, begin, end)
+            return None if self.located is None else self.located.of(name, begin, end)
         group, _, quantity = name.rpartition("/")
         if quantity not in OF_GAP or f"{group}/gap_min" not in self.located:
             return None
@@ -538,6 +539,8 @@ class Result(Record):
     def scene(self) -> dict:
         """The scene's description, as plain data."""
         found = self.reader.document("", "scene")
+        if not isinstance(found, dict):
+            raise Damaged(f"{self.path}: attribute scene must be an object")
         for name in ("bodies", "joints", "loads"):
             if not isinstance(found[name], list) or not all(isinstance(part, dict) for part in found[name]):
                 raise Damaged(f"{self.path}: attribute scene: {name} must be a list of objects")

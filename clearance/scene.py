@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, replace
 from functools import cached_property
+from typing import Any, TypeVar
 
 from clearance import checks, document
 from clearance.body import Body, Point, ground
@@ -11,6 +12,8 @@ from clearance.elements.drive import Drive
 from clearance.elements.element import Element, Spot
 from clearance.elements.joint import Joint
 from clearance.laws.law import BoundLaw
+
+Part = TypeVar("Part", Body, Element)
 
 
 @checks.answers
@@ -22,6 +25,14 @@ class Scene:
     `parameters`: those that its case was given; `origin`: texts that say where it is from, stored with results too.
     Raises ValueError naming the part for duplicate names, parts on bodies that no joint knows, floating parts.
     """
+
+    name: str
+    gravity: tuple[float, ...]
+    bodies: tuple[Body, ...]
+    joints: tuple[Joint, ...]
+    loads: tuple[Element, ...]
+    parameters: dict[str, object]
+    origin: dict[str, str]
 
     def __init__(self, *parts, gravity: tuple[float, ...] = (0.0, -9.81), name: str = "scene"):
         for part in parts:
@@ -95,6 +106,11 @@ class Scene:
         return next((d.turn for d in self.drives if d.turn is not None), None)
 
     @property
+    def parts(self) -> list[Body | Element]:
+        """Bodies, joints and loads."""
+        return [*self.bodies, *self.elements]
+
+    @property
     def provenance(self) -> dict[str, str]:
         """Attributes of result files: case, parameters that were given (JSON), whole scene (JSON).
 
@@ -135,7 +151,7 @@ class Scene:
         left = dict(changes)
         scene = self.rebuilt(body=lambda b: _changed(b, left), element=lambda e: _changed(e, left))
         if left:
-            names = [f"{p.key}/{f.name}" for p in (*self.bodies, *self.elements) for f in fields(p)]
+            names = [f"{p.key}/{f.name}" for p in self.parts for f in fields(p)]
             name = next(iter(left))
             raise ValueError(f"{name!r} is no number of this scene{checks.meant(name, names)}")
         return scene
@@ -181,13 +197,13 @@ class Scene:
 
 def counterparts(before: Scene, after: Scene) -> dict[Body | Element, Body | Element]:
     """The parts of one scene by those of another with the same names; the ground is that of both."""
-    parts = {p.key: p for p in (*after.bodies, *after.elements)}
-    return {p: parts[p.key] for p in (*before.bodies, *before.elements)} | {ground: ground}
+    parts = {p.key: p for p in after.parts}
+    return {p: parts[p.key] for p in before.parts} | {ground: ground}
 
 
-def _changed(part: Body | Element, changes: dict[str, float]) -> Body | Element:
+def _changed(part: Part, changes: dict[str, float]) -> Part:
     """A part with the numbers that stand under its name; they are taken out of the changes."""
-    values: dict[str, object] = {}
+    values: dict[str, Any] = {}
     for name in [name for name in changes if name.startswith(f"{part.key}/")]:
         field, _, parameter = name.removeprefix(f"{part.key}/").partition("/")
         value = values.get(field, getattr(part, field, None))

@@ -5,7 +5,8 @@ keeps together, what it applies, its contacts and its outputs. The compiler asks
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import Field, dataclass, fields
+from typing import ClassVar
 
 from clearance.body import Body, Point, as_point
 from clearance.laws.law import BoundLaw
@@ -58,6 +59,8 @@ class Element(Described):
 
     #: folder of result files that its outputs stand in, and what it takes out of the mechanism, in words
     group = "loads"
+    name: str | None
+    __dataclass_fields__: ClassVar[dict[str, Field]]
     lost = "work the element has taken out since the start"
     holds_free_bodies = False  # True: a body that only this element holds may float in the plane
 

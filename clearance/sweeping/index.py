@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.reading import Damaged, NewerFormat, open_checked
-from clearance.results import Drawn, Result, extra, open_result, save_tables
+from clearance.results import Drawn, Result, Table, extra, open_result, save_tables
 from clearance.sweeping import definition as definitions
 from clearance.sweeping import journal as journals
 from clearance.sweeping.journal import DONE, FAILED, Outcome
@@ -64,7 +64,7 @@ class Sweep(Drawn):
             "journal_bytes": _size(self.folder / "journal.jsonl"),
         }  # fmt: skip
         units = definition.units
-        tables = {
+        tables: dict[str, tuple[dict, Table]] = {
             "parameters": ({}, {n: (units.get(n, "?"), n, np.array(v)) for n, v in definition.points.columns.items()}),
             "runs": ({}, runs),
             "metrics": ({}, {n: (*self.known.get(n, ("?", n)), v) for n, v in self.metrics.items()}),
@@ -243,10 +243,10 @@ def outcomes(folder: Path, definition: definitions.Definition) -> tuple[list[Out
         found, known = _index_outcomes(folder, definition)
     for index, key in enumerate(definition.keys) if definition.files else ():
         if index not in found and (path := folder / "runs" / f"{key}.h5").exists():
-            outcome = from_file(path, index, key)
-            if outcome is not None:
-                found[index] = outcome
-                known.update(outcome.known)
+            recovered = from_file(path, index, key)
+            if recovered is not None:
+                found[index] = recovered
+                known.update(recovered.known)
     return list(found.values()), known
 
 

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field, replace
 from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 DONE, FAILED, LOST = "done", "failed", "lost"
 #: numbers and texts of each point of a block
@@ -166,7 +167,8 @@ def _outcome(document: dict) -> Outcome:
         raise ValueError
     known = {name: (str(units), str(text)) for name, (units, text) in found.known.items()}
     metrics = {name: float(value) for name, value in found.metrics.items()}
-    counts = {name: _count(getattr(found, name)) for name in ("index", "warnings", "steps", "size", "check")}
+    whole = ("index", "warnings", "steps", "size", "check")
+    counts: dict[str, Any] = {name: _count(getattr(found, name)) for name in whole}
     return replace(found, known=known, metrics=metrics, wall=float(found.wall), loop=float(found.loop), **counts)
 
 

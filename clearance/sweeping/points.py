@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -68,7 +69,7 @@ class Points:
         return Points(columns, self.axes, self.sampled)
 
 
-def plain(name: str, value: object, kind: type, drawn: bool = False) -> object:
+def plain(name: str, value: Any, kind: type, drawn: bool = False) -> Any:
     """A value of this kind: 10 for a float is 10.0, so that it is the same point however it was written."""
     value = value.item() if hasattr(value, "item") else value
     number = isinstance(value, int | float) and not isinstance(value, bool)
