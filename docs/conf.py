@@ -45,8 +45,11 @@ nb_execution_mode = "cache"
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True
 nb_merge_streams = True
-# sections of the guide begin below the title of their page
-suppress_warnings = ["myst.header", "config.cache"]  # pictures of the gallery are a function
+suppress_warnings = [
+    "myst.header",  # sections of the guide begin below the title of their page
+    "config.cache",  # the scraper of pictures is a function
+    "misc.highlighting_failure",  # fences of kinds that have no colours, as csv
+]
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 sphinx_gallery_conf = {

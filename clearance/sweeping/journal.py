@@ -91,7 +91,7 @@ class Journal:
     def _block(self, outcomes: list[Outcome]) -> dict:
         """Outcomes that differ in numbers only."""
         first = outcomes[0]
-        columns = {n: [getattr(o, n) for o in outcomes] for n in COLUMNS}
+        columns: dict[str, Any] = {n: [getattr(o, n) for o in outcomes] for n in COLUMNS}
         columns["metrics"] = {n: [o.metrics[n] for o in outcomes] for n in first.metrics}
         known = {name: about for o in outcomes for name, about in o.known.items()}
         return {"block": columns, "known": self._new(known), "made": first.made}
