@@ -22,6 +22,7 @@ __version__ = VERSION
 
 _LAZY = {
     "simulate": "clearance.simulation", "SimulationError": "clearance.simulation", "open_result": "clearance.results",
+    "NotReached": "clearance.simulation",
     "Result": "clearance.results", "load_case": "clearance.catalogue", "hole_check": "clearance.regimes",
     "inverse_dynamics": "clearance.inverse.dynamics", "statistics": "clearance.chaos",
     "steady": "clearance.periodic.steady", "NotPeriodic": "clearance.periodic.maps",

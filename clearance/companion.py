@@ -257,11 +257,16 @@ class Statement:
         except KeyboardInterrupt as request:
             request.add_note(f"what was computed is kept in {path}, without stated errors")
             raise
-        if shutil.disk_usage(Path(path).parent).free < os.path.getsize(path) + ROOM:
-            LOG.warning("%s has no stated errors: there is no room for them", path)
-            return
-        with appending(path) as file:
-            write_errors(file, found)
+        add_errors(found, path)
+
+
+def add_errors(errors: Errors, path: str | Path) -> None:
+    """Add stated errors to a finished file; a warning where there is no room for them."""
+    if shutil.disk_usage(Path(path).parent).free < os.path.getsize(path) + ROOM:
+        LOG.warning("%s has no stated errors: there is no room for them", path)
+        return
+    with appending(path) as file:
+        write_errors(file, errors)
 
 
 def size_of(mechanism: Mechanism) -> float | None:

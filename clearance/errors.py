@@ -63,7 +63,7 @@ class Errors(Mapping):
     channels: twice the largest difference of the two runs over a channel's range, by path. reason: why nothing is
     stated, "" where something is. rtol: tolerances of the run and of its companion. spread: geometric mean of the
     relative differences of the extremes. begin, end: the part of the run that metrics are about [s]. extremes: errors
-    stretch by stretch.
+    stretch by stretch. asked: relative errors that were asked for, by name; cannot: why that was not reached.
     """
 
     rows: Mapping[str, Error] = field(default_factory=dict)
@@ -74,6 +74,8 @@ class Errors(Mapping):
     begin: float = 0.0
     end: float = math.inf
     extremes: ExtremeErrors | None = None
+    asked: Mapping[str, float] = field(default_factory=dict)
+    cannot: str = ""
 
     def __getitem__(self, name: str) -> Error:
         if name not in self.rows:

@@ -51,7 +51,7 @@ FACT_UNITS = {
 TEXT, NUMBER, ROW = "a text", "a number", "a row of numbers"
 _TEXTS = (
     "case parameters scene kernel status created units long_name method method_reason key known kind axis role "
-    "definition model options facts doubts errors_left_out"
+    "definition model options facts doubts errors_left_out asked cannot"
 )
 _NUMBERS = (
     "rtol wall_s loop_s stretch_s energy_residual_share order steps rejected evaluations jacobians factorisations "

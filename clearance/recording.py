@@ -7,6 +7,7 @@ channels, whichever a sink keeps.
 
 import errno
 import fnmatch
+import json
 import os
 import re
 import zlib
@@ -543,6 +544,8 @@ def write_errors(file: h5py.File, errors: Errors) -> None:
         "rtol": rtol, "companion_rtol": companion_rtol, "spread": errors.spread, "begin_s": errors.begin,
         "end_s": errors.end,
     })  # fmt: skip
+    if errors.asked:
+        group.attrs.update({"asked": json.dumps(dict(errors.asked)), "cannot": errors.cannot})
     _add_extreme_errors(file["extremes"], errors.extremes)
 
 

@@ -594,7 +594,8 @@ class Result(Record):
             dict(zip(map(str, names), (Error(*row) for row in rows), strict=True)),
             dict(zip(map(str, channels), share.tolist(), strict=False)), "",
             (float(about["rtol"]), float(about["companion_rtol"])), float(about["spread"]), float(about["begin_s"]),
-            float(about["end_s"]), self._extreme_errors(),
+            float(about["end_s"]), self._extreme_errors(), json.loads(about.get("asked", "{}")),
+            about.get("cannot", ""),
         )  # fmt: skip
 
     def _errors_column(self, name: str, kind: str) -> np.ndarray:

@@ -7,14 +7,14 @@ import logging
 import shutil
 import tempfile
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 from clearance import fields
 from clearance.checkpoint import PartsSink
-from clearance.companion import Statement, reason_without
+from clearance.companion import Statement, add_errors, reason_without
 from clearance.compiling import announced
 from clearance.demand import Demand, affordable
 from clearance.interrupts import Held
@@ -22,6 +22,7 @@ from clearance.mechanism.build import Mechanism, build
 from clearance.options import FINEST, SAMPLES_PER_TURN, Output, Solver, longest_step, span_of
 from clearance.recording import FileSink, Unwritable, chosen
 from clearance.regimes import hole_warning
+from clearance.request import Answer, Ladder, Request
 from clearance.results import Record, Result
 from clearance.run import Run
 from clearance.scene import Scene
@@ -37,6 +38,10 @@ class SimulationError(RuntimeError):
     def __init__(self, message: str, result: Result | None):
         super().__init__(message)
         self.result = result
+
+
+class NotReached(SimulationError):
+    """An error that was asked for cannot be reached. `result` is the best run, with what it has reached."""
 
 
 def simulate(
@@ -59,7 +64,7 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     start: Record | str | Path | None = None,
     pressure_fields: int | None = None,
-    error: str | None = "state",
+    error: str | float | Mapping[str, float] | None = STATE,
     settle: float | None = None,
 ) -> Result:
     """Integrate a scene and return its result.
@@ -83,13 +88,18 @@ def simulate(
     solved after the run from its motion, see fields.py; none unless asked for.
     error: "state" states how far the numbers are from those of an exact integration, from a second run at ten times the
     tolerance (`Result.errors`; not where trajectories part at impacts or films are solved as the run goes); None: not.
+    1e-3, "5%" or {"joint_B_force_max": 1e-4, "trajectory": 1e-5} makes the cheapest run whose stated errors are that
+    small, whatever rtol is: of all that `clearance run` prints, of metrics, extremes or the trajectory (over the
+    clearance) by name; "integration" is that of all, the errors of film tables left aside.
     settle: turns (seconds, where nothing turns) left out of the metrics whose errors are stated (default one of two).
     Raises ValueError for bad arguments and impossible scenes before anything runs, SimulationError for a run that fails
     part-way, with time, joint and state in the message and the partial result attached, also where the disk is full;
+    NotReached, with the best run, where an error cannot be reached that was asked for;
     KeyboardInterrupt once what was computed is kept, with a note that says where.
     """
-    if error not in (None, STATE):
-        raise ValueError(f'error must be "{STATE}" or None, got {error!r}')
+    request = None if error is None or isinstance(error, str) and error == STATE else Request.of(error)
+    if request is not None and checkpoint is not None:
+        raise ValueError("checkpoint and an error that is asked for do not go together: its runs are kept in memory")
     output = Output(path, channels, compression, checkpoint, pressure_fields)
     if pressure_fields is not None:
         fields.check(scene.description(), pressure_fields, channels)
@@ -115,6 +125,8 @@ def simulate(
     while True:
         run.options |= _options(output, error, settle)
         try:
+            if request is not None:
+                return answer(run, output, request, settle, progress)
             return write(run, output, progress, *_statement(run, output, error, settle))
         except SimulationError as error:
             dead = run.dead_centre
@@ -207,6 +219,54 @@ def write(
     statement: of the errors of its numbers; reason: why there is none.
     Raises SimulationError, and KeyboardInterrupt with a note that says what is kept.
     """
+
+    def record(sink, check: Callable[[], None]) -> str | None:
+        sink = sink if statement is None else statement.remembering(sink)
+        return run.record(sink, progress, output.checkpoint, check)
+
+    return _placed(run, output, record, statement and statement.add, reason)
+
+
+def answer(
+    run: Run, output: Output, request: Request, settle: float | None, progress: Callable[[float], None] | None
+) -> Result:
+    """The run that a request leads to, in its file. Raises NotReached, SimulationError, and KeyboardInterrupt, with the
+    best run so far kept in the file.
+    """
+    ladder = Ladder(run, request, settle, progress=progress)
+    try:
+        found = ladder.climb()
+    except KeyboardInterrupt as stopped:
+        if ladder.best is not None:
+            _handed_on(ladder.best, output).close()
+            stopped.add_note(f"the best run so far is kept in {output.path}")
+        raise
+    run.dead_centre = found.attempt.run.dead_centre
+    result = _handed_on(found, output)
+    if found.attempt.failure is not None:
+        raise SimulationError(f"an error of {request} cannot be reached: {found.cannot}", result)
+    if found.cannot:
+        reached = f"; stated: {ladder.reached}"
+        raise NotReached(f"an error of {request} cannot be reached: {found.cannot}{reached}", result)
+    return result
+
+
+def _handed_on(found: Answer, output: Output) -> Result:
+    """The file of an answer."""
+
+    def record(sink, check: Callable[[], None]) -> None:
+        found.attempt.kept.hand_on(sink)
+
+    return _placed(found.attempt.run, output, record, partial(add_errors, found.errors), "")
+
+
+def _placed(
+    run: Run, output: Output, record: Callable[..., str | None], add: Callable[[Path], None] | None, reason: str
+) -> Result:
+    """The result of a run that `record` puts into a sink; add: adds the errors of its numbers to the finished file.
+
+    record: given the sink and what raises interrupts; why the run ended early, None where it did not.
+    """
     path, folder, sink = output.path, None, None
     if path is None:
         folder = tempfile.mkdtemp(prefix="clearance-")
@@ -214,8 +274,7 @@ def write(
     try:
         with Held() as held:
             sink = _sink(run, output, path, reason)
-            sink = sink if statement is None else statement.remembering(sink)
-            failure = run.record(sink, progress, output.checkpoint, held.check)
+            failure = record(sink, held.check)
     except Unwritable as error:
         failure = f"at t = {run.state.time:.9g} s: {error}; {_left(sink, path)}"
         if sink is None or not sink.placed:
@@ -225,8 +284,8 @@ def write(
         raise
     if output.pressure_fields is not None and failure is None:
         fields.keep(path, output.pressure_fields)
-    if statement is not None and failure is None:
-        statement.add(path)
+    if add is not None and failure is None:
+        add(path)
     result = Result(path)
     if folder is not None:
         weakref.finalize(result, shutil.rmtree, folder, ignore_errors=True)

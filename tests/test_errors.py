@@ -8,10 +8,12 @@ import pytest
 
 import clearance as cl
 from clearance import companion
+from clearance.cli import main
 from clearance.commands.accuracy import prefixed, with_error
 from clearance.errors import Error, Errors
+from clearance.request import Ladder, Request, printed
 from clearance.results import open_result
-from clearance.simulation import prepare
+from clearance.simulation import NotReached, prepare
 
 SAMPLES = {"samples_per_turn": 100}
 
@@ -112,7 +114,7 @@ def test_what_gets_no_errors(tmp_path, feeder):
     assert np.isnan(kept.errors.trajectory)
     with pytest.raises(KeyError, match="checkpoints"):
         kept.errors["trajectory"]
-    with pytest.raises(ValueError, match="error must be"):
+    with pytest.raises(ValueError, match="'exact' is no number"):
         cl.simulate(feeder, turns=0.1, error="exact")
 
 
@@ -180,8 +182,6 @@ def test_shares_and_sums():
 
 def test_json(tmp_path, capsys):
     """The command's document has them beside its numbers; --no-error leaves them out."""
-    from clearance.cli import main
-
     out = ["--turns", "0.1", "-o", str(tmp_path / "r.h5"), "--json", "--samples-per-turn", "100"]
     assert main(["run", "six_bar_feeder", *out]) == 0
     found = json.loads(capsys.readouterr().out)
@@ -191,3 +191,84 @@ def test_json(tmp_path, capsys):
     found = json.loads(capsys.readouterr().out)
     assert found["errors"] == {"reason": "none was asked for"}
     assert "peak_force_error" not in found["joints"]["B"]
+
+
+# --- errors that are asked for
+def test_requests_are_read():
+    """Numbers, percent, names; what is none is named."""
+    assert Request.of("5%").asked == {"all": pytest.approx(0.05)}
+    named = Request.of("joint_B_force_max=1e-4, trajectory=1e-5")
+    assert named.asked == {"joint_B_force_max": 1e-4, "trajectory": 1e-5}
+    assert Request.of(1e-3).asked == {"all": 1e-3}
+    for wrong, text in (("much", "no number"), (-1.0, "error"), (2.0, "less than 1"), ({}, "give a number")):
+        with pytest.raises(ValueError, match=text):
+            Request.of(wrong)
+
+
+def test_a_request_is_reached(feeder, exact):
+    """All that is printed, 1e-3: stated and true errors are below it, and the tolerance was not tighter than 1e-6."""
+    found = cl.simulate(feeder, turns=2, error=1e-3, **SAMPLES)
+    assert found.solver["rtol"] > 1e-6
+    assert (found.errors.asked, found.errors.cannot) == ({"all": 1e-3}, "")
+    for name in printed(found.errors):
+        true = abs(found.errors[name].value - exact.extreme(name, found.errors.begin).value)
+        assert true <= found.errors[name].stated <= 1e-3 * abs(found.errors[name].value)
+
+
+def test_a_request_beyond_the_film_table(feeder, tmp_path):
+    """1e-6 of the smallest gap: the table's own error is larger, which is told before digits are bought."""
+    with pytest.raises(NotReached, match=r"the film table alone makes 1\.[0-9]e-04 of joint_B_gap_min") as stop:
+        cl.simulate(feeder, turns=2, error={"joint_B_gap_min": 1e-6}, path=tmp_path / "run.h5", **SAMPLES)
+    kept = stop.value.result
+    assert kept.complete
+    assert kept.solver["rtol"] >= 1e-7
+    assert "film table" in kept.errors.cannot
+    reached = cl.simulate(feeder, turns=2, error={"integration": 1e-6}, **SAMPLES)
+    assert max(reached.errors[n].relative for n in printed(reached.errors)) <= 1e-6
+
+
+def test_requests_that_cannot_be_reached(feeder, tmp_path):
+    """Chaos, a name there is not, checkpoints, a run that fails, a tolerance beyond rounding: each says so."""
+    dry = cl.load_case("slider_crank", model="dry", clearance=1e-3, speed=cl.rpm(5000), friction_coefficient=0.03)
+    with pytest.raises(NotReached, match="trajectories part"):
+        cl.simulate(dry, turns=20, error=1e-2, samples_per_turn=20)
+    with pytest.raises(ValueError, match="has no 'joint_B_force_mx', perhaps|has no 'joint_B_force_mx'"):
+        cl.simulate(feeder, turns=0.1, error="joint_B_force_mx=1e-3", **SAMPLES)
+    with pytest.raises(ValueError, match="checkpoint"):
+        cl.simulate(feeder, turns=0.1, error=1e-3, checkpoint=60.0, path=tmp_path / "run.h5")
+    with pytest.raises(cl.SimulationError, match="failed at t ="):
+        cl.simulate(feeder, turns=0.1, error=1e-3, max_steps=5, **SAMPLES)
+    with pytest.raises(NotReached, match="rounding|does not fall"):
+        cl.simulate(feeder, turns=0.1, error="integration=1e-13", **SAMPLES)
+
+
+def test_an_interrupted_request_keeps_its_best_run(feeder, tmp_path, monkeypatch):
+    """The second run of the ladder is interrupted: the first one's file is there, with its errors."""
+    plain, begun = Ladder._attempt, []
+
+    def attempt(self, rtol):
+        begun.append(rtol)
+        if len(begun) > 1:
+            raise KeyboardInterrupt
+        return plain(self, rtol)
+
+    monkeypatch.setattr(Ladder, "_attempt", attempt)
+    monkeypatch.setattr(Ladder, "_verdict", lambda *_: setattr(_[0], "past", [(1.0, 10.0)]))
+    with pytest.raises(KeyboardInterrupt) as request:
+        cl.simulate(feeder, turns=0.1, error=1e-3, path=tmp_path / "run.h5", **SAMPLES)
+    assert "best run so far is kept" in request.value.__notes__[0]
+    with open_result(tmp_path / "run.h5") as kept:
+        assert kept.errors.asked == {"all": 1e-3}
+
+
+def test_the_command_asks(tmp_path, capsys):
+    """Exit status 0 where it is reached, 1 with the file kept where not, 2 for what does not go together."""
+    out = ["--turns", "1", "-o", str(tmp_path / "r.h5"), "--samples-per-turn", "100"]
+    assert main(["run", "six_bar_feeder", "--error", "1%", *out]) == 0
+    assert "0.01 asked" in capsys.readouterr().out
+    assert main(["run", "six_bar_feeder", "--error", "joint_B_gap_min=1e-6", "--json", *out]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert "the film table alone" in found["message"]
+    assert found["errors"]["asked"] == {"joint_B_gap_min": 1e-6}
+    assert main(["run", "six_bar_feeder", "--error", "1%", "--rtol", "1e-3", *out]) == 2
+    assert "leave out --rtol" in capsys.readouterr().err

@@ -27,7 +27,7 @@ LAYERS = [
     ["clearance.turns"],
     ["clearance.observers", "clearance.wearing.summing"],
     ["clearance.run", "clearance.sweeping.metrics"],
-    ["clearance.companion", "clearance.lanes"],
+    ["clearance.companion", "clearance.lanes", "clearance.request"],
     ["clearance.simulation", "clearance.inverse"],
     ["clearance.rerun"],
     ["clearance.films", "clearance.choices"],

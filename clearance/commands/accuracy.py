@@ -9,11 +9,23 @@ MOST_DIGITS = 9  # of a number with its error
 
 
 def add_error(command: argparse.ArgumentParser) -> None:
-    """--no-error."""
+    """--error and --no-error."""
     command.add_argument(
-        "--no-error", dest="error", action="store_const", const=None, default="state",
+        "--error", metavar="E", default="state",
+        help="make the cheapest run with so small an error: 1e-3 or 0.1% of all numbers, or by name, such as "
+        "joint_B_force_max=1e-4,trajectory=1e-5 (default: state the errors of a run at --rtol)",
+    )  # fmt: skip
+    command.add_argument(
+        "--no-error", dest="error", action="store_const", const=None,
         help="no stated errors: without the second run, at ten times the tolerance, that they come from",
     )  # fmt: skip
+
+
+def tolerance(options, usual: float = 1e-6) -> float:
+    """--rtol, else the usual one. Raises ValueError where --error chooses it."""
+    if options.rtol is not None and options.error not in (None, "state"):
+        raise ValueError(f"--error {options.error} chooses the tolerance: leave out --rtol")
+    return usual if options.rtol is None else options.rtol
 
 
 def with_error(value: float, error: float | None, units: str, after: str = "") -> str:
@@ -56,7 +68,8 @@ def document(errors) -> dict:
         for name, e in errors.items()
     }
     rtol, companion = errors.rtol
-    return {"rtol": rtol, "companion_rtol": companion, "numbers": numbers, "channels": dict(errors.channels)}
+    found = {"rtol": rtol, "companion_rtol": companion, "numbers": numbers, "channels": dict(errors.channels)}
+    return found | ({"asked": dict(errors.asked), "cannot": errors.cannot} if errors.asked else {})
 
 
 def error_line(summary: dict) -> str:
@@ -64,8 +77,9 @@ def error_line(summary: dict) -> str:
     errors = summary["errors"]
     if "reason" in errors:
         return f"  error        not stated: {errors['reason']}"
+    asked = ", ".join(f"{e:g}" if n == "all" else f"{n} {e:g}" for n, e in errors.get("asked", {}).items())
     shares = {text: share for text, share in printed(summary) if math.isfinite(share)}
-    parts = []
+    parts = [f"{asked} asked"] if asked else []
     if shares:
         worst = max(shares, key=shares.get)
         parts.append(f"at most {shares[worst]:.1e} of a number ({worst})")

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from clearance import checks
 from clearance.commands import again, steady
-from clearance.commands.accuracy import add_error, document, error_line, prefixed, with_error
+from clearance.commands.accuracy import add_error, document, error_line, prefixed, tolerance, with_error
 from clearance.commands.common import (
     DONE,
     FAILED,
@@ -38,7 +38,7 @@ def add(commands) -> argparse.ArgumentParser:
     p = add_command(commands, "run", help="run a case and write an HDF5 result file")
     add_case(p)
     add_length(p)
-    p.add_argument("--rtol", type=number, default=1e-6, metavar="R", help="local error tolerance (default 1e-6)")
+    p.add_argument("--rtol", type=number, metavar="R", help="local error tolerance (default 1e-6)")
     add_error(p)
     p.add_argument("--method", default="auto", help="auto, dop853, rodas5p, radau5, radau9 or radau (default auto)")
     p.add_argument("--max-step", type=quantity_of("s"), metavar="S", help="longest step, where loads act briefly")
@@ -82,6 +82,7 @@ def run(options) -> int:
     """
     with terminable():
         case, values, scene = again.scene_of(options) if options.again else scene_of(options)
+        options.rtol = tolerance(options)
         steady.check(options)
         _check_settle(options, case, scene)
         output = _output(options, case)
@@ -98,15 +99,17 @@ def run(options) -> int:
             if options.steady is not None:
                 summary |= steady.summary(result)
             elif failure is None:
-                summary |= _comparable(scene, result, options.rtol)
+                summary |= _comparable(scene, result, summary["rtol"])
             if options.again:
                 summary["again"] = again.compared(options.case, result)
             if options.plot:
                 summary["plot"] = str(_plot(result, output, options.settle))
+    lines = parameter_lines(case, values, resolved)
     if failure is not None:
+        if result.complete and not options.json:
+            print(_readable(summary, lines))
         summary.pop("status")
         return complain(options, failure, FAILED, **summary)
-    lines = parameter_lines(case, values, resolved)
     print(json_text(summary) if options.json else _readable(summary, lines))
     return DONE
 

@@ -1,0 +1,287 @@
+"""Requests for an error: the cheapest run whose stated errors are as small as asked for, or why there is none.
+
+The ladder of tolerances begins with a pair at ten times the error and at the error. While a stated error e is larger
+than the asked one, eps, the tolerance falls to r max(1e-3, 0.5 eps / e), and the run before is the companion of the
+next: its difference is that of a companion at 10 r times 9 / (k - 1), where the tolerances are k apart.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from functools import partial
+
+from clearance import checks
+from clearance.companion import (
+    LARGEST,
+    LOOSER,
+    LOOSEST,
+    SAFETY,
+    Pair,
+    Parted,
+    Start,
+    Summed,
+    companion,
+    size_of,
+    stated,
+    stronger,
+)
+from clearance.errors import TRAJECTORY, Error, Errors, share
+from clearance.interrupts import Held
+from clearance.recording import MemoryRecord, MemorySink
+from clearance.run import Run
+from clearance.sweeping.metrics import metrics
+
+ALL, INTEGRATION = "all", "integration"
+FIRST = 1e-3  # tolerance of the first run of a ladder, at most
+TIGHTEST = 1e-13  # of the last, at least
+LARGEST_STEP, LOST_STEP = 1e-3, 1e-2  # by which a tolerance falls at once, at most; while trajectories are apart
+AIM = 0.5  # of the asked error, that the next tolerance aims at
+FLOOR, DECADES = 3.0, 2.0  # an error that falls by less than this over so many decades of the tolerance has a floor
+LOST = 1e-10  # tolerance at which trajectories that are still apart will stay so
+PARTED = 0.1  # of the clearance: trajectories this far apart have nothing to do with each other
+MEMORY = "a film with a memory is first order in the step, whatever the tolerance"
+#: patterns of the numbers that a run prints
+PRINTED = ("joints/*/force_max", "joints/*/gap_min", "drives/*/torque_m??", "drives/*/force_m??")
+
+
+@dataclass(frozen=True)
+class Request:
+    """Largest relative errors by name: of a metric or a located extreme, of the "trajectory" (over the clearance), of
+    "all" numbers that a run prints, or of their "integration" alone, film tables left aside.
+    """
+
+    asked: Mapping[str, float]
+
+    @classmethod
+    def of(cls, error: float | str | Mapping[str, float]) -> "Request":
+        """From 1e-3, "1e-3", "5%", "joint_B_force_max=1e-4,trajectory=1e-5" or a mapping. Raises ValueError."""
+        if isinstance(error, str):
+            parts = [part.rpartition("=") for part in error.split(",")]
+            error = {name.strip() or ALL: fraction(text) for name, _, text in parts}
+        if not isinstance(error, Mapping):
+            error = {ALL: error}
+        if not error:
+            raise ValueError("error: give a number, or numbers by name")
+        asked = {str(n): checks.positive(f"error of {n}" if n != ALL else "error", e) for n, e in error.items()}
+        if large := next((n for n, e in asked.items() if e >= 1.0), None):
+            raise ValueError(f"error of {large} must be less than 1, relative to its value; got {asked[large]:g}")
+        return cls(asked)
+
+    def wanted(self, errors: Errors) -> Iterator[tuple[str, float, Error, bool]]:
+        """Names, largest relative errors, stated errors, and whether film tables count. Raises ValueError for a name
+        that the run has not got.
+        """
+        for name, eps in self.asked.items():
+            if name in (ALL, INTEGRATION):
+                yield from ((n, eps, errors[n], name == ALL) for n in printed(errors))
+            elif name in errors:
+                yield name, eps, errors[name], True
+            else:
+                raise ValueError(f"error: the run has no {name!r}{checks.meant(name, errors)}")
+
+    def of_name(self, name: str) -> float:
+        """The error that is asked for of a number."""
+        return self.asked.get(name, self.asked.get(ALL, math.inf))
+
+    def __str__(self) -> str:
+        return ", ".join(f"{e:g}" if n == ALL else f"{n} {e:g}" for n, e in self.asked.items())
+
+
+def fraction(text: str) -> float:
+    """A share such as 1e-3 or 5%. Raises ValueError for what is none."""
+    number, percent = text.strip().removesuffix("%"), text.strip().endswith("%")
+    try:
+        return float(number) * (0.01 if percent else 1.0)
+    except ValueError:
+        raise ValueError(f"error: {text!r} is no number such as 1e-3 or 5%") from None
+
+
+def printed(errors: Errors) -> list[str]:
+    """Names of the numbers that a run prints; of a drive's efforts the larger."""
+    names = [n for n in errors if any(fnmatchcase(n, pattern) for pattern in PRINTED)]
+    return [n for n in names if abs(errors[n].value) >= max(abs(errors[m].value) for m in names if m[:-3] == n[:-3])]
+
+
+class Kept:
+    """A sink that keeps all it is given: as a record, and to be handed on later."""
+
+    def __init__(self, run: Run):
+        self.memory, self.calls = MemorySink(run.mechanism.layout.channels, run.attributes()), []
+
+    def rows(self, times, rows) -> None:
+        self.memory.rows(times, rows)
+        self.calls.append(("rows", times.copy(), rows))
+
+    def impacts(self, joints, rows, kind) -> None:
+        self.memory.impacts(joints, rows, kind)
+        self.calls.append(("impacts", joints, rows.copy(), kind))
+
+    def steps(self, log) -> None:
+        self.calls.append(("steps", log.copy()))
+
+    def flush(self) -> None:
+        self.calls.append(("flush",))
+
+    def close(self, *summary) -> None:
+        self.memory.close(*summary)
+        self.calls.append(("close", *summary))
+
+    def hand_on(self, sink) -> None:
+        """Give all of it to another sink."""
+        for name, *values in self.calls:
+            getattr(sink, name)(*values)
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """A run of the ladder: its sink, and why it ended early, None where it did not."""
+
+    run: Run
+    kept: Kept
+    failure: str | None
+
+    @property
+    def record(self) -> MemoryRecord:
+        return self.kept.memory.record
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a request came to: the run, its errors with what was asked, and why that could not be reached, if so."""
+
+    attempt: Attempt
+    errors: Errors
+    cannot: str
+
+
+class Ladder:
+    """Runs at falling tolerances until the stated errors are small enough.
+
+    run: made and not begun, at any tolerance; settle: turns left out of the metrics; summed: metrics of a record;
+    progress: called with the done share of each run. best: the last run with stated errors. runs: their tolerances.
+    Raises ValueError for a run that is too large to be kept in memory.
+    """
+
+    def __init__(
+        self, run: Run, request: Request, settle: float | None = None, summed: Summed | None = None,
+        progress: Callable[[float], None] | None = None,
+    ):  # fmt: skip
+        if (numbers := run.span.samples * len(run.mechanism.layout.channels)) > LARGEST:
+            raise ValueError(f"error: the run has {numbers:.2g} numbers, and at most {LARGEST:.0g} are compared")
+        self.run, self.request, self.settle, self.progress = run, request, settle, progress
+        self.summed = summed or partial(metrics, settle=settle)
+        self.start, self.best = Start.of(run), None
+        self.film: tuple[MemoryRecord, MemoryRecord, float] | None = None
+        self.runs: list[float] = []
+        self.reached = ""  # the worst of the stated errors of the last run, in words
+        self.past: list[tuple[float, float]] = []  # tolerances, and the worst of stated over asked errors
+
+    def climb(self) -> Answer:
+        """The answer. Raises ValueError for names that the run has not got."""
+        if self.run.mechanism.layout.remembering:
+            return self._unstated(self._attempt(self.run.solver.rtol), MEMORY)
+        rtol = max(min(*self.request.asked.values(), FIRST), TIGHTEST)
+        loose = self._companion(min(LOOSER * rtol, LOOSEST))
+        while True:
+            tight = self._attempt(rtol)
+            if tight.failure is not None:
+                return self._unstated(tight, f"the run at rtol {rtol:g} failed {tight.failure}")
+            try:
+                errors = self._errors(tight, rtol, loose)
+            except Parted as reason:
+                return self._unstated(tight, str(reason))
+            verdict = self._verdict(errors, rtol)
+            cannot = verdict or ""
+            self.best = Answer(tight, replace(errors, asked=dict(self.request.asked), cannot=cannot), cannot)
+            if verdict is not None:
+                return self.best
+            loose = rtol, tight.record
+            rtol = max(rtol * self._fall(errors), TIGHTEST)
+
+    def _fall(self, errors: Errors) -> float:
+        """Share of the tolerance to go on at; parted trajectories tell nothing of it."""
+        if errors.trajectory > PARTED:
+            return LOST_STEP
+        return max(LARGEST_STEP, AIM / self.past[-1][1])
+
+    def _companion(self, rtol: float) -> tuple[float, MemoryRecord] | None:
+        """The first companion, and the one with stronger films; a tighter one where it fails, None where that does."""
+        for tolerance in (rtol, rtol / LOOSER**2):
+            try:
+                self.runs.append(tolerance)
+                found = companion(self.run, self.start, tolerance)
+                strong = stronger(self.run.mechanism)
+                if strong is not None:
+                    self.film = found, companion(self.run, self.start, tolerance, strong[0]), strong[1]
+                return tolerance, found
+            except Parted:
+                self.film = None
+        return None
+
+    def _attempt(self, rtol: float) -> Attempt:
+        run = Run(self.run.mechanism, self.run.span, replace(self.run.solver, rtol=rtol))
+        run.state.y[:], run.state.work[:] = self.start.y, self.start.work
+        self.runs.append(rtol)
+        run.started, run.opened, kept = self.run.started, self.run.opened, Kept(run)
+        with Held() as held:
+            failure = run.record(kept, self.progress, check=held.check)
+        return Attempt(run, kept, failure)
+
+    def _errors(self, tight: Attempt, rtol: float, loose: tuple[float, MemoryRecord] | None) -> Errors:
+        if loose is None:
+            loose = rtol / LOOSER, companion(self.run, self.start, rtol / LOOSER)
+        pair, size = Pair(tight.record, loose[1], (rtol, loose[0])), size_of(self.run.mechanism)
+        errors = stated(pair, self.summed, self.settle, size)
+        apart = loose[0] / rtol
+        if apart > 1.0 and not errors.trajectory > PARTED:  # runs that have parted tell nothing of tighter ones
+            errors = stated(pair, self.summed, self.settle, size, SAFETY * (LOOSER - 1.0) / (apart - 1.0))
+        return errors if self.film is None else self._with_films(errors)
+
+    def _with_films(self, errors: Errors) -> Errors:
+        """The errors with the parts of film tables, which are those of the first companion."""
+        plain, strong, times = self.film
+        pair = Pair(plain, plain, errors.rtol, strong, times)
+        found = stated(pair, self.summed, self.settle, size_of(self.run.mechanism))
+        rows = {n: replace(e, film=found.rows[n].film if n in found.rows else 0.0) for n, e in errors.rows.items()}
+        return replace(errors, rows=rows, extremes=replace(errors.extremes, film=found.extremes.film))
+
+    def _verdict(self, errors: Errors, rtol: float) -> str | None:
+        """None: go on; "": reached; else why it cannot be."""
+        name, worst, table, part = "", 0.0, "", 0.0
+        for n, eps, error, with_film in self.request.wanted(errors):
+            name, worst = max((name, worst), (n, relative(error.stated, error, n) / eps), key=_second)
+            if with_film:
+                table, part = max((table, part), (n, relative(error.film, error, n) / eps), key=_second)
+        self.past.append((rtol, worst))
+        self.reached = f"{worst * self.request.of_name(name):.1e} of {name} at rtol {rtol:g}" if name else ""
+        if part > 1.0 and worst <= part:
+            return f"the film table alone makes {part * self.request.of_name(table):.1e} of {table}"
+        if worst <= 1.0:
+            return ""
+        if errors.trajectory > PARTED:
+            apart = f"trajectories part, two runs are {errors.trajectory:.2g} of the clearance apart: see cl.statistics"
+            return apart if rtol <= LOST else None
+        if self._stuck:
+            return f"the error of {name} does not fall with the tolerance any more"
+        return f"{name} would need a tolerance below {TIGHTEST:g}: rounding" if rtol <= TIGHTEST else None
+
+    @property
+    def _stuck(self) -> bool:
+        """The worst error fell by less than FLOOR over DECADES of the tolerance."""
+        rtol, worst = self.past[-1]
+        before = [w for r, w in self.past if r >= rtol * 10.0**DECADES * (1.0 - 1e-9)]
+        return bool(before) and worst > before[-1] / FLOOR
+
+    def _unstated(self, attempt: Attempt, reason: str) -> Answer:
+        """A run whose errors cannot be stated, and why."""
+        return Answer(attempt, Errors(reason=reason), reason)
+
+
+def relative(part: float, error: Error, name: str) -> float:
+    """A part of an error over the value; those of a trajectory are relative already."""
+    return part if name == TRAJECTORY else share(part, error.value)
+
+
+def _second(pair: tuple) -> float:
+    return pair[1]
