@@ -272,3 +272,32 @@ def test_the_command_asks(tmp_path, capsys):
     assert found["errors"]["asked"] == {"joint_B_gap_min": 1e-6}
     assert main(["run", "six_bar_feeder", "--error", "1%", "--rtol", "1e-3", *out]) == 2
     assert "leave out --rtol" in capsys.readouterr().err
+
+
+# --- sweeps
+def test_sweeps_have_columns_of_errors(tmp_path):
+    """Beside each metric, with its units; as `simulate` states them, film table and integration together."""
+    points = cl.grid(speed=[20.0, 30.0])
+    options = {"turns": 1, "workers": 1, "channels": [], **SAMPLES}
+    sweep = cl.sweep("six_bar_feeder", points, tmp_path / "stated", error="state", **options)
+    plain = cl.simulate(cl.load_case("six_bar_feeder", speed=30.0), turns=1, **SAMPLES).errors
+    for name in ("joint_B_force_max", "joint_B_gap_min", "dissipated_per_turn"):
+        assert sweep.metrics[f"{name}_error"][1] == pytest.approx(plain[name].total, rel=1e-6)
+        assert sweep.known[f"{name}_error"][0] == sweep.known[name][0]
+    asked = cl.sweep("six_bar_feeder", points, tmp_path / "asked", error={"joint_B_gap_min": 1e-6}, **options)
+    assert (asked.status == "failed").all()
+    assert all("film table alone" in reason for reason in asked.reason)
+    assert np.isfinite(asked.metrics["joint_B_gap_min_error"]).all()
+
+
+def test_sweeps_without_errors_say_why(tmp_path):
+    """Impacts: points are done, their reason tells why nothing is stated."""
+    points = cl.grid(speed=[20.0, 30.0])
+    dry = cl.sweep(
+        "slider_crank", points, tmp_path / "dry", error="state", turns=0.1, workers=1, channels=[], **SAMPLES
+    )  # fmt: skip
+    assert dry.done.all()
+    assert all("trajectories part at impacts" in reason for reason in dry.reason)
+    assert not any(n.endswith("_error") for n in dry.metrics if n != "period_error")
+    with pytest.raises(ValueError, match="no number"):
+        cl.sweep("slider_crank", points, tmp_path / "wrong", error="much", turns=0.1)

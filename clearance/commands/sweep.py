@@ -6,6 +6,7 @@ import sys
 import time
 from pathlib import Path
 
+from clearance.commands.accuracy import tolerance
 from clearance.commands.common import (
     DONE,
     FAILED,
@@ -52,6 +53,11 @@ def add(commands) -> argparse.ArgumentParser:
     length.add_argument("--turns", type=number, help="length of each run in turns of the drive (default 2)")
     length.add_argument("--until", type=quantity_of("s"), metavar="S", help="length of each run in seconds")
     p.add_argument("--rtol", type=number, metavar="R", help="local error tolerance (default 1e-6)")
+    p.add_argument(
+        "--error", nargs="?", const="state", metavar="E",
+        help="a column <metric>_error for each metric; with E, such as 1e-3 or joint_B_force_max=1e-4, each point at "
+        "the tolerance that reaches it",
+    )  # fmt: skip
     p.add_argument("--method", help="see `clearance run` (default auto)")
     p.add_argument("--max-step", type=quantity_of("s"), metavar="S", help="longest step")
     p.add_argument("--max-steps", type=int, metavar="N", help="a run that needs more steps fails (default no limit)")
@@ -89,6 +95,7 @@ def run(options) -> int:
     if not shown.quiet:  # compiling takes a while; what becomes of points is told by the progress
         logging.basicConfig(level=logging.INFO, format="clearance: %(message)s")
         logging.getLogger("clearance.sweep").propagate = False
+    tolerance(options)
     began, failure = time.perf_counter(), None
     if options.turns is None and options.until is None:
         options.turns = 2.0
@@ -100,8 +107,8 @@ def run(options) -> int:
                 metrics=options.metric, workers=options.workers, scheduler=options.scheduler,
                 retry_failed=options.retry_failed, accept_changes=options.accept_changes, force=options.force,
                 progress=shown, turns=options.turns, until=options.until,
-                rtol=options.rtol, method=options.method, max_step=options.max_step, max_steps=options.max_steps,
-                samples_per_turn=options.samples_per_turn,
+                rtol=options.rtol, error=options.error, method=options.method, max_step=options.max_step,
+                max_steps=options.max_steps, samples_per_turn=options.samples_per_turn,
             )  # fmt: skip
     except SweepError as error:
         failure, found = str(error), error.sweep

@@ -125,3 +125,32 @@ def lyapunov(found, path: str | Path) -> Path:
     axes.grid(True, which="major", color="0.9")
     axes.legend(fontsize=8, frameon=False)
     return saved(figure, path)
+
+
+def stated_against_true(rows, path: str | Path) -> Path:
+    """Stated over true relative errors, a point a number; below the diagonal a statement would be too small.
+
+    rows: with kind, stated and true.
+    """
+    figure = sheet(9.0, 4.6)
+    kinds = list(dict.fromkeys(r.kind for r in rows))
+    low = 10.0 ** math.floor(math.log10(min(r.true for r in rows)))
+    high = 10.0 ** math.ceil(math.log10(max(r.stated for r in rows)))
+    first = None
+    for i, kind in enumerate(kinds):
+        mine = [r for r in rows if r.kind == kind]
+        axes = first = figure.add_subplot(1, len(kinds), i + 1, sharex=first, sharey=first)
+        true, stated = (np.array([getattr(r, n) for r in mine]) for n in ("true", "stated"))
+        axes.fill_between([low, high], [low, high], low, color="0.92", lw=0)
+        axes.loglog([low, high], [low, high], color="0.4", lw=1.0)
+        axes.plot(true, stated, ".", color=COLOURS[i % 4], ms=3, alpha=0.4, mew=0, rasterized=True)
+        axes.set_title(f"{kind}: {np.mean(stated >= true):.1%} of {len(mine)} covered", fontsize=10)
+        axes.set_xlabel("true error")
+        axes.grid(True, which="major", color="0.9")
+        axes.text(0.97, 0.04, "stated too small", transform=axes.transAxes, ha="right", fontsize=8, color="0.35")
+        if i:
+            axes.tick_params(labelleft=False)
+    first.set_xlim(low, high)
+    first.set_ylim(low, high)
+    figure.axes[0].set_ylabel("stated error")
+    return saved(figure, path)

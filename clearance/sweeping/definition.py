@@ -54,6 +54,11 @@ class Definition:
         """True where each run has its own file."""
         return self.keep is None or len(self.keep) > 0
 
+    @property
+    def run_options(self) -> dict:
+        """Options of a run: all but the error that is asked for."""
+        return {n: v for n, v in self.options.items() if n != "error"}
+
     @cached_property
     def keys(self) -> tuple[str, ...]:
         """Name of each point: a digest of all its run depends on."""

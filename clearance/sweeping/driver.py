@@ -15,6 +15,7 @@ from clearance.catalogue import find_case, library
 from clearance.demand import Demand, affordable
 from clearance.mechanism.build import Mechanism, build
 from clearance.recording import chosen, filters
+from clearance.request import Request
 from clearance.results import locked, open_result
 from clearance.simulation import prepare
 from clearance.sweeping import definition as definitions
@@ -25,6 +26,7 @@ from clearance.sweeping.journal import ALONE, DONE, FAILED, LOST, WAITING, Journ
 from clearance.sweeping.made import common, common_differences, files_named, made, modules_of, point_differences
 from clearance.sweeping.order import Queue, shuffled
 from clearance.sweeping.points import Points, plain
+from clearance.sweeping.stating import STATE
 from clearance.sweeping.teams import Dask, Processes, prepare_start
 from clearance.sweeping.worker import NO_SPACE, files_of, load_function
 
@@ -38,7 +40,7 @@ MOST_BLOCK = 256  # points of a block
 RECENT = 32  # runs that their usual time is taken from
 SAVE = 30.0  # seconds between two writings of the index
 REAL = ("turns", "until", "rtol", "samples_per_turn", "max_step")
-OPTIONS = tuple(prepare.__kwdefaults__)  # of a run, by name
+OPTIONS = (*prepare.__kwdefaults__, "error")  # of a run, by name
 RTOL = prepare.__kwdefaults__["rtol"]
 
 
@@ -90,7 +92,9 @@ def sweep(
 
     case: name of a case or path to a case file; points: `grid(speed=[...], clearance=[...])`, `zipped(...)`,
     `sampled(...)` or products of these, SI units; fixed: case parameters that all points share; options: keywords of
-    `simulate` (turns, until, rtol, method, samples_per_turn, samples, energy, max_step, max_steps).
+    `simulate` (turns, until, rtol, method, samples_per_turn, samples, energy, max_step, max_steps, error). error:
+    "state" adds a metric <metric>_error for each metric, of integration and film table together; 1e-3 or errors by name
+    choose the tolerance of each point, and a point that cannot reach them fails with the reason; default: no errors.
     channels: what run files keep (None: all; an empty list: no files, summaries only); compression: gzip level; settle:
     turns (seconds, without a turn) left out of the metrics, default the first where there is a second; metrics: your
     own, functions at the top level of a file, or "file.py:name" (see metrics.py).
@@ -153,6 +157,8 @@ def define(case, points, fixed, channels, compression, settle, own, options) -> 
         raise ValueError(f"{twice[0]} is both swept and fixed")
     if unknown := [n for n in options if n not in OPTIONS]:
         raise TypeError(f"sweep has no option {unknown[0]!r}; of simulate it takes {', '.join(OPTIONS)}")
+    if options.get("error") not in (None, STATE):
+        Request.of(options["error"])
     filters(compression)
     if isinstance(channels, str):
         raise TypeError(f"channels must be a list of paths or patterns, got the text {channels!r}")
@@ -216,7 +222,7 @@ def _try_first(definition: Definition, demanded: Callable | None) -> None:
     first = dict.fromkeys([0, *shuffled(list(range(len(definition.points))))[:TRIED]])
     for index in first:
         try:
-            run = prepare(case.scene(**definition.values(index)), demanded, **definition.options)
+            run = prepare(case.scene(**definition.values(index)), demanded, **definition.run_options)
             chosen(run.mechanism.layout.channels, definition.keep or None)
             _check_settle(definition, run)
             ideal_motion(run.mechanism.scene, run.span, json.loads(run.attributes()["scene"]))  # compiled here, once

@@ -14,6 +14,7 @@ import numpy as np
 from clearance.catalogue import Case, find_case
 from clearance.loading import module_of
 from clearance.recording import FULL, FileSink, ImageSink, MemorySink
+from clearance.results import Record
 from clearance.run import Run
 from clearance.scene import Scene
 from clearance.simulation import prepare
@@ -27,6 +28,7 @@ from clearance.sweeping.made import common, files_named, made, modules_of
 from clearance.sweeping.metrics import Metric, own
 from clearance.sweeping.peaks import of_point
 from clearance.sweeping.spread import Irregular
+from clearance.sweeping.stating import Stating
 
 NO_SPACE = "no space left for its file"
 RESERVED = ("status", "reason")
@@ -41,9 +43,11 @@ _families: dict[tuple[str, tuple], Family | str] = {}
 class Keeper:
     """A sink that keeps a run in memory for its metrics, and in a file where one is wanted."""
 
-    def __init__(self, run: Run, definition: Definition, key: str, path: Path | None, made: dict):
+    def __init__(
+        self, run: Run, definition: Definition, key: str, path: Path | None, made: dict, stating: Stating
+    ):  # fmt: skip
         channels, attributes = run.mechanism.layout.channels, run.attributes()
-        self.run, self.definition, self.key, self.made = run, definition, key, made
+        self.run, self.definition, self.key, self.made, self.stating = run, definition, key, made, stating
         self.memory = MemorySink(channels, attributes)
         sink = ImageSink if run.span.samples * len(channels) < LARGE else FileSink
         self.file = path and sink(path, channels, attributes, definition.keep, definition.compression, run.span.samples)
@@ -56,6 +60,11 @@ class Keeper:
         if taken:
             raise ValueError(f"metric {taken[0]!r}: the name is taken; choose another")
         return found
+
+    def summed(self, record: Record) -> dict[str, Metric]:
+        """Metrics of a record of the run's motion."""
+        ideal = ideal_motion(self.run.mechanism.scene, self.run.span, record.scene)
+        return of_point(record, self.definition.settle, ideal)
 
     @property
     def written(self) -> tuple[int, int]:
@@ -80,9 +89,9 @@ class Keeper:
 
     def close(self, status, solver, warnings, facts, ranges) -> None:
         self.memory.close(status, solver, warnings, facts, ranges)
-        record, scene = self.memory.record, self.run.mechanism.scene
-        ideal = ideal_motion(scene, self.run.span, record.scene)
-        self.found = of_point(record, self.definition.settle, ideal)
+        record = self.memory.record
+        self.found = self.summed(record)
+        self.found |= self.stating.columns(record, self.found, self.summed)
         for reference in self.definition.own:
             function = load_function(*reference)
             try:
@@ -251,12 +260,14 @@ def _attempt(definition: Definition, index: int, key: str, path: Path | None, be
     values = definition.values(index)
     files = files_named(values.values())  # before the scene reads them
     scene: Scene = _case(definition.path, definition.source).scene(**values)
-    run = prepare(scene, **definition.options)
+    run = prepare(scene, **definition.run_options)
+    stating = Stating(run, definition.options.get("error"), definition.settle)
     modules = _modules(definition.path, definition.source, definition.own)
-    keeper = Keeper(run, definition, key, path, made(run.mechanism, modules, files))
-    failure = run.record(keeper)
+    keeper = Keeper(run, definition, key, path, made(run.mechanism, modules, files), stating)
+    failure = stating.made(keeper, keeper.summed)
+    run, words = keeper.run, [*keeper.missing, *([f"no stated errors: {stating.left_out}"] if stating.left_out else [])]
     return Outcome(
-        index, key, DONE if failure is None else FAILED, failure or "; ".join(keeper.missing),
+        index, key, DONE if failure is None else FAILED, failure or "; ".join(words),
         {n: float(m.value) for n, m in keeper.found.items()},
         {n: (m.units, m.text) for n, m in keeper.found.items()},
         len(keeper.memory.record.warnings), time.perf_counter() - began, run.wall,
