@@ -2,11 +2,11 @@
 
 A run at tolerance r has a companion at 10 r. With M of the run and M' of the companion, the stated error of a metric is
 
-    e(M) = 2 max(|M - M'|, g |M|),   g = geometric mean of |M - M'| / |M| over the located extremes,
+    e(M) = 2 max(|M - M'|, g |M|),   g = geometric mean of |M - M'| / |M| over the extremes, or over the means,
 
-and of a channel twice the largest difference at a sample over its range, of the trajectory over the clearance. The
-difference of two runs is nearly the error of the looser one. That of one scalar may be small by chance, which g and
-the factor of 2 make up for.
+and of a channel three times the largest difference at a sample over its range, of the trajectory over the clearance.
+The difference of two runs is nearly the error of the looser one. That of one scalar may be small by chance, which g and
+the factor of 2 make up for; the factor of 3 is for pairs whose methods differ and err alike.
 
 A film table is wrong by up to a known share of its force. Where there are tables, one more companion has all of their
 forces larger by that share, a hundredth at least, and the change of a metric, scaled back, is its error of the table.
@@ -18,7 +18,7 @@ import logging
 import math
 import os
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -26,7 +26,6 @@ from pathlib import Path
 import numpy as np
 
 from clearance.errors import TRAJECTORY, Error, Errors, ExtremeErrors
-from clearance.extremes import Extremes
 from clearance.film.table import Table
 from clearance.interrupts import Held
 from clearance.mechanism.build import Mechanism
@@ -39,13 +38,16 @@ from clearance.tracing.asking import Answerer
 LOG = logging.getLogger("clearance")
 LOOSER = 10.0  # tolerance of a companion over that of its run
 LOOSEST = 0.1  # tolerance of a run, at most
-SAFETY = 2.0  # stated error over the larger of difference and spread
+SAFETY = 2.0  # stated error of a number over the larger of difference and spread
+THROUGHOUT = 3.0  # stated error of a trajectory or a channel over the largest difference
 STRONGER = 0.01  # share by which a companion's film forces are larger than those of the tables
 LARGEST = 20_000_000  # numbers of a run that is compared, at most: they are kept in memory
 ROOM = 2**22  # bytes that stated errors may add to a file
 ROUNDING = 1e-9  # of the size of a channel: ranges below it are those of a constant
-#: ends of the names of metrics that count, or are differences themselves: their relative errors have no common size
+#: ends of the names of metrics that count, or are errors themselves: their relative errors have no common size
 COUNTS = ("period", "period_error", "settling_ratio", "impacts_per_turn", "impacts_per_second", "contact_fraction")
+
+EXTREME, MEAN, COUNT = "extreme", "mean", "count"
 
 #: metrics of a record by name
 Summed = Callable[[Record], dict[str, Metric]]
@@ -147,50 +149,67 @@ def paired(run: Run, start: Start, main: Record) -> Pair:
     return Pair(main, other, (run.solver.rtol, rtol), companion(run, start, rtol, mechanism), times)
 
 
-def stated(pair: Pair, summed: Summed, settle: float | None, size: float | None, safety: float = SAFETY) -> Errors:
+def stated(pair: Pair, summed: Summed, settle: float | None, size: float | None, apart: float = 1.0) -> Errors:
     """Errors of a run's numbers from a pair.
 
-    summed: its metrics; settle: turns left out of them; size: of the mechanism [m], None where nothing is integrated.
+    summed: its metrics; settle: turns left out of them; size: of the mechanism [m], None where nothing is integrated;
+    apart: what their difference is over that of a run and its companion at ten times the tolerance.
     """
     window = Window.of(pair.run, settle)
     begin, end = (0.0, math.inf) if window is None else window.bounds(pair.run)
-    g = spread(pair.run.located, pair.other.located, begin, end)
+    numbers = _numbers(pair, summed, begin, end)
+    g = {kind: spread(n for n in numbers.values() if n.kind == kind) for kind in (EXTREME, MEAN)}
     rows = {}
-    for name, (value, other, film, units) in _numbers(pair, summed, begin, end).items():
-        difference = abs(value - other)
-        floor = 0.0 if name.endswith(COUNTS) else g * abs(value)
-        off = abs(film - other) / pair.times
-        rows[name] = Error(value, safety * max(difference, floor), units, film=off)
+    for name, n in numbers.items():
+        difference = max(abs(n.value - n.other), g.get(n.kind, 0.0) * abs(n.value))
+        off = abs(n.film - n.other) / pair.times
+        rows[name] = Error(n.value, SAFETY / apart * difference, n.units, film=off)
     if size is not None:
         film = 0.0 if pair.film is None else distance(pair.other, pair.film, size) / pair.times
-        rows[TRAJECTORY] = Error(0.0, safety * distance(pair.run, pair.other, size), film=film)
-    return Errors(rows, channels(pair.run, pair.other, safety), "", pair.rtol, g, begin, end, extremes(pair, g, safety))
+        rows[TRAJECTORY] = Error(0.0, THROUGHOUT / apart * distance(pair.run, pair.other, size), film=film)
+    along = {path: THROUGHOUT / apart * share for path, share in channels(pair.run, pair.other).items()}
+    stretches = extremes(pair, g[EXTREME], SAFETY / apart)
+    return Errors(rows, along, "", pair.rtol, g[EXTREME], begin, end, stretches)
 
 
-def _numbers(pair: Pair, summed: Summed, begin: float, end: float) -> dict[str, tuple[float, float, float, str]]:
-    """Metrics and located extremes by name: of the run, its companion and that with stronger films, and units."""
+@dataclass(frozen=True)
+class Number:
+    """A number of a run, of its companion and of that with stronger films; kind: EXTREME, MEAN or COUNT."""
+
+    value: float
+    other: float
+    film: float
+    units: str
+    kind: str
+
+
+def _numbers(pair: Pair, summed: Summed, begin: float, end: float) -> dict[str, Number]:
+    """Metrics and located extremes by name, those that are finite."""
     film = pair.other if pair.film is None else pair.film
     mine, others, films = (summed(record) for record in (pair.run, pair.other, film))
     found = {}
-    for name, metric in mine.items():
+    for name, m in mine.items():
         if name in others and name in films:
-            found[name] = metric.value, others[name].value, films[name].value, metric.units
+            found[name] = Number(m.value, others[name].value, films[name].value, m.units, _kind(name))
     located = pair.run.located
     for name, units in zip(located.names, located.units, strict=True):
         three = [record.located.of(name, begin, end) for record in (pair.run, pair.other, film)]
         if all(three):
-            found[name] = *(extreme.value for extreme in three), units
-    return {name: row for name, row in found.items() if np.isfinite(row[:3]).all()}
+            found[name] = Number(*(extreme.value for extreme in three), units, EXTREME)
+    return {name: n for name, n in found.items() if np.isfinite([n.value, n.other, n.film]).all()}
 
 
-def spread(one: Extremes, other: Extremes, begin: float = 0.0, end: float = math.inf) -> float:
-    """Geometric mean of the relative differences of located extremes; those that agree to the last digit left out."""
-    logarithms = []
-    for name in one.names:
-        a, b = one.of(name, begin, end), other.of(name, begin, end)
-        if a and b and a.value not in (0.0, b.value):
-            logarithms.append(math.log(abs(a.value - b.value) / abs(a.value)))
-    return math.exp(float(np.mean(logarithms))) if logarithms else 0.0
+def _kind(metric: str) -> str:
+    """Kind of a metric by its name."""
+    if metric.endswith(COUNTS):
+        return COUNT
+    return EXTREME if metric.endswith(("_max", "_min")) else MEAN
+
+
+def spread(numbers: Iterable[Number]) -> float:
+    """Geometric mean of the relative differences of numbers; those that agree to the last digit left out."""
+    shares = [abs(n.value - n.other) / abs(n.value) for n in numbers if n.value not in (0.0, n.other)]
+    return math.exp(float(np.mean(np.log(shares)))) if shares else 0.0
 
 
 def extremes(pair: Pair, g: float, safety: float) -> ExtremeErrors:
@@ -203,15 +222,15 @@ def extremes(pair: Pair, g: float, safety: float) -> ExtremeErrors:
     return ExtremeErrors(np.where(np.isfinite(bound), bound, 0.0), np.where(np.isfinite(off), off, 0.0))
 
 
-def channels(one: Record, other: Record, safety: float = SAFETY) -> dict[str, float]:
-    """Largest difference at a sample over the range, of each channel, times a safety."""
+def channels(one: Record, other: Record) -> dict[str, float]:
+    """Largest difference at a sample over the range, of each channel."""
     found = {}
     for path in paths(one):
         if path == "energy/residual":  # an error itself
             continue
         a, b = one.values(path), other.values(path)
         size = max(float(np.ptp(a)), ROUNDING * float(np.abs(a).max()))
-        found[path] = safety * float(np.abs(a - b).max()) / size if size > 0.0 else 0.0
+        found[path] = float(np.abs(a - b).max()) / size if size > 0.0 else 0.0
     return found
 
 

@@ -60,8 +60,8 @@ class Errors(Mapping):
     """Stated errors of a run by name: of its metrics ("joint_B_force_max"), of its located extremes over the same
     part of the run ("joints/B/force_max"), and of the "trajectory", over the clearance.
 
-    channels: twice the largest difference of the two runs over a channel's range, by path. reason: why nothing is
-    stated, "" where something is. rtol: tolerances of the run and of its companion. spread: geometric mean of the
+    channels: three times the largest difference of the two runs over a channel's range, by path. reason: why nothing
+    is stated, "" where something is. rtol: tolerances of the run and of its companion. spread: geometric mean of the
     relative differences of the extremes. begin, end: the part of the run that metrics are about [s]. extremes: errors
     stretch by stretch. asked: relative errors that were asked for, by name; cannot: why that was not reached.
     """

@@ -511,7 +511,7 @@ ERROR_COLUMNS = {
     "film": ("1", "change by the largest error of the film tables, in units_of"),
     "kind": ("1", "way in which the error was found"),
     "channel": ("1", "path of a channel"),
-    "share": ("1", "twice the largest difference of a channel from the companion over its range"),
+    "share": ("1", "three times the largest difference of a channel from the companion over its range"),
 }
 EXTREME_ERRORS = {
     "stated": ("1", "stated error of each value by the integration, in units_of"),

@@ -16,7 +16,6 @@ from clearance.companion import (
     LARGEST,
     LOOSER,
     LOOSEST,
-    SAFETY,
     Pair,
     Parted,
     Start,
@@ -38,7 +37,7 @@ TIGHTEST = 1e-13  # of the last, at least
 LARGEST_STEP, LOST_STEP = 1e-3, 1e-2  # by which a tolerance falls at once, at most; while trajectories are apart
 AIM = 0.5  # of the asked error, that the next tolerance aims at
 FLOOR, DECADES = 3.0, 2.0  # an error that falls by less than this over so many decades of the tolerance has a floor
-LOST = 1e-10  # tolerance at which trajectories that are still apart will stay so
+LOST = 1e-10  # tolerance from which on floors are looked for, and trajectories that are still apart will stay so
 PARTED = 0.1  # of the clearance: trajectories this far apart have nothing to do with each other
 MEMORY = "a film with a memory is first order in the step, whatever the tolerance"
 #: patterns of the numbers that a run prints
@@ -148,7 +147,7 @@ class Attempt:
 
 @dataclass(frozen=True)
 class Answer:
-    """What a request came to: the run, its errors with what was asked, and why that could not be reached, if so."""
+    """Outcome of a request: the run, its errors with what was asked, and why that could not be reached, if so."""
 
     attempt: Attempt
     errors: Errors
@@ -235,7 +234,7 @@ class Ladder:
         errors = stated(pair, self.summed, self.settle, size)
         apart = loose[0] / rtol
         if apart > 1.0 and not errors.trajectory > PARTED:  # runs that have parted tell nothing of tighter ones
-            errors = stated(pair, self.summed, self.settle, size, SAFETY * (LOOSER - 1.0) / (apart - 1.0))
+            errors = stated(pair, self.summed, self.settle, size, (apart - 1.0) / (LOOSER - 1.0))
         return errors if self.film is None else self._with_films(errors)
 
     def _with_films(self, errors: Errors) -> Errors:
@@ -271,7 +270,7 @@ class Ladder:
         """The worst error fell by less than FLOOR over DECADES of the tolerance."""
         rtol, worst = self.past[-1]
         before = [w for r, w in self.past if r >= rtol * 10.0**DECADES * (1.0 - 1e-9)]
-        return bool(before) and worst > before[-1] / FLOOR
+        return rtol <= LOST and bool(before) and worst > before[-1] / FLOOR
 
     def _unstated(self, attempt: Attempt, reason: str) -> Answer:
         """A run whose errors cannot be stated, and why."""

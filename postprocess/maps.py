@@ -51,7 +51,12 @@ MARKS = {
     "settling": {"facecolor": "0.95", "edgecolor": "0.55", "hatch": "--"},
     "unsettled": {"facecolor": "0.9", "edgecolor": "0.5", "hatch": "\\\\"},
     "without": {"facecolor": "white", "edgecolor": "0.6", "hatch": ".."},
+    "doubtful": {"facecolor": "none", "edgecolor": "white", "hatch": "///"},
 }
+#: share of the colours of a map that an error must not exceed
+STEP = 0.05
+#: end of the metrics that are another's stated error
+ERROR = "_error"
 
 
 @dataclass(frozen=True)
@@ -255,7 +260,7 @@ def chosen_metrics(sweep: Sweep, metrics: str | Iterable[str] | None, points: np
 
     Raises ValueError for metrics that the sweep has not got, and for more than a page holds.
     """
-    known = list(sweep.metrics)
+    known = [n for n in sweep.metrics if not _is_error(n, sweep)]
     if metrics is None:
         done = sweep.done & np.isin(np.arange(len(sweep)), sweep.select() if points is None else points)
         finite = [n for n in known if np.isfinite(sweep.metrics[n][done]).any()]
@@ -266,6 +271,8 @@ def chosen_metrics(sweep: Sweep, metrics: str | Iterable[str] | None, points: np
             raise ValueError(f"{sweep.folder} has no metric to draw: {int(done.sum())} points are done")
         return found
     names = [metrics] if isinstance(metrics, str) else list(metrics)
+    if any(name.endswith(ERROR) for name in names):
+        known = list(sweep.metrics)
     for name in names:
         if not any(fnmatchcase(n, name) for n in known):
             raise ValueError(f"no metric {name!r} in {sweep.folder}; it has {', '.join(known) or 'none'}")
@@ -294,6 +301,20 @@ def _metric(choice: Choice, name: str) -> tuple[np.ndarray, str, str]:
     return values * factor, unit, text
 
 
+def _is_error(name: str, sweep: Sweep) -> bool:
+    """True for the stated error of a metric."""
+    return name.endswith(ERROR) and name != "period_error" and name.removesuffix(ERROR) in sweep.metrics
+
+
+def _doubtful(values: np.ndarray, errors: np.ndarray | None, norm) -> np.ndarray:
+    """Points whose error or interval is more than a step of the colours."""
+    if errors is None:
+        return np.zeros(len(values), dtype=bool)
+    known = np.isfinite(values) & np.isfinite(errors)
+    low, high = (np.where(known, v, norm.vmin) for v in (values, values + errors))
+    return known & (np.abs(norm(high) - norm(low)) > STEP)
+
+
 # --- maps
 def maps(
     sweep: Sweep,
@@ -312,7 +333,8 @@ def maps(
     metrics: names or patterns (default: up to six telling ones); x, y: parameters along the axes; a third one has a
     panel for each of its values; at: values (SI) of parameters that are held, numbers the nearest that was swept; log:
     whether colours are logarithmic ("auto": where a metric is positive and spans decades). Cells of failed runs are
-    hatched, points not run yet are blank; only_settled: so are those whose motion did not come back to itself within
+    hatched, so are those whose stated error or interval exceeds a twentieth of the colours; points not run yet are
+    blank; only_settled: so are those whose motion did not come back to itself within
     the run (no finite `period`); remark: a sentence below the title. Raises ValueError for unknown metrics and
     parameters, and for sweeps of samples or of fewer than two parameters.
     """
@@ -401,8 +423,9 @@ def _maps(
     settling = endless & choice.settling & (units == "turns")
     states = {"failed": choice.failed, "endless": endless & ~settling, "settling": settling}
     states |= {"without": done & np.isnan(values), "unsettled": choice.unsettled}
+    states["doubtful"] = _doubtful(values, _intervals(choice, name), norm)
     says = {"failed": "failed", "endless": _endless(units), "settling": SLOW, "without": "no value"}
-    says["unsettled"] = "not settled"
+    says |= {"unsettled": "not settled", "doubtful": f"error over {STEP:.0%} of the colours"}
     borders = tuple(edges(axis.at, axis.log) for axis in plane)
     for axes, (title, there) in zip(row, panels, strict=True):
         mesh = figures.cells(axes, borders, _table(plane, values, there), norm)
@@ -477,8 +500,8 @@ def curves(
 ) -> Path:
     """Metrics over a swept parameter, a panel each, saved under `path`; of samples, over each parameter.
 
-    metrics: names or patterns (default: up to six telling ones), with bars where one has 95 % intervals; x: the
-    parameter (default: the first with numbers); a second one has a curve for each of its values; at: values (SI) of
+    metrics: names or patterns (default: up to six telling ones), with bars where one has 95 % intervals or errors; x:
+    the parameter (default: the first with numbers); a second one has a curve for each of its values; at: values (SI) of
     parameters that are held, numbers the nearest that was swept; only_settled: leave out points whose motion did not
     come back to itself within the run (no finite `period`). Crosses at the bottom: failed runs. Raises ValueError for
     unknown metrics and parameters.
@@ -557,9 +580,9 @@ def _curves(axes, choice: Choice, x: Axis, name: str, groups: list, styles: list
 
 
 def _intervals(choice: Choice, name: str) -> np.ndarray | None:
-    """Half widths of the intervals of a metric in its display units; None for a metric without."""
-    intervals = f"{name}{INTERVAL}"
-    if intervals not in choice.sweep.metrics:
+    """Half widths of the intervals of a metric, or its stated errors, in its display units; None without."""
+    intervals = next((n for n in (f"{name}{INTERVAL}", f"{name}{ERROR}") if n in choice.sweep.metrics), None)
+    if intervals is None or name == "period":
         return None
     _, factor = shown_in(choice.sweep.known.get(name, ("?", name))[0], choice.values(name))
     return choice.values(intervals) * factor

@@ -22,8 +22,11 @@ def add_error(command: argparse.ArgumentParser) -> None:
 
 
 def tolerance(options, usual: float = 1e-6) -> float:
-    """--rtol, else the usual one. Raises ValueError where --error chooses it."""
-    if options.rtol is not None and options.error not in (None, "state"):
+    """--rtol, else the usual one. Raises ValueError where --error chooses it, or stands beside --steady."""
+    asked = options.error not in (None, "state")
+    if asked and getattr(options, "steady", None) is not None:
+        raise ValueError(f"--error {options.error} is for runs from a start; --steady has an error of its own")
+    if asked and options.rtol is not None:
         raise ValueError(f"--error {options.error} chooses the tolerance: leave out --rtol")
     return usual if options.rtol is None else options.rtol
 

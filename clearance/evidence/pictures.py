@@ -34,9 +34,11 @@ def saved(figure: Figure, path: str | Path) -> Path:
 
 
 def work_precision(study, path: str | Path) -> Path:
-    """Error against run time, both logarithmic: own methods as thick lines, others thin and dashed."""
-    figure = sheet(9.0, 5.2)
-    axes = figure.add_subplot()
+    """Error against run time, both logarithmic: own methods as thick lines, others thin and dashed. Beside it stated
+    against true errors of the own methods: below the diagonal a statement would be too small.
+    """
+    figure = sheet(12.0, 5.2)
+    axes, beside = figure.subplots(1, 2, width_ratios=(3, 2))
     own = other = 0
     for c in study.curves:
         if not c.seconds:
@@ -46,14 +48,23 @@ def work_precision(study, path: str | Path) -> Path:
             style = {"color": GREYS[other % 10], "lw": 1.0, "ls": "--", "marker": "sv^<>DPX*+"[other % 10], "ms": 4}
         own, other = own + c.own, other + (not c.own)
         axes.loglog(c.error, [1e3 * s for s in c.seconds], label=c.name, **style)
+        if c.own:
+            beside.loglog(c.error, c.stated, color=style["color"], lw=0.0, marker="o", ms=4)
     axes.axvspan(axes.get_xlim()[0], max(study.doubt, axes.get_xlim()[0]), color="0.92", lw=0)
     axes.set_xlabel(f"error: largest deviation of {study.measure}")
     axes.set_ylabel("run time / ms")
     axes.invert_xaxis()
     axes.grid(True, which="major", color="0.9")
-    axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    axes.legend(fontsize=8, frameon=False)
     span = f"{study.turns:.3g} turns" if study.turns else f"{study.until:.3g} s"
     axes.set_title(f"{study.title}, {span}", fontsize=10)
+    ends = [*beside.get_xlim(), *beside.get_ylim()]
+    beside.loglog([min(ends), max(ends)], [min(ends), max(ends)], color="0.4", lw=1.0)
+    beside.axvspan(min(ends), max(study.doubt, min(ends)), color="0.92", lw=0)
+    beside.set_xlabel("true error")
+    beside.set_ylabel("stated error")
+    beside.set_title("own methods: stated, from the run at ten times the tolerance", fontsize=10)
+    beside.grid(True, which="major", color="0.9")
     return saved(figure, path)
 
 
@@ -127,13 +138,16 @@ def lyapunov(found, path: str | Path) -> Path:
     return saved(figure, path)
 
 
+KINDS = {"trajectory": "trajectories", "extreme": "extremes", "mean": "means"}
+
+
 def stated_against_true(rows, path: str | Path) -> Path:
     """Stated over true relative errors, a point a number; below the diagonal a statement would be too small.
 
     rows: with kind, stated and true.
     """
     figure = sheet(9.0, 4.6)
-    kinds = list(dict.fromkeys(r.kind for r in rows))
+    kinds = sorted({r.kind for r in rows}, reverse=True)
     low = 10.0 ** math.floor(math.log10(min(r.true for r in rows)))
     high = 10.0 ** math.ceil(math.log10(max(r.stated for r in rows)))
     first = None
@@ -144,7 +158,7 @@ def stated_against_true(rows, path: str | Path) -> Path:
         axes.fill_between([low, high], [low, high], low, color="0.92", lw=0)
         axes.loglog([low, high], [low, high], color="0.4", lw=1.0)
         axes.plot(true, stated, ".", color=COLOURS[i % 4], ms=3, alpha=0.4, mew=0, rasterized=True)
-        axes.set_title(f"{kind}: {np.mean(stated >= true):.1%} of {len(mine)} covered", fontsize=10)
+        axes.set_title(f"{KINDS.get(kind, kind)}: {np.mean(stated >= true):.1%} of {len(mine)} covered", fontsize=10)
         axes.set_xlabel("true error")
         axes.grid(True, which="major", color="0.9")
         axes.text(0.97, 0.04, "stated too small", transform=axes.transAxes, ha="right", fontsize=8, color="0.35")

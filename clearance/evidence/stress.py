@@ -233,7 +233,8 @@ def judge(cell: Cell) -> Verdict:
 
     try:
         result = simulate(
-            cell.scene(), turns=cell.turns, rtol=cell.rtol, max_steps=STEP_BUDGET, samples_per_turn=100, progress=watch
+            cell.scene(), turns=cell.turns, rtol=cell.rtol, max_steps=STEP_BUDGET, samples_per_turn=100, progress=watch,
+            error=None,
         )
     except SimulationError as error:
         named = bool(WHEN.search(str(error)))

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance import checks
+from clearance.companion import SAFETY
 from clearance.demand import Demand, affordable
 from clearance.evidence.exudyn import EXUDYN_STEPS, Exudyn
 from clearance.evidence.peers import PEERS
@@ -39,7 +40,10 @@ FLOOR = 1e-9  # errors of a chaotic reference must stay below this where they ar
 
 @dataclass
 class Curve:
-    """One solver: its points, ordered by tolerance, and what it cost before the first one."""
+    """One solver: its points, ordered by tolerance, and what it cost before the first one.
+
+    stated: errors that a run has by one at ten times the tolerance, as `simulate` states them; nan without such a run.
+    """
 
     name: str
     own: bool
@@ -48,13 +52,15 @@ class Curve:
     error: list[float] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
     evaluations: list[int] = field(default_factory=list)
+    stated: list[float] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
-    def add(self, rtol: float, error: float, seconds: float, evaluations: int) -> None:
+    def add(self, rtol: float, error: float, seconds: float, evaluations: int, stated: float = math.nan) -> None:
         self.rtol.append(rtol)
         self.error.append(error)
         self.seconds.append(seconds)
         self.evaluations.append(evaluations)
+        self.stated.append(stated)
 
     def cheapest(self, level: float) -> float:
         """Seconds of the cheapest run with an error of at most `level`; nan if there is none."""
@@ -147,7 +153,7 @@ def _statistics(scene: Scene, progress: Callable[[str], None]) -> dict[float, di
     for rtol in STATISTICS_RTOLS if scene.turn else ():
         progress(f"statistics over {STATISTICS_TURNS} turns at {rtol:.0e}")
         try:
-            result = simulate(scene, turns=STATISTICS_TURNS, rtol=rtol)
+            result = simulate(scene, turns=STATISTICS_TURNS, rtol=rtol, error=None)
         except SimulationError as reason:
             if reason.result is None:
                 raise
@@ -196,22 +202,23 @@ def _curve(problem: Problem, name: str, own: bool, prepare: Callable, progress: 
     except (NotSolved, ValueError, RuntimeError) as reason:
         curve.notes.append(f"rtol 1e-03: {reason}")
     curve.prepared_s = time.perf_counter() - began
-    failures = len(curve.notes)
+    failures, looser = len(curve.notes), None
     for rtol in RTOLS:
         if failures > 1 or curve.seconds and curve.seconds[-1] > PATIENCE:
             curve.notes.append(f"not asked for rtol {rtol:.0e} and tighter")
             break
         progress(f"{name} at {rtol:.0e}")
         try:
-            _point(problem, curve, solve, rtol)
+            looser = _point(problem, curve, solve, rtol, looser)
             failures = 0
         except (NotSolved, ValueError, RuntimeError) as reason:
             curve.notes.append(f"rtol {rtol:.0e}: {reason}")
-            failures += 1
+            failures, looser = failures + 1, None
     return curve
 
 
-def _point(problem: Problem, curve: Curve, solve: Callable, rtol: float) -> None:
+def _point(problem: Problem, curve: Curve, solve: Callable, rtol: float, looser: np.ndarray | None) -> np.ndarray:
+    """Add the point of a tolerance, and return its states; looser: those at ten times the tolerance, where known."""
     found, began = [], time.perf_counter()
     while len(found) < REPEATS and (not found or time.perf_counter() - began < ENOUGH):
         found.append(solve(problem, rtol))
@@ -219,7 +226,10 @@ def _point(problem: Problem, curve: Curve, solve: Callable, rtol: float) -> None
     error = problem.error(found[0].states)
     if not error < NONSENSE:
         raise NotSolved(f"its answer is {error:.2g} away, which is no answer")
-    curve.add(rtol, error, seconds, found[0].evaluations)
+    states = found[0].states
+    stated = math.nan if looser is None else SAFETY * float(problem.distance(states, looser).max())
+    curve.add(rtol, error, seconds, found[0].evaluations, stated)
+    return states
 
 
 def _exudyn(problem: Problem, remarks: list[str], progress: Callable[[str], None]) -> list[Curve]:
@@ -277,10 +287,21 @@ def describe(study: Study) -> list[str]:
         f"{study.title}: error = largest deviation of {study.measure} over {span};",
         f"reference {study.reference[0]} at its tightest, {study.doubt:.1g} away from {study.reference[1]}",
     ]
-    lines += study.remarks
+    lines += study.remarks + _stated(study)
     if study.statistics:
         lines += ["", *statistics_table(study), ""]
     return lines + [f"{c.name}: {note}" for c in study.curves for note in c.notes]
+
+
+def _stated(study: Study) -> list[str]:
+    """A sentence on stated and true errors of own methods, above the doubt of the reference."""
+    pairs = [p for c in study.curves if c.own for p in zip(c.stated, c.error, strict=True)]
+    factors = sorted(s / e for s, e in pairs if s == s and e > study.doubt)
+    if not factors:
+        return []
+    above, middle = sum(f >= 1.0 for f in factors), factors[len(factors) // 2]
+    count = f"{above} of {len(factors)} runs"
+    return [f"stated errors are above the true ones in {count}, {middle:.2g} times in the median"]
 
 
 def statistics_table(study: Study) -> list[str]:
@@ -305,7 +326,7 @@ def plain(study: Study) -> dict:
         ],
         "curves": [
             {"name": c.name, "own": c.own, "prepared_s": c.prepared_s, "rtol": c.rtol, "error": c.error,
-             "seconds": c.seconds, "evaluations": c.evaluations, "notes": c.notes}
+             "stated": c.stated, "seconds": c.seconds, "evaluations": c.evaluations, "notes": c.notes}
             for c in study.curves
         ],
     }  # fmt: skip
@@ -320,6 +341,7 @@ def save(study: Study, folder: str | Path) -> Path:
             {
                 "rtol": ("1", "tolerance asked for (Exudyn: step over turn)", np.array(c.rtol)),
                 "error": ("1", f"largest deviation of {study.measure}", np.array(c.error)),
+                "stated": ("1", "stated error, by the run at ten times the tolerance", np.array(c.stated)),
                 "seconds": ("s", "median run time, warm", np.array(c.seconds)),
                 "evaluations": ("1", "right-hand sides (0: not counted)", np.array(c.evaluations, np.int64)),
             },

@@ -46,5 +46,5 @@ class Stating:
         errors = self.errors or {}
         return {
             f"{n}_error": Metric(errors[n].total, m.units, f"stated error: {m.text}")
-            for n, m in found.items() if n in errors
+            for n, m in found.items() if n in errors and not n.startswith("period")
         }  # fmt: skip

@@ -502,3 +502,17 @@ def test_curves_have_bars_of_intervals(made, tmp_path, monkeypatch):
     curves(sweep, tmp_path / "c.png", metrics=["force_peak_mean"])
     ((y, half),) = seen
     np.testing.assert_allclose(half / y, 0.05)
+
+
+def test_errors_of_metrics(made, gallery, tmp_path):
+    """Cells whose stated error exceeds a twentieth of the colours are hatched, curves have bars."""
+    errors = {"force": force, "force_error": lambda speed, clearance: 0.2 * force(speed, clearance) * (speed > 30.0)}
+    sweep = made(grid(speed=SPEEDS, clearance=CLEARANCES), errors)
+    maps(sweep, tmp_path / "m.png", metrics="force*")
+    axes = gallery.figures[-1].axes[0]
+    hatched = [len(c.get_paths()) for c in axes.collections if isinstance(c, PatchCollection)]
+    assert sum(hatched) == (SPEEDS > 30.0).sum() * len(CLEARANCES)
+    curves(sweep, tmp_path / "c.png", x="speed", at={"clearance": CLEARANCES[0]})
+    assert len(gallery.figures[-1].axes[0].collections) == 1  # the bars
+    assert chosen_metrics(sweep, None) == ["force"]
+    assert chosen_metrics(sweep, "*_error") == ["force_error"]
