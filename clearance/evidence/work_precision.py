@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance import checks
-from clearance.companion import SAFETY
+from clearance.companion import THROUGHOUT
 from clearance.demand import Demand, affordable
 from clearance.evidence.exudyn import EXUDYN_STEPS, Exudyn
 from clearance.evidence.peers import PEERS
@@ -227,7 +227,7 @@ def _point(problem: Problem, curve: Curve, solve: Callable, rtol: float, looser:
     if not error < NONSENSE:
         raise NotSolved(f"its answer is {error:.2g} away, which is no answer")
     states = found[0].states
-    stated = math.nan if looser is None else SAFETY * float(problem.distance(states, looser).max())
+    stated = math.nan if looser is None else THROUGHOUT * float(problem.distance(states, looser).max())
     curve.add(rtol, error, seconds, found[0].evaluations, stated)
     return states
 
