@@ -51,7 +51,7 @@ MARKS = {
     "settling": {"facecolor": "0.95", "edgecolor": "0.55", "hatch": "--"},
     "unsettled": {"facecolor": "0.9", "edgecolor": "0.5", "hatch": "\\\\"},
     "without": {"facecolor": "white", "edgecolor": "0.6", "hatch": ".."},
-    "doubtful": {"facecolor": "none", "edgecolor": "white", "hatch": "///"},
+    "doubtful": {"facecolor": "none", "edgecolor": "#d55e00", "hatch": "///"},
 }
 #: share of the colours of a map that an error must not exceed
 STEP = 0.05
