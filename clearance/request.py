@@ -222,7 +222,8 @@ class Ladder:
         run = Run(self.run.mechanism, self.run.span, replace(self.run.solver, rtol=rtol))
         run.state.y[:], run.state.work[:] = self.start.y, self.start.work
         self.runs.append(rtol)
-        run.started, run.opened, kept = self.run.started, self.run.opened, Kept(run)
+        run.started, run.opened, run.options = self.run.started, self.run.opened, self.run.options
+        kept = Kept(run)
         with Held() as held:
             failure = run.record(kept, self.progress, check=held.check)
         return Attempt(run, kept, failure)

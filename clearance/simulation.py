@@ -128,22 +128,22 @@ def simulate(
             if request is not None:
                 return answer(run, output, request, settle, progress)
             return write(run, output, progress, *_statement(run, output, error, settle))
-        except SimulationError as error:
+        except SimulationError as failed:  # not `error`: it is needed again
             dead = run.dead_centre
-            if error.result is None or checkpoint is not None or dead is None or not dead.soft_joints:
+            if failed.result is None or checkpoint is not None or dead is None or not dead.soft_joints:
                 raise
             LOG.info("%s: again with places of its bodies as coordinates", dead.text)
-            error.result.close()
+            failed.result.close()
             run = prepared(opened=(*run.opened, dead.soft_joints[0]))
 
 
-def _options(output: Output, error: str | None, settle: float | None) -> dict:
+def _options(output: Output, error: str | float | Mapping | None, settle: float | None) -> dict:
     """Arguments of `simulate` that are no part of `prepare`, as plain data."""
     return {
         "channels": output.channels and list(output.channels),
         "compression": output.compression,
         "pressure_fields": output.pressure_fields,
-        "error": error,
+        "error": dict(error) if isinstance(error, Mapping) else error,
         "settle": settle,
     }
 
