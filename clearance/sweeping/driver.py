@@ -278,7 +278,8 @@ class _Driver:
         self.news: list[str] = []
         self.deaths: dict[int, int] = {}
         self.in_a_row = 0  # workers that died since a run ended
-        self.blocks = not (definition.files or definition.own or "start" in definition.options)
+        apart = {"start", "error"} & definition.options.keys()
+        self.blocks = not (definition.files or definition.own or apart)
         self.alone: set[int] = set()  # points that share no block again
         self.in_lanes = 0  # runs side by side
         self.usual, self.together = 0.0, 0  # wall time of a recent run [s]; runs in the memory of others
