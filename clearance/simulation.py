@@ -97,9 +97,7 @@ def simulate(
     NotReached, with the best run, where an error cannot be reached that was asked for;
     KeyboardInterrupt once what was computed is kept, with a note that says where.
     """
-    request = None if error is None or isinstance(error, str) and error == STATE else Request.of(error)
-    if request is not None and checkpoint is not None:
-        raise ValueError("checkpoint and an error that is asked for do not go together: its runs are kept in memory")
+    request = _request(error, checkpoint)
     output = Output(path, channels, compression, checkpoint, pressure_fields)
     if pressure_fields is not None:
         fields.check(scene.description(), pressure_fields, channels)
@@ -135,6 +133,15 @@ def simulate(
             LOG.info("%s: again with places of its bodies as coordinates", dead.text)
             failed.result.close()
             run = prepared(opened=(*run.opened, dead.soft_joints[0]))
+
+
+def _request(error: str | float | Mapping | None, checkpoint: float | None) -> Request | None:
+    """The request for an error; None where none is asked for. Raises ValueError."""
+    if error is None or isinstance(error, str) and error == STATE:
+        return None
+    if checkpoint is not None:
+        raise ValueError("checkpoint and an error that is asked for do not go together: its runs are kept in memory")
+    return Request.of(error)
 
 
 def _options(output: Output, error: str | float | Mapping | None, settle: float | None) -> dict:
