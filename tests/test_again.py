@@ -14,8 +14,10 @@ from clearance.stepping import status
 
 #: a twentieth of a turn, or 10 ms
 SHORT = 0.05
+COSTLY = ("five_axis_chain", "mobile_manipulator")  # to compile
 RUNS = [
-    *((name, {}, {}) for name in case_names()),
+    *((name, {}, {}) for name in case_names() if name not in COSTLY),
+    *(pytest.param(name, {}, {}, marks=pytest.mark.slow) for name in COSTLY),
     (
         "four_bar",
         {"model": "dry"},
@@ -25,9 +27,7 @@ RUNS = [
 ]
 
 
-@pytest.mark.parametrize(
-    ("name", "values", "options"), RUNS, ids=[f"{n}-{len(o)}" for n, _, o in RUNS]
-)
+@pytest.mark.parametrize(("name", "values", "options"), RUNS)
 def test_a_result_again_bit_for_bit(name, values, options, tmp_path):
     scene = cl.load_case(name, **values)
     until = SHORT * (scene.turn or 0.2)
