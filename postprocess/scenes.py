@@ -51,6 +51,7 @@ OF_FRICTION = {
     "transition_rate": ("rad/s", "m/s"), "stribeck_rate": ("rad/s", "m/s"), "breakaway_rate": ("rad/s", "m/s"),
 }  # fmt: skip
 HERE = ("clearance.laws.", "clearance.film.")  # modules of laws whose units are known
+SPRINGS = "clearance.laws.spring:"  # whose units are those of a line or of a twist
 
 
 def described(scene: dict) -> Markup:
@@ -212,6 +213,11 @@ def _drive(drive: dict) -> str:
     return said + start + (f" with {words(drive['speed_start'], rate)}" if drive["speed_start"] is not None else "")
 
 
+def _known(law: str) -> bool:
+    """True for a law of the package whose parameters have the same units wherever it stands."""
+    return law.startswith(HERE) and not law.startswith(SPRINGS)
+
+
 def words(value, units: str = "1") -> str:
     """A value of a scene's description in words: numbers with units, laws with their parameters."""
     if value is None:
@@ -226,7 +232,7 @@ def words(value, units: str = "1") -> str:
         name = value["law"].rpartition(":")[2] if "law" in value else value.get("name", "")
         own = {n: v for n, v in value.items() if n not in ("law", "type", "name")}
         owner = (value.get("law") or value.get("type", "")).rpartition(":")[2]
-        listed = _listed(own, owner, "law" not in value or value["law"].startswith(HERE))
+        listed = _listed(own, owner, "law" not in value or _known(value["law"]))
         return ": ".join(filter(None, (name, listed)))
     return str(value)
 
