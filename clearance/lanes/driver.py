@@ -18,13 +18,13 @@ from clearance.lanes.steps import (
     PREPARE,
     START,
 )
-from clearance.lanes.watch import SAMPLE, SEARCH
 from clearance.stepping import status
 from clearance.stepping.locating import CLOSER, EDGE, REACH, ROUNDS, SETTLED
 from clearance.stepping.types import DIGEST
 from clearance.store import OPTIONS, cached, entry_caller, njit, types
 
-PIECES = 6  # START to INSIDE, one for each phase
+PIECES = 7  # START to INSIDE, one for each phase, and that of samples
+SAMPLE = 6  # its place among them
 NEVER = 1e300
 SAME = 1e-12  # share of the time within which two moments are one
 
@@ -39,7 +39,9 @@ ROWS = (
     "steps",
     "rejected",
     "theta",
-    "job",
+    "sampled",
+    "sample_time",
+    "sample",
     "share",
     "due",
     "within",
@@ -50,7 +52,10 @@ ROWS = (
     "seen",
     "middle",
     "tracks",
+    "sums",
     "given",
+    "base",
+    "polynomial",
     "y",
 )
 (
@@ -63,7 +68,9 @@ ROWS = (
     STEPS,
     REJECTED,
     THETA,
-    JOB,
+    SAMPLED,
+    SAMPLE_TIME,
+    SAMPLE_STATE,
     SHARE,
     DUE,
     WITHIN,
@@ -74,17 +81,20 @@ ROWS = (
     SEEN,
     MIDDLES,
     TRACKS,
+    SUMS,
     GIVEN,
+    BASE,
+    POLYNOMIAL,
     STATE,
 ) = range(len(ROWS))
+DEGREE = len(ROWS)  # behind their places: that of the dense output
 
 #: columns of `spans`, a row for each point
 BEGIN, UNTIL, EVERY, SAMPLES, TURN = range(5)
 #: columns of `searches`, a row for each lane: the quantity, its parabola and how far it has come
-QUANTITY, STAGE, ROUND, A, B, C, AT_A, AT_B, AT_C, WIDTH, SAMPLE_INDEX, POINT, CALLED, TURNS = (
-    range(14)
-)
-SEARCH_COLUMNS = 14
+QUANTITY, STAGE, ROUND, A, B, C, AT_A, AT_B, AT_C, WIDTH = range(10)
+SAMPLE_INDEX, POINT, CALLED, TURNS, WAITING = range(10, 15)  # and its run's progress
+SEARCH_COLUMNS = 15
 MIDDLE, SUMMIT, LEFT, RIGHT = range(4)  # stages of a search
 
 call = entry_caller(2)
@@ -117,7 +127,7 @@ def load(rows, at, lane, point, blank, where, points, spans, searches):
     rows[at[PHASE], lane] = START
     rows[at[END], lane] = end_of_turn(span, 0)
     rows[at[WITHIN], lane] = 0.0 if span[BEGIN] > 0.0 else 1.0
-    searches[lane, TURNS] = 0.0
+    searches[lane, TURNS] = searches[lane, WAITING] = 0.0
     index = math.ceil(span[BEGIN] * (1.0 - SAME) / span[EVERY])
     searches[lane, SAMPLE_INDEX] = index
     searches[lane, POINT] = point
@@ -125,11 +135,11 @@ def load(rows, at, lane, point, blank, where, points, spans, searches):
 
 
 @helper
-def arrive(rows, at, lane, quantities, span, energies, begun, extremes, searches):
+def arrive(rows, at, lane, quantities, span, energies, begun, extremes, own):
     """Take in the end of a turn: its extremes, and that the window begins; False where the run is over."""
     if rows[at[STATUS], lane] != 0.0:
         return False
-    turn, time = int(searches[lane, TURNS]), rows[at[TIME], lane]
+    turn, time = int(own[TURNS]), rows[at[TIME], lane]
     for k in range(quantities):
         extremes[turn, k] = rows[at[VALUE] + k, lane]
         rows[at[VALUE] + k, lane] = rows[at[NEXT] + k, lane]
@@ -139,7 +149,7 @@ def arrive(rows, at, lane, quantities, span, energies, begun, extremes, searches
         for k in range(energies.size):
             begun[k] = rows[at[STATE] + energies[k], lane]
         rows[at[WITHIN], lane] = 1.0
-    searches[lane, TURNS] = turn + 1.0
+    own[TURNS] = turn + 1.0
     rows[at[END], lane] = end_of_turn(span, turn + 1)
     rows[at[PHASE], lane] = PREPARE
     return True
@@ -147,27 +157,56 @@ def arrive(rows, at, lane, quantities, span, energies, begun, extremes, searches
 
 # --- places inside a step
 @helper
-def next_place(rows, at, lane, span, quantities, given, searches):
-    """Choose the next place inside the step; True where there is one. Samples first, then searches."""
-    own = searches[lane]
-    if rows[at[DUE], lane] <= rows[at[TIME], lane]:
-        due, h = rows[at[DUE], lane], rows[at[LAST_H], lane]
-        rows[at[THETA], lane] = min((due - rows[at[FROM], lane]) / h, 1.0) if h > 0.0 else 0.0
-        half, begin, end = 0.5 * span[EVERY], span[BEGIN], span[UNTIL]
-        inside = min(due + half, end) - max(due - half, begin)
-        rows[at[SHARE], lane] = inside / (end - begin)
-        rows[at[JOB], lane] = SAMPLE
-        for k in range(given.shape[0]):
-            rows[at[GIVEN] + k, lane] = given[k, int(own[SAMPLE_INDEX])]
-        return True
-    if rows[at[JOB], lane] != SEARCH:  # the first search of this step begins in its middle
-        for k in range(quantities):
-            if rows[at[SEARCHED] + k, lane] > 0.5:
-                rows[at[JOB], lane] = SEARCH
-                rows[at[THETA], lane], own[STAGE] = 0.5, MIDDLE
-                return True
-        return False
-    return searched(rows, at, lane, quantities, own)
+def push(rows, at, lane, span, queue, own):
+    """Put the samples of the step made last into the lane's queue: index, time, state. True where it is full."""
+    h, room = rows[at[LAST_H], lane], queue.shape[0]
+    while rows[at[DUE], lane] <= rows[at[TIME], lane] and own[WAITING] < room:
+        due = rows[at[DUE], lane]
+        theta = min((due - rows[at[FROM], lane]) / h, 1.0) if h > 0.0 else 0.0
+        item = queue[int(own[WAITING])]
+        item[0], item[1] = own[SAMPLE_INDEX], due
+        states = item.size - 2
+        for i in range(states):
+            value = 0.0
+            for r in range(at[DEGREE] - 1, -1, -1):
+                value += rows[at[POLYNOMIAL] + r * states + i, lane]
+                value *= theta if r % 2 == 0 else 1.0 - theta
+            item[2 + i] = rows[at[BASE] + i, lane] + value
+        own[WAITING] += 1.0
+        own[SAMPLE_INDEX] += 1.0
+        rows[at[DUE], lane] = sample_time(span, own[SAMPLE_INDEX])
+    return own[WAITING] == room
+
+
+@helper
+def flush(entry, table, rows, at, lane, side, common, means, span, given, queue, tracks, own):
+    """Outputs at all samples of a lane's queue, W of them at a time; side: rows for them."""
+    width, count = rows.shape[1], int(own[WAITING])
+    for i in range(common.size):
+        for k in range(width):
+            side[common[i], k] = rows[common[i], lane]
+    for first in range(0, count, width):
+        for k in range(width):
+            item = queue[min(first + k, count - 1)]
+            side[at[SAMPLED], k] = 1.0 if first + k < count else 0.0
+            half, begin, end = 0.5 * span[EVERY], span[BEGIN], span[UNTIL]
+            side[at[SHARE], k] = (min(item[1] + half, end) - max(item[1] - half, begin)) / (end - begin)
+            side[at[SAMPLE_TIME], k] = item[1]
+            for i in range(item.size - 2):
+                side[at[SAMPLE_STATE] + i, k] = item[2 + i]
+            for i in range(given.shape[0]):
+                side[at[GIVEN] + i, k] = given[i, int(item[0])]
+        call(entry, (side.ctypes.data, table))
+        for k in range(min(width, count - first)):
+            for i in range(tracks.shape[0]):
+                tracks[i, int(queue[first + k, 0])] = side[at[TRACKS] + i, k]
+    for i in range(means.size):
+        for k in range(width):
+            value = side[at[SUMS] + i, k]
+            side[at[SUMS] + i, k] = 0.0
+            before = rows[at[SUMS] + i, lane]
+            rows[at[SUMS] + i, lane] = before + value if means[i] else max(before, value)
+    own[WAITING] = 0.0
 
 
 @helper
@@ -217,16 +256,8 @@ def summit(own, best):
 
 
 @helper
-def take(rows, at, lane, span, quantities, tracks, searches):
+def take(rows, at, lane, quantities, own):
     """Take in the outputs at the place that was asked for."""
-    own = searches[lane]
-    if rows[at[JOB], lane] == SAMPLE:
-        for k in range(tracks.shape[0]):
-            tracks[k, int(own[SAMPLE_INDEX])] = rows[at[TRACKS] + k, lane]
-        own[SAMPLE_INDEX] += 1.0
-        rows[at[DUE], lane] = sample_time(span, own[SAMPLE_INDEX])
-        rows[at[JOB], lane] = 0.0
-        return
     if own[STAGE] == MIDDLE:
         for k in range(quantities):
             rows[at[MIDDLES] + k, lane] = rows[at[SEEN] + k, lane]
@@ -266,7 +297,7 @@ def keep(rows, at, lane, gathered, values):
 
 @helper
 def wanted(rows, at, counts):
-    """The piece that is called next: what costs little first, else what most lanes wait for; -1 for none."""
+    """The piece that is called next: what costs little first, else what most lanes wait for."""
     for phase in range(counts.size):
         counts[phase] = 0
     for lane in range(rows.shape[1]):
@@ -282,49 +313,48 @@ def wanted(rows, at, counts):
 
 
 @helper
-def after(
-    rows, at, lane, piece, quantities, span, given, energies, begun, extremes, tracks, searches, limit,
-):  # fmt: skip
+def after(rows, at, lane, piece, quantities, span, energies, begun, extremes, own, limit):
     """Lead a lane on that a piece has changed; False where its run is over."""
     if rows[at[PHASE], lane] == INSIDE:
         if piece + START == INSIDE:
-            take(rows, at, lane, span, quantities, tracks, searches)
-        if not next_place(rows, at, lane, span, quantities, given, searches):
+            take(rows, at, lane, quantities, own)
+        else:  # the middle of the step is looked at first
+            own[STAGE], rows[at[THETA], lane] = MIDDLE, 0.5
+            return True
+        if not searched(rows, at, lane, quantities, own):
             over = rows[at[TIME], lane] >= rows[at[END], lane]
             rows[at[PHASE], lane] = ARRIVED if over else PREPARE
-    if (
-        rows[at[PHASE], lane] == PREPARE
-        and rows[at[STEPS], lane] + rows[at[REJECTED], lane] >= limit
-    ):
+    if rows[at[PHASE], lane] == PREPARE and rows[at[STEPS], lane] + rows[at[REJECTED], lane] >= limit:
         rows[at[STATUS], lane] = status.TOO_MANY_STEPS
         rows[at[PHASE], lane] = ARRIVED
     if rows[at[PHASE], lane] == ARRIVED:
-        return arrive(rows, at, lane, quantities, span, energies, begun, extremes, searches)
+        return arrive(rows, at, lane, quantities, span, energies, begun, extremes, own)
     return True
 
 
 def run(
-    pieces, at, rows, data, blank, where, points, spans, given, queue, quantities, gathered, energies, begun,
-    extremes, results, tracks, searches, calls, counts, limit,
+    pieces, at, rows, data, blank, where, points, spans, given, waiting, quantities, gathered, energies, begun,
+    extremes, results, tracks, searches, queue, side, common, means, calls, counts, limit,
 ):  # fmt: skip
-    """Run the points of a queue; returns how many.
+    """Run the points that wait; returns how many.
 
     pieces: addresses; at: places of ROWS; rows: (rows, W), aligned; data: tables; blank: rows of a
     lane before its point; where, points: rows that a point sets, and its numbers (points, rows);
-    spans: columns BEGIN to TURN; given: (numbers, samples) of each sample; quantities: how many
-    are located; gathered: rows kept; energies: places in the state kept at the begin of the window,
-    in begun (points, energies); extremes: (points, turns, quantities); results: (points, gathered
-    + 3) with status, steps and rejected ones; tracks: (points, outputs, samples); searches: (W,
-    SEARCH_COLUMNS); calls: of each piece, then lanes that were in them; counts: room for those in
-    each phase; limit: of steps.
+    spans: columns BEGIN to TURN; given: (numbers, samples) of each sample; waiting: places of the
+    points; quantities: how many are located; gathered: rows kept; energies: places in the state
+    kept at the begin of the window, in begun (points, energies); extremes: (points, turns,
+    quantities); results: (points, gathered + 3) with status, steps and rejected ones; tracks:
+    (points, outputs, samples); searches: (W, SEARCH_COLUMNS); queue: samples of each lane (W, room,
+    2 + states); side: rows of samples, common: those that all samples of a run share; means: 1 for
+    a sum, 0 for a largest value; calls: of each piece, then the lanes that were in each; counts:
+    room for those in each phase; limit: of steps.
     """
     lanes, taken, alive = rows.shape[1], 0, 0
     address, table = rows.ctypes.data, data.ctypes.data
     for lane in range(lanes):
-        load(
-            rows, at, lane, queue[min(lane, queue.size - 1)], blank, where, points, spans, searches
-        )
-        if taken < queue.size:
+        first = waiting[min(lane, waiting.size - 1)]
+        load(rows, at, lane, first, blank, where, points, spans, searches)
+        if taken < waiting.size:
             taken, alive = taken + 1, alive + 1
         else:
             rows[at[PHASE], lane] = IDLE
@@ -332,26 +362,37 @@ def run(
         piece = wanted(rows, at, counts)
         phase = piece + START
         calls[piece] += 1
-        calls[PIECES] += counts[phase]
+        calls[PIECES + piece] += counts[phase]
         for lane in range(lanes):
             searches[lane, CALLED] = 1.0 if rows[at[PHASE], lane] == phase else 0.0
         call(pieces[piece], (address, table))
         if phase == ITERATE:  # a lane goes on with it, or to FINISH
             continue
         for lane in range(lanes):
-            if searches[lane, CALLED] == 0.0:
+            own = searches[lane]
+            if own[CALLED] == 0.0:
                 continue
-            point = int(searches[lane, POINT])
+            point = int(own[POINT])
+            span = spans[point]
+            while phase == LOOK and push(rows, at, lane, span, queue[lane], own):
+                flush(
+                    pieces[SAMPLE], table, rows, at, lane, side, common, means, span, given,
+                    queue[lane], tracks[point], own,
+                )  # fmt: skip
             if after(
-                rows, at, lane, piece, quantities, spans[point], given, energies, begun[point],
-                extremes[point], tracks[point], searches, limit,
+                rows, at, lane, piece, quantities, span, energies, begun[point], extremes[point],
+                own, limit,
             ):  # fmt: skip
                 continue
+            flush(
+                pieces[SAMPLE], table, rows, at, lane, side, common, means, span, given,
+                queue[lane], tracks[point], own,
+            )  # fmt: skip
             keep(rows, at, lane, gathered, results[point])
             rows[at[PHASE], lane] = IDLE
             alive -= 1
-            if taken < queue.size:
-                load(rows, at, lane, queue[taken], blank, where, points, spans, searches)
+            if taken < waiting.size:
+                load(rows, at, lane, waiting[taken], blank, where, points, spans, searches)
                 taken, alive = taken + 1, alive + 1
     return taken
 
@@ -360,7 +401,7 @@ VECTOR, MATRIX, CUBE = types.float64[::1], types.float64[:, ::1], types.float64[
 INTEGERS = types.int64[::1]
 SIGNATURE = types.int64(
     INTEGERS, INTEGERS, MATRIX, VECTOR, VECTOR, INTEGERS, MATRIX, MATRIX, MATRIX, INTEGERS, types.int64, INTEGERS,
-    INTEGERS, MATRIX, CUBE, MATRIX, CUBE, MATRIX, INTEGERS, INTEGERS, types.int64,
+    INTEGERS, MATRIX, CUBE, MATRIX, CUBE, MATRIX, CUBE, MATRIX, INTEGERS, INTEGERS, INTEGERS, INTEGERS, types.int64,
 )  # fmt: skip
 SOURCE = hashlib.sha256(Path(__file__).read_bytes() + DIGEST.encode()).hexdigest()[:12]
 run.__qualname__ = f"run_{SOURCE}"  # an edited source has a cache of its own

@@ -17,7 +17,7 @@ from clearance.tracing.schedule import scheduled
 
 METHODS = {"radau5": radau5}
 #: pieces in the order in which the driver has them
-ORDER = ("start", "prepare", "iterate", "finish", "look", "inside")
+ORDER = ("start", "prepare", "iterate", "finish", "look", "inside", "sample")
 
 
 class PieceLowering(Lanes):
@@ -96,7 +96,7 @@ def engine(
     rows = Rows()
     steps.add_rows(rows, shape)
     stepper.add_rows(rows, shape)
-    watch.add_rows(rows, kept)
+    watch.add_rows(rows, shape, kept)
     rows.add("par", count=len(structure.layout.parameters) + structure.layout.derived)
     rows.add("work", count=structure.layout.work + 1)
     n = shape.states
@@ -123,6 +123,7 @@ def engine(
         **{name: piece(rows, shape, entries) for name, piece in stepper.PIECES.items()},
         "look": watch.look(rows, shape, entries, kept),
         "inside": watch.inside(rows, shape, entries, kept, stepper.dense),
+        "sample": watch.sample(rows, shape, entries, kept),
     }
     for name, piece in pieces.items():
         write(module, f"piece_{name}", piece, rows, width, made)

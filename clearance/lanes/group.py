@@ -10,7 +10,7 @@ from clearance.elements.element import CONTACT, FILM
 from clearance.lanes import driver
 from clearance.lanes.code import natural_width
 from clearance.lanes.engine import METHODS, Engine, engine
-from clearance.lanes.steps import Shape
+from clearance.lanes.steps import PHASES, Shape
 from clearance.lanes.watch import Watch
 from clearance.mechanism.build import Mechanism
 from clearance.tracing.asking import Answerer
@@ -19,6 +19,7 @@ from clearance.tracing.function import Opaque
 MOST_RATES = 16  # equations of a Newton iteration whose factors are written down
 LONGEST = 2**62  # steps
 BLOCK = 64  # bytes that rows are aligned to
+QUEUED = 64  # samples of a run that are taken together
 #: numbers of a point beside its states and parameters: a row for each
 NUMBERS = ("rtol", "longest", "own")
 FILMS = ("clearance", "pull", "rate_x", "rate_y")
@@ -190,20 +191,26 @@ class Group:
             thread.join()
         return self._answers(results, begun, extremes, tracks)
 
-    def _run(self, shared: tuple, queue: np.ndarray, outputs: tuple, limit: int) -> None:
-        """The runs of a queue, in this thread."""
-        if not queue.size:
+    def _run(self, shared: tuple, waiting: np.ndarray, outputs: tuple, limit: int) -> None:
+        """The runs that wait, in this thread."""
+        if not waiting.size:
             return
         where, numbers, spans, given = shared
         gathered, energies, begun, extremes, results, tracks = outputs
-        rows, width = self.engine.rows, self.width
-        at = np.array([rows.first[name] for name in driver.ROWS], dtype=np.int64)
+        rows, width, states = self.engine.rows, self.width, self.shape.states
+        degree = rows.counts["polynomial"] // states
+        at = np.array([*(rows.first[name] for name in driver.ROWS), degree], dtype=np.int64)
         searches = np.zeros((width, driver.SEARCH_COLUMNS))
-        calls, counts = np.zeros(driver.PIECES + 1, np.int64), np.zeros(driver.PIECES + 2, np.int64)
+        queue, side = np.zeros((width, QUEUED, 2 + states)), aligned(rows.total, width)
+        common = [*rows.places("par"), *rows.places("work"), *rows.places("own")]
+        common += rows.places("y")[states:]
+        means = np.array([r.mean for r in self.watch.reductions], dtype=np.int64)
+        calls, counts = np.zeros(2 * driver.PIECES, np.int64), np.zeros(PHASES, np.int64)
         driver.run(
             self.engine.pieces, at, aligned(rows.total, width), self.data, self._blank(),
-            where, numbers, spans, given, queue, len(self.watch.quantities), gathered, energies,
-            begun, extremes, results, tracks, searches, calls, counts, limit,
+            where, numbers, spans, given, waiting, len(self.watch.quantities), gathered, energies,
+            begun, extremes, results, tracks, searches, queue, side,
+            np.array(common, dtype=np.int64), means, calls, counts, limit,
         )  # fmt: skip
 
     def _answers(self, results: np.ndarray, begun, extremes, tracks: np.ndarray) -> Answers:

@@ -23,6 +23,7 @@ from clearance.stepping.loop import (
 
 # phases of a lane
 IDLE, START, PREPARE, ITERATE, FINISH, LOOK, INSIDE, ARRIVED = range(8)
+PHASES = 8
 INACCURATE, UNSOLVED = 1, 2  # reasons of a refusal, beside DOMAIN_LEFT
 
 

@@ -1,7 +1,7 @@
 """Outputs of the lanes: extremes located on the dense output, and sums over samples.
 
 The search is that of stepping/locating.py: a step is looked into where its ends and the end before let a larger value
-lie inside. The driver asks for places inside a step; one piece answers for searches and samples alike.
+lie inside, at places that the driver asks for. Samples of one run are taken several at a time, one in each lane.
 """
 
 from collections.abc import Callable
@@ -9,8 +9,6 @@ from dataclasses import dataclass
 
 from clearance.lanes.rows import Piece, Rows
 from clearance.lanes.steps import ARRIVED, INSIDE, LOOK, PREPARE, Entries, Shape
-
-SAMPLE, SEARCH = 1, 2  # what a place inside a step is for
 
 
 @dataclass(frozen=True)
@@ -54,10 +52,11 @@ class Watch:
     own: int = 0
 
 
-def add_rows(rows: Rows, watch: Watch) -> None:
+def add_rows(rows: Rows, shape: Shape, watch: Watch) -> None:
     """Rows of the outputs."""
     count = len(watch.quantities)
-    rows.add("interval", "within", "due", "theta", "job", "share")
+    rows.add("interval", "within", "due", "theta", "sampled", "sample_time", "share")
+    rows.add("sample", count=shape.states)
     rows.add("value", "earlier", "last", "next", "search", "seen", "middle", count=count)
     rows.add("sums", count=len(watch.reductions))
     rows.add("tracks", count=len(watch.tracks))
@@ -111,31 +110,37 @@ def look(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
         piece.set_one("last", k, last)
         piece.set_one("next", k, value)
         piece.set_one("search", k, piece.flag(may) if q.searched else 0.0)
-    pending = piece.either(*flags, piece.none(piece.above(piece.one("due"), t)))
     reached = piece.not_below(t, piece.one("end"))
     piece.set("interval", width)
-    piece.set("job", 0.0)
     onward = piece.choose(reached, float(ARRIVED), float(PREPARE))
-    piece.set("phase", piece.choose(pending, float(INSIDE), onward))
+    found = piece.either(*flags) if flags else False
+    piece.set("phase", piece.choose(found, float(INSIDE), onward))
     return piece
 
 
 def inside(rows: Rows, shape: Shape, entries: Entries, watch: Watch, dense: Callable) -> Piece:
-    """Outputs at a place inside the step made last: quantities, and sums where it is a sample."""
+    """Quantities at a place inside the step made last."""
     piece = Piece(rows, INSIDE)
     theta = piece.one("theta")
     y = [*dense(piece, shape, theta), *piece.all("y")[shape.states :]]
     row = piece.call(entries.outputs, piece.one("from") + theta * piece.one("last_h"), y)
     values = values_of(piece, watch, row)
-    sampled = piece.less(piece.one("job"), 0.5 * (SAMPLE + SEARCH))
-    given, own, share = piece.all("given"), piece.all("own"), piece.one("share")
     piece.set("seen", *values)
     for k, (q, value) in enumerate(zip(watch.quantities, values, strict=True)):
         if q.searched:
             piece.set_one("value", k, piece.largest(piece.one("value", k), value))
+    return piece
+
+
+def sample(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
+    """Outputs at samples of one run, one in each lane: sums, and what is tracked."""
+    piece = Piece(rows, None)
+    y = [*piece.all("sample"), *piece.all("y")[shape.states :]]
+    row = piece.call(entries.outputs, piece.one("sample_time"), y)
+    given, own, share = piece.all("given"), piece.all("own"), piece.one("share")
     for k, reduction in enumerate(watch.reductions):
         value, before = reduction.value(piece, row, given, own), piece.one("sums", k)
         after = before + share * value if reduction.mean else piece.largest(before, value)
-        piece.set_one("sums", k, piece.choose(sampled, after, before))
+        piece.set_one("sums", k, after)
     piece.set("tracks", *(row[c] for c in watch.tracks))
     return piece
