@@ -37,7 +37,8 @@ from clearance.sweeping.peaks import of_point
 
 COMPARED = 6  # points whose numbers are compared with those of a scene built alone
 SAME = 1e-9  # share within which natural sizes are the same
-TOGETHER = 1024  # points of one block
+TOGETHER = 128  # points of a block, at least where memory allows
+STEPS = 500_000  # of a block, about: a second
 TRACKED = 2**24  # numbers of a block's turns and samples that are kept at a time
 FEWEST = 24  # points that are worth machine code of their own
 #: options of runs that lanes know
@@ -350,7 +351,7 @@ class Together:
         """Places of the points, block by block."""
         numbers = len(self.wanted.tracks) * self.run.span.samples
         numbers += len(self.wanted.quantities) * self.points.turns
-        size = min(TOGETHER, max(TRACKED // numbers, 1))
+        size = min(max(TRACKED // numbers, 1), max(STEPS // self.steps, TOGETHER))
         return (np.arange(self.count)[i : i + size] for i in range(0, self.count, size))
 
     def answers(self, places: np.ndarray, threads: int) -> Answers:
