@@ -38,10 +38,10 @@ SCENES = {
     "B, C and E, 2 turns": ("B,C,E", 2.0, 100),
 }
 ORDINARY = 12  # points that are run the ordinary way
-ROUNDS = 2
+ROUNDS = 3
 SPEEDS = (cl.rpm(60), cl.rpm(600))
 CLEARANCES = (2e-5, 5e-4)
-COMPARED = 6  # random points whose metrics are compared
+COMPARED = 16  # random points whose metrics are compared
 
 
 class Sweep:
