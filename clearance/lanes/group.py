@@ -36,6 +36,8 @@ def impossible(mechanism: Mechanism, method: str) -> str | None:
         return f"contacts of joint {touching[0]} begin with a touch"
     if layout.commits:
         return "steps carry numbers to the next"
+    if layout.followed:
+        return "its joints wear"
     if any(isinstance(source, Answerer) for source in mechanism.sources.values()):
         return "a film is solved as the run goes"
     if (
