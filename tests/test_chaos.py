@@ -1,5 +1,6 @@
 """Statistics of chaotic motion: runs that go on, intervals that agree, errors that are asked for."""
 
+import json
 from dataclasses import replace
 
 import h5py
@@ -8,6 +9,8 @@ import pytest
 
 import clearance as cl
 from clearance import chaos, turns
+from clearance.cli import main
+from clearance.commands.chaos import asked_of
 from clearance.ensemble import Ensemble
 from clearance.mechanism.build import build
 from clearance.options import Solver
@@ -138,3 +141,47 @@ def test_scenes_without_turns_or_freedom():
         cl.statistics(cl.load_case("double_pendulum"))
     with pytest.raises(ValueError, match="nothing is free"):
         cl.statistics(cl.load_case("slider_crank", model="ideal"))
+
+
+def command(tmp_path, capsys, *words):
+    """Exit status and output of `clearance run` of the dry slider-crank."""
+    status = main(["run", "slider_crank", "--turns", "1", "-o", str(tmp_path / "r.h5"), *words])
+    return status, capsys.readouterr()
+
+
+def test_command(tmp_path, capsys):
+    """Chaos is recognised; the run's file has the statistics, and a picture stands beside it."""
+    words = ["--error", "joint_C_force_max=60%", "--max-turns", "800", "--plot"]
+    status, said = command(tmp_path, capsys, *words)
+    assert status == 0, said.err
+    assert "comparable until turn" in said.out
+    assert "+- 60 % asked for, +- " in said.out
+    assert "reached for joint_C_force_peak" in said.out
+    assert (tmp_path / "r_turns.png").stat().st_size > 20_000
+    with h5py.File(tmp_path / "r.h5") as file:
+        assert file["statistics/by_turn"].attrs["reached"]
+
+
+def test_command_that_does_not_reach_it(tmp_path, capsys):
+    """Exit status 1, what was reached, what it would take; the file is kept."""
+    status, said = command(tmp_path, capsys, "--error", "1%", "--max-turns", "160", "--json")
+    document = json.loads(said.out)
+    assert status == 1
+    assert "only +- " in said.err
+    assert "needs about" in said.err
+    found = document["turn_statistics"]
+    assert not found["reached"]
+    assert found["turns"] == 160
+    assert (tmp_path / "r.h5").exists()
+
+
+def test_command_of_other_motions(tmp_path, capsys):
+    status, said = command(tmp_path, capsys, "-p", "model=ideal", "--max-turns", "800")
+    assert status == 2
+    assert "--max-turns and --starts are for chaotic motion" in said.err
+
+
+def test_what_is_asked_for():
+    """A largest value is the peak of a turn; the error of all is that of the others."""
+    assert asked_of("state") == chaos.ERROR
+    assert asked_of("5%,joint_C_force_max=1e-2") == {"*": 0.05, FORCE: 0.01}

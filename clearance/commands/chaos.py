@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 
 LOOKED_AT = 64  # turns over which a motion is looked at
@@ -11,7 +12,8 @@ def add_turns(command: argparse.ArgumentParser) -> None:
     """--max-turns and --starts."""
     command.add_argument(
         "--max-turns", type=int, metavar="N",
-        help="of chaotic motion: turns of all starts together that --error may take (default 20000)",
+        help="of chaotic motion, whose statistics --error asks for (default 5%%): turns of all starts together that "
+        "they may take (default 20000)",
     )  # fmt: skip
     command.add_argument(
         "--starts", type=int, metavar="N",
@@ -19,20 +21,59 @@ def add_turns(command: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def recognised(options, scene) -> str | None:
-    """The horizon of a chaotic motion whose statistics are asked for, in words; None for other motions and requests.
+@dataclass(frozen=True)
+class Chaotic:
+    """A chaotic motion whose statistics are asked for: half width over mean by name, and its horizon in words."""
+
+    asked: float | dict[str, float]
+    horizon: str
+
+    def statistics(self, options, scene, output: Path) -> tuple[dict, str | None]:
+        """Statistics into the run's file, with a picture where one is wanted: part of the summary, and what failed."""
+        from clearance.simulation import SimulationError
+
+        try:
+            found = self._run(options, scene)
+        except SimulationError as error:
+            return {"horizon": self.horizon}, f"statistics: {error}"
+        found.append(output)
+        summary = {"horizon": self.horizon, "turn_statistics": found.plain() | {"lines": found.lines()}}
+        if options.plot:
+            from clearance.postprocess.turn_peaks import turn_peaks
+
+            picture = output.with_name(f"{output.stem}_turns.png")
+            summary["statistics_plot"] = str(turn_peaks(output, picture))
+        return summary, None if found.reached else f"statistics: {found.verdict}"
+
+    def _run(self, options, scene):
+        from clearance.chaos import MOST_TURNS, STARTS, statistics
+        from clearance.commands.run import ProgressBar
+
+        bar = ProgressBar() if not options.json and sys.stderr.isatty() else None
+        try:
+            return statistics(
+                scene, self.asked, max_turns=options.max_turns or MOST_TURNS, rtol=options.rtol,
+                starts=options.starts or STARTS, method=options.method, progress=bar,
+            )  # fmt: skip
+        finally:
+            if bar is not None:
+                bar.close()
+
+
+def recognised(options, scene) -> Chaotic | None:
+    """The chaotic motion whose statistics are asked for; None for other motions and requests.
 
     Raises ValueError for --max-turns and --starts of a motion that is not chaotic.
     """
     counted = options.max_turns is not None or options.starts is not None
-    if options.error in (None, "state") and not counted:
+    if options.steady is not None or options.error in (None, "state") and not counted:
         return None
     found = _horizon(options, scene)
     if found is not None and found.time is not None:
-        return found.sentence(scene.turn)
+        return Chaotic(asked_of(options.error), found.sentence(scene.turn))
     if counted:
-        said = "it has no impacts" if found is None else found.sentence(scene.turn)
-        raise ValueError(f"--max-turns and --starts are for chaotic motion; of this one {said}")
+        said = "it has no dry impacts over turns" if found is None else found.sentence(scene.turn)
+        raise ValueError(f"--max-turns and --starts are for chaotic motion; of this one: {said}")
     return None
 
 
@@ -44,50 +85,30 @@ def _horizon(options, scene):
     if scene.turn is None or not is_dry(scene.description()):
         return None
     try:
-        return horizon(scene, LOOKED_AT * scene.turn, options.rtol or 1e-6, options.method, LOOKED_AT)
+        return horizon(scene, LOOKED_AT * scene.turn, options.rtol, options.method, LOOKED_AT)
     except NotSolved:
         return None
 
 
 def asked_of(text: str | None) -> float | dict[str, float]:
-    """Half width over mean: of all quantities, or of some by name."""
+    """Half width over mean, by name: of all quantities, of peaks where a largest value is asked for."""
     from clearance.chaos import ERROR
-    from clearance.request import ALL, Request
+    from clearance.request import ALL, INTEGRATION, Request
+
+    def _named(name: str) -> str:
+        if name in (ALL, INTEGRATION):
+            return "*"
+        return f"{name.removesuffix('_max')}_peak" if name.endswith("_max") else name
 
     if text in (None, "state"):
         return ERROR
-    asked = dict(Request.of(text).asked)
-    return asked[ALL] if set(asked) == {ALL} else {n: e for n, e in asked.items() if n != ALL}
+    asked = sorted(Request.of(text).asked.items(), key=lambda pair: pair[0] not in (ALL, INTEGRATION))
+    return {_named(name): share for name, share in asked}
 
 
-def statistics_of(options, scene):
-    """Statistics until they are as narrow as asked for; a bar on a terminal."""
-    from clearance.chaos import MOST_TURNS, STARTS, statistics
-    from clearance.commands.run import ProgressBar
-
-    bar = ProgressBar() if not options.json and sys.stderr.isatty() else None
-    try:
-        return statistics(
-            scene, asked_of(options.error), max_turns=options.max_turns or MOST_TURNS, rtol=options.rtol or 1e-6,
-            starts=options.starts or STARTS, method=options.method, progress=bar,
-        )  # fmt: skip
-    finally:
-        if bar is not None:
-            bar.close()
-
-
-def lines_of(summary: dict) -> list[str]:
+def lines(summary: dict) -> list[str]:
     """Lines of a run's summary."""
+    if "turn_statistics" not in summary:
+        return []
     first, *others = summary["turn_statistics"]["lines"]
     return [f"  statistics   {first}", *(f"  {line}" for line in others)]
-
-
-def keep(found, horizon: str, output: Path, plot: bool) -> dict:
-    """Statistics into the run's file, and a picture beside it where one is wanted; as plain data of the summary."""
-    found.append(output)
-    summary = {"horizon": horizon, "turn_statistics": found.plain() | {"lines": found.lines()}}
-    if plot:
-        from clearance.postprocess.turn_peaks import turn_peaks
-
-        summary["statistics_plot"] = str(turn_peaks(output, output.with_name(f"{output.stem}_turns.png")))
-    return summary

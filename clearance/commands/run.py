@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from clearance import checks
-from clearance.commands import again, steady
+from clearance.commands import again, chaos, steady
 from clearance.commands.accuracy import add_error, document, error_line, prefixed, tolerance, with_error
 from clearance.commands.common import (
     DONE,
@@ -72,6 +72,7 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument("--plot", action="store_true", help="draw a picture beside the result file")
     steady.add_options(p)
     again.add_option(p)
+    chaos.add_turns(p)
     return p
 
 
@@ -84,6 +85,8 @@ def run(options) -> int:
         case, values, scene = again.scene_of(options) if options.again else scene_of(options)
         options.rtol = tolerance(options)
         steady.check(options)
+        chaotic = chaos.recognised(options, scene)
+        options.error = None if chaotic else options.error
         _check_settle(options, case, scene)
         output = _output(options, case)
         replaced = output.exists()
@@ -98,6 +101,9 @@ def run(options) -> int:
             summary["resolved"] = resolved = json.loads(scene.origin["resolved"])
             if options.steady is not None:
                 summary |= steady.summary(result)
+            elif failure is None and chaotic:
+                more, failure = chaotic.statistics(options, scene, output)
+                summary |= more
             elif failure is None:
                 summary |= _comparable(scene, result, summary["rtol"])
             if options.again:
@@ -400,11 +406,12 @@ def _readable(summary: dict, parameters: list[str]) -> str:
     if "statistics" in s:
         lines.append(f"  statistics   mean and 95 % interval over {s['statistics_turns']} turns, the first left out")
         lines += [f"    {n:<32} {m['mean']:.5g} +- {m['half_width']:.2g}" for n, m in s["statistics"].items()]
+    lines += chaos.lines(s)
     lines += [f"  warning      {w}" for w in s["warnings"]]
     lines += [f"  again        {s['again']['sentence']}"] if "again" in s else []
     replaced = " (it replaced an earlier one)" if s["replaced"] else ""
     lines.append(f"  file         {s['file']}{replaced}")
-    lines += [f"  picture      {s['plot']}"] if "plot" in s else []
+    lines += [f"  picture      {s[name]}" for name in ("plot", "statistics_plot") if name in s]
     return "\n".join(lines)
 
 
