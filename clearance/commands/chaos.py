@@ -38,6 +38,7 @@ class Chaotic:
             return {"horizon": self.horizon}, f"statistics: {error}"
         found.append(output)
         summary = {"horizon": self.horizon, "turn_statistics": found.plain() | {"lines": found.lines()}}
+        summary["errors"] = {"reason": "of one chaotic run; see the statistics"}
         if options.plot:
             from clearance.postprocess.turn_peaks import turn_peaks
 
