@@ -31,7 +31,8 @@ _LAZY = {
     "SweepError": "clearance.sweeping.driver", "open_sweep": "clearance.sweeping.index",
     "follow": "clearance.periodic.follow", "assumptions": "clearance.evidence.assumptions",
     "Sweep": "clearance.sweeping.index", "grid": "clearance.sweeping.points", "zipped": "clearance.sweeping.points",
-    "sampled": "clearance.sweeping.points", "plot": "clearance.commands.plot", "report": "clearance.postprocess.report",
+    "sampled": "clearance.sweeping.points", "scatter": "clearance.sweeping.chance",
+    "open_scatter": "clearance.sweeping.scatter", "plot": "clearance.commands.plot", "report": "clearance.postprocess.report",
     "view": "clearance.postprocess.view", "again": "clearance.rerun",
     "compare": "clearance.postprocess.measured",
 }  # fmt: skip

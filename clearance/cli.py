@@ -25,6 +25,7 @@ from clearance.commands import (
     plot,
     report,
     run,
+    scatter,
     stress,
     sweep,
     view,
@@ -37,7 +38,7 @@ from clearance.version import VERSION
 
 #: in the order in which help lists them
 COMMANDS = (
-    cases, new, run, explain, sweep, wear, plot, report, view, inverse, identify, bench_data, film,
+    cases, new, run, explain, sweep, scatter, wear, plot, report, view, inverse, identify, bench_data, film,
     lyapunov, follow, work_precision, stress, figures,
 )  # fmt: skip
 

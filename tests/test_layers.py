@@ -58,6 +58,7 @@ ONLY_IN = {
         "clearance.evidence.peers",
         "clearance.film.fem",
         "clearance.sweeping.points",
+        "clearance.sweeping.scatter",
         "clearance.identify.differences",
         "clearance.identify.estimation",
         "paper_figures.feeder_models",

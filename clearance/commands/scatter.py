@@ -1,0 +1,153 @@
+"""`clearance scatter`: a case whose parameters vary by chance."""
+
+import argparse
+import logging
+import time
+from pathlib import Path
+
+from clearance.commands.common import DONE, FAILED, add_command, complain, given, json_text, number, quantity_of, quiet
+from clearance.interrupts import terminable
+
+SHOWN = 6  # metrics in the summary
+EXAMPLES = """\
+-p NAME=VALUE takes a value or a distribution: normal(MEAN,DEVIATION), truncated(MEAN,DEVIATION,LOW,HIGH),
+lognormal(MEDIAN,FACTOR), uniform(LOW,HIGH), triangular(LOW,MODE,HIGH). Parameters vary independently.
+
+  clearance scatter six_bar_feeder -p "clearance=normal(100um,5um)" -p "viscosity=normal(50cP,4cP)" \\
+    --points 4096 --limit slider_position_deviation_max=0.2mm
+
+The runs are a sweep: `clearance plot` and `clearance report` take the directory too, and the same command again runs
+only what is missing. Exit status 0: all runs done, 1: some failed, 2: wrong input.
+"""
+
+
+def add(commands) -> argparse.ArgumentParser:
+    """The command and its options."""
+    p = add_command(
+        commands, "scatter", help="a case whose parameters vary by chance: quantiles, limits, who is to blame",
+        epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    p.add_argument("case", metavar="CASE", help="name of a case, or path to your own case file")
+    p.add_argument("-p", dest="parameters", metavar="NAME=VALUE", action="append", default=[], help="see below")
+    p.add_argument("--points", type=int, default=1024, metavar="N", help="runs in all, at most (default 1024)")
+    p.add_argument("--seed", type=int, default=0, help="the same seed, the same points (default 0)")
+    p.add_argument(
+        "--limit", action="append", default=[], metavar="METRIC=VALUE",
+        help="probability that a metric exceeds this (of minima, falls below it); may be repeated",
+    )  # fmt: skip
+    length = p.add_mutually_exclusive_group()
+    length.add_argument("--turns", type=number, help="length of each run in turns of the drive (default 2)")
+    length.add_argument("--until", type=quantity_of("s"), metavar="S", help="length of each run in seconds")
+    p.add_argument("--rtol", type=number, metavar="R", help="local error tolerance (default 1e-6)")
+    p.add_argument("--settle", type=number, metavar="TURNS", help="turns left out of the metrics (default the first)")
+    p.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
+    p.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask scheduler whose workers run the points")
+    p.add_argument("--retry-failed", action="store_true", help="also run again what failed")
+    p.add_argument("--quiet", action="store_true", help="no progress, no summary")
+    p.add_argument("-o", dest="output", metavar="DIR", help="directory (default CASE_scatter); the picture too")
+    return p
+
+
+def run(options) -> int:
+    """Run the points; exit status 1 where one failed or the sweep had to stop."""
+    from clearance.catalogue import find_case
+    from clearance.commands.sweep import _Progress
+    from clearance.sweeping.chance import scatter
+    from clearance.sweeping.driver import SweepError
+
+    with quiet(options):
+        case = find_case(options.case)
+        spread, fixed = _parameters(options, case)
+        limits = dict(_limit(text) for text in options.limit)
+    shown, began = _Progress(options), time.perf_counter()
+    if not shown.quiet:
+        logging.basicConfig(level=logging.INFO, format="clearance: %(message)s")
+        logging.getLogger("clearance.sweep").propagate = False
+    if options.turns is None and options.until is None:
+        options.turns = 2.0
+    folder = Path(options.output or f"{case.name}_scatter")
+    try:
+        with quiet(options), terminable():
+            found = scatter(
+                options.case, spread, folder, points=options.points, seed=options.seed, limits=limits, fixed=fixed,
+                turns=options.turns, until=options.until, rtol=options.rtol, settle=options.settle,
+                workers=options.workers, scheduler=options.scheduler, retry_failed=options.retry_failed, progress=shown,
+            )  # fmt: skip
+    except SweepError as error:
+        return complain(options, str(error), FAILED)
+    except KeyboardInterrupt:
+        return complain(options, "interrupted; the same command goes on where this stopped", FAILED)
+    finally:
+        shown.close()
+    document = _document(found, folder) | {"seconds": time.perf_counter() - began}
+    if options.json:
+        print(json_text(document))
+    elif not options.quiet:
+        print("\n".join(readable(document)))
+    return DONE if found.sweep.done.all() else FAILED
+
+
+def _parameters(options, case) -> tuple[dict, dict]:
+    """Distributions and values of the command line. Raises ValueError naming the parameter."""
+    from clearance.sweeping.scatter import from_words
+
+    spread, fixed = {}, {}
+    for name, text in given(options, case.parameters).items():
+        parameter = case.parameters[name]
+        try:
+            law = from_words(text, parameter.value)
+        except ValueError as error:
+            raise ValueError(f"{name}: {str(error).removeprefix(f'{name}: ')}") from None
+        if law is None:
+            fixed[name] = parameter.value(text)
+        else:
+            spread[name] = law
+    return spread, fixed
+
+
+def _limit(text: str) -> tuple[str, float]:
+    """Name and value of a --limit."""
+    from clearance.units import quantity
+
+    name, equals, value = text.partition("=")
+    if not equals or not name:
+        raise ValueError(f"--limit {text}: expected METRIC=VALUE")
+    return name.strip(), quantity(value)
+
+
+def _document(found, folder: Path) -> dict:
+    """The scatter as plain data; its picture is drawn."""
+    from clearance.postprocess.scatter import scatter as drawn
+
+    metrics = {name: found.summary(name) for name in found.metrics}
+    swept = found.sweep
+    return {
+        "status": "complete" if swept.done.all() else "incomplete", "case": swept.definition.case,
+        "folder": str(folder), "spread": {n: str(law) for n, law in found.spread.items()}, "points": len(swept),
+        "independent": 2 * found.n, "done": int(swept.done.sum()), "failed": int(swept.failed.sum()),
+        "metrics": metrics, "picture": str(drawn(found, folder / "scatter.png")) if metrics else None,
+    }  # fmt: skip
+
+
+def readable(document: dict) -> list[str]:
+    """The summary in lines."""
+    d = document
+    spread = ", ".join(f"{n}={law}" for n, law in d["spread"].items())
+    lines = [f"{d['case']} with {spread}: {d['done']} of {d['points']} runs done, {d['failed']} failed"]
+    if d["done"] < d["points"]:
+        lines.append("  numbers are those of the runs that ended: where runs fail by their parameters they are biased")
+    for name, m in list(d["metrics"].items())[:SHOWN]:
+        units, q = "" if m["units"] == "1" else f" {m['units']}", m["quantiles"]
+        ends = f"{q['0.05']['value']:.5g} to {q['0.95']['value']:.5g}"
+        lines.append(f"  {name:<38} median {q['0.5']['value']:.5g}, 90 % within {ends}{units}")
+        if "limit" in m:
+            b = m["beyond"]
+            share = f"{100 * b['value']:.3g} % ({100 * b['low']:.3g} to {100 * b['high']:.3g} %)"
+            lines.append(f"    beyond {m['limit']:.5g}{units}: {share}")
+        if m["indices"]:
+            parts = sorted(m["indices"].items(), key=lambda item: -item[1]["total"]["value"])
+            said = ", ".join(f"{n} {i['first']['value']:.2f} ({i['total']['value']:.2f})" for n, i in parts)
+            lines.append(f"    share of the variance, alone (with interactions): {said}")
+    if len(d["metrics"]) > SHOWN:
+        lines.append(f"  and {len(d['metrics']) - SHOWN} more metrics: --json has them all")
+    return [*lines, f"  picture      {d['picture']}", f"  directory    {d['folder']}"]

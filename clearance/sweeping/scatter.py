@@ -1,0 +1,274 @@
+"""Scatter: the spread of metrics under parameters that vary by chance, and the share of each parameter in it.
+
+Runs at scrambled Sobol' points, in a sweep directory: two independent samples A and B of n points each, and for every
+parameter the points of A with that one of B (Saltelli, Comput. Phys. Commun. 145 (2002) 280, and 181 (2010) 259). A and
+B give quantiles and probabilities, all together first and total Sobol' indices. Intervals are those of independent
+points (95 %); Sobol' points lie more evenly, so that they are on the safe side.
+"""
+
+import json
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from clearance import checks
+from clearance.results import replacing
+from clearance.sweeping.index import Sweep, open_sweep
+from clearance.sweeping.points import OUTER_COMMA, Points
+
+CONFIDENCE = 0.95
+QUANTILES = (0.01, 0.05, 0.5, 0.95, 0.99)
+RESAMPLED = 200  # bootstrap samples of the intervals of indices
+FORMAT_VERSION = 1
+#: distributions by name: what their numbers are called
+DISTRIBUTIONS = {
+    "normal": ("mean", "deviation"),
+    "truncated": ("mean", "deviation", "low", "high"),
+    "lognormal": ("median", "factor"),
+    "uniform": ("low", "high"),
+    "triangular": ("low", "mode", "high"),
+}
+#: numbers of distributions without the unit of their parameter
+PURE = ("factor",)
+_CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*$")
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """The distribution of a parameter: normal(mean, deviation), truncated(mean, deviation, low, high), uniform(low,
+    high), triangular(low, mode, high), or lognormal(median, factor), whose logarithm is normal: 68 % of it lie within a
+    factor of the median.
+
+    Raises ValueError naming what is wrong.
+    """
+
+    kind: str
+    numbers: tuple[float, ...]
+
+    def __post_init__(self):
+        names = DISTRIBUTIONS.get(self.kind)
+        if names is None:
+            raise ValueError(f"unknown distribution {self.kind!r}{checks.meant(self.kind, DISTRIBUTIONS)}")
+        if len(self.numbers) != len(names):
+            raise ValueError(f"{self.kind} has the numbers {', '.join(names)}; got {len(self.numbers)}")
+        given = {n: checks.finite(f"{self.kind}: {n}", v) for n, v in zip(names, self.numbers, strict=True)}
+        if given.get("deviation", 1.0) <= 0.0:
+            raise ValueError(f"{self.kind}: the deviation must be positive, got {given['deviation']!r}")
+        if given.get("factor", 2.0) <= 1.0 or given.get("median", 1.0) <= 0.0:
+            raise ValueError(f"{self.kind}: the median must be positive and the factor above 1, got {self}")
+        if not given.get("low", 0.0) < given.get("high", 1.0):
+            raise ValueError(f"{self.kind}: low must be below high, got {self}")
+        if "mode" in given and not given["low"] <= given["mode"] <= given["high"]:
+            raise ValueError(f"{self.kind}: the mode must lie between low and high, got {self}")
+
+    def __str__(self) -> str:
+        return f"{self.kind}({', '.join(f'{v:g}' for v in self.numbers)})"
+
+    def at(self, share: np.ndarray) -> np.ndarray:
+        """Values that a share of all stays below: the inverse of the cumulative distribution."""
+        return np.asarray(self._law.ppf(share), float)
+
+    @cached_property
+    def _law(self):
+        from scipy import stats
+
+        first, second, *rest = self.numbers
+        if self.kind == "normal":
+            return stats.norm(first, second)
+        if self.kind == "truncated":
+            low, high = ((end - first) / second for end in rest)
+            return stats.truncnorm(low, high, first, second)
+        if self.kind == "lognormal":
+            return stats.lognorm(math.log(second), scale=first)
+        if self.kind == "uniform":
+            return stats.uniform(first, second - first)
+        (high,) = rest
+        return stats.triang((second - first) / (high - first), first, high - first)
+
+
+def from_words(text: str, number: Callable[[str], float] = float) -> Distribution | None:
+    """A distribution in words, such as "normal(100um, 5um)"; None for what is none.
+
+    number: takes a number with its unit to SI. Raises ValueError for numbers that do not suit it.
+    """
+    match = _CALL.match(text)
+    if match is None or match[1] not in DISTRIBUTIONS:
+        return None
+    names, words = DISTRIBUTIONS[match[1]], [w.strip() for w in OUTER_COMMA.split(match[2])]
+    if len(words) != len(names):
+        raise ValueError(f"{match[1]} has the numbers {', '.join(names)}; got {text!r}")
+    pairs = zip(names, words, strict=True)
+    return Distribution(match[1], tuple(float(w) if n in PURE else number(w) for n, w in pairs))
+
+
+def design(spread: Mapping[str, Distribution], points: int, seed: int = 0) -> tuple[Points, int]:
+    """At most so many points, and the number n of those in each sample, a power of two: A, B, then A with one of B.
+
+    Raises ValueError for too few points.
+    """
+    from scipy.stats import qmc
+
+    if not spread:
+        raise ValueError("scatter: give at least one distribution, such as clearance=normal(100um,5um)")
+    each = points // (len(spread) + 2)
+    if each < 8:
+        least = 8 * (len(spread) + 2)
+        raise ValueError(f"points: {len(spread)} distributions need at least {least} points, got {points}")
+    n = 2 ** int(math.log2(each))
+    shares = qmc.Sobol(2 * len(spread), rng=np.random.default_rng(seed)).random_base2(int(math.log2(n)))
+    shares = np.clip(shares, 1e-12, 1.0 - 1e-12)
+    first, second = np.split(shares, 2, axis=1)
+    rows = [first, second]
+    for j in range(len(spread)):
+        mixed = first.copy()
+        mixed[:, j] = second[:, j]
+        rows.append(mixed)
+    table = np.concatenate(rows)
+    columns = {n: tuple(law.at(table[:, j]).tolist()) for j, (n, law) in enumerate(spread.items())}
+    return Points(columns, ((("run",), len(table)),), sampled=True), n
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number and its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+def quantile(values: np.ndarray, share: float) -> Estimate:
+    """A quantile of independent values; its interval from the order of the values alone, infinite beyond the last."""
+    from scipy.stats import binom
+
+    ranked, count = np.sort(values), len(values)
+    lower = int(binom.ppf(0.5 * (1.0 - CONFIDENCE), count, share)) - 1
+    upper = int(binom.ppf(0.5 * (1.0 + CONFIDENCE), count, share))
+    low = float(ranked[lower]) if lower >= 0 else -math.inf
+    high = float(ranked[upper]) if upper < count else math.inf
+    return Estimate(float(np.quantile(ranked, share)), low, high)
+
+
+def probability(beyond: np.ndarray) -> Estimate:
+    """Probability of an event from whether it came about in independent trials (Clopper and Pearson's interval)."""
+    from scipy.stats import binomtest
+
+    count, trials = int(np.sum(beyond)), len(beyond)
+    interval = binomtest(count, trials).proportion_ci(CONFIDENCE, method="exact")
+    return Estimate(count / trials, float(interval.low), float(interval.high))
+
+
+@dataclass(frozen=True)
+class Indices:
+    """Sobol' indices of one parameter: of its variation alone (first), and with all interactions (total)."""
+
+    first: Estimate
+    total: Estimate
+
+
+def indices(values: np.ndarray, names: list[str], seed: int = 0) -> dict[str, Indices]:
+    """Sobol' indices of each parameter, from values at the points of `design`, (points,), rows of NaN left out.
+
+    First: mean of f_B (f_AB - f_A), total: half the mean of (f_A - f_AB)^2, both over the variance (Saltelli et al.
+    2010, table 2 b and f); intervals by the bootstrap. Empty where the values do not vary, or fewer than eight rows are
+    whole.
+    """
+    rows = values.reshape(len(names) + 2, -1)
+    rows = rows[:, np.isfinite(rows).all(axis=0)]
+    if rows.shape[1] < 8 or not np.ptp(rows[:2]) > 0.0:
+        return {}
+    rows = rows - rows[:2].mean()
+    random, count = np.random.default_rng(seed), rows.shape[1]
+    again = np.array([_indices(rows[:, random.integers(0, count, count)]) for _ in range(RESAMPLED)])
+    tail = 0.5 * (1.0 - CONFIDENCE)
+    low, high = np.quantile(again, [tail, 1.0 - tail], axis=0)
+    found = np.stack([_indices(rows), low, high], axis=-1)
+    return {n: Indices(*(Estimate(*map(float, part[j])) for part in found)) for j, n in enumerate(names)}
+
+
+def _indices(rows: np.ndarray) -> np.ndarray:
+    """First and total indices, (2, parameters), from values at A, B and the mixed samples."""
+    (a, b), mixed = rows[:2], rows[2:]
+    variance = rows[:2].var()
+    return np.array([(b * (mixed - a)).mean(axis=1), 0.5 * ((a - mixed) ** 2).mean(axis=1)]) / variance
+
+
+class Scatter:
+    """Runs at random points: `sweep`, their sweep; `spread`, the distributions by parameter; `limits` of metrics.
+
+    Numbers of a metric that stays finite: `values` (2 n,), `quantile`, `beyond` a limit, `indices` by parameter.
+    """
+
+    def __init__(self, swept: Sweep, spread: dict[str, Distribution], n: int, limits: dict[str, float]):
+        self.sweep, self.spread, self.n, self.limits = swept, spread, n, limits
+
+    @property
+    def metrics(self) -> list[str]:
+        """Metrics that vary, those with a limit first."""
+        varying = [n for n in self.sweep.metrics if self.values(n).size > 1 and np.ptp(self.values(n)) > 0.0]
+        return [*(n for n in self.limits), *(n for n in varying if n not in self.limits)]
+
+    def values(self, metric: str) -> np.ndarray:
+        """Finite values at the points of A and B. Raises ValueError for a metric that there is not."""
+        if metric not in self.sweep.metrics:
+            known = ", ".join(self.sweep.metrics) or "none, for no run ended"
+            raise ValueError(f"no metric {metric!r}{checks.meant(metric, self.sweep.metrics)}; there are {known}")
+        values = self.sweep.metrics[metric][: 2 * self.n]
+        return values[np.isfinite(values)]
+
+    def quantile(self, metric: str, share: float) -> Estimate:
+        """A quantile with its interval."""
+        return quantile(self.values(metric), share)
+
+    def beyond(self, metric: str, limit: float | None = None) -> Estimate:
+        """Probability that a metric exceeds a limit (of minima, falls below it); default: its own limit."""
+        limit, values = self.limits[metric] if limit is None else limit, self.values(metric)
+        return probability(values < limit if is_least(metric) else values > limit)
+
+    def indices(self, metric: str) -> dict[str, Indices]:
+        """First and total Sobol' indices of each parameter; empty where the metric hardly has finite values."""
+        self.values(metric)
+        return indices(self.sweep.metrics[metric], list(self.spread))
+
+    def summary(self, metric: str) -> dict:
+        """All of it as plain data."""
+        values = self.values(metric)
+        found = {
+            "units": self.sweep.known.get(metric, ("?",))[0], "points": len(values),
+            "mean": float(values.mean()), "deviation": float(values.std(ddof=1)),
+            "quantiles": {f"{share:g}": vars(quantile(values, share)) for share in QUANTILES},
+            "indices": {
+                n: {"first": vars(i.first), "total": vars(i.total)} for n, i in self.indices(metric).items()
+            },
+        }  # fmt: skip
+        if metric in self.limits:
+            found |= {"limit": self.limits[metric], "beyond": vars(self.beyond(metric))}
+        return found
+
+
+def is_least(metric: str) -> bool:
+    """True for a metric that is a smallest value, whose limit is one below."""
+    return "_min" in metric
+
+
+def write(found: Scatter, folder: Path) -> None:
+    """Keep distributions, limits and the number of points in each sample beside the sweep, as `scatter.json`."""
+    spread = {name: {"kind": law.kind, "numbers": law.numbers} for name, law in found.spread.items()}
+    document = {"format_version": FORMAT_VERSION, "spread": spread, "n": found.n, "limits": found.limits}
+    with replacing(folder / "scatter.json") as temporary:
+        temporary.write_text(json.dumps(document, indent=1))
+
+
+def open_scatter(folder: str | Path) -> Scatter:
+    """A scatter from its directory. Raises FileNotFoundError where there is none."""
+    path = Path(folder) / "scatter.json"
+    if not path.exists():
+        raise FileNotFoundError(f"no scatter in {folder}: it has no scatter.json")
+    document = json.loads(path.read_text())
+    spread = {n: Distribution(law["kind"], tuple(law["numbers"])) for n, law in document["spread"].items()}
+    return Scatter(open_sweep(folder), spread, document["n"], document["limits"])

@@ -1,0 +1,66 @@
+"""Pictures of a scatter: how metrics spread, and which parameters are to blame."""
+
+from pathlib import Path
+
+import numpy as np
+from clearance.postprocess.figures import PRINTED, Sheet, save, sheet
+
+MOST = 4  # metrics of a picture
+BINS = 40
+WIDTH, ROW = 9.0, 2.5  # of the sheet and of a row [inch]
+
+
+def scatter(found, path: str | Path | None = None, metrics: list[str] | None = None) -> Path | Sheet:
+    """Histogram of each metric with its median, its 5 and 95 % quantiles and its limit; Sobol' indices beside it.
+
+    found: a `Scatter`; metrics: default those with a limit, then the first others, four in all. Raises ValueError for
+    metrics that do not vary.
+    """
+    chosen = metrics or found.metrics[:MOST]
+    if not chosen:
+        raise ValueError("there is no metric that varies")
+    figure = sheet(WIDTH, ROW * len(chosen))
+    table = figure.subplots(len(chosen), 2, squeeze=False, width_ratios=(1.6, 1.0))
+    for (left, right), metric in zip(table, chosen, strict=True):
+        _histogram(left, found, metric)
+        _bars(right, found, metric)
+    table[-1][1].set_xlabel("Sobol' index: share of the variance [-]")
+    return save(figure, path)
+
+
+def _histogram(axes, found, metric: str) -> None:
+    values, (units, text) = found.values(metric), found.sweep.known.get(metric, ("?", metric))
+    axes.hist(values, BINS, color="#90a4ae", density=True)
+    for share, style in ((0.05, ":"), (0.5, "-"), (0.95, ":")):
+        axes.axvline(found.quantile(metric, share).value, color="#263238", linestyle=style, linewidth=1.0)
+    title = f"median and 5, 95 % of {len(values)} runs"
+    if metric in found.limits:
+        limit, share = found.limits[metric], found.beyond(metric)
+        low, high = axes.get_xlim()
+        if low <= limit <= high:
+            axes.axvline(limit, color="#c62828", linewidth=1.5)
+        title += f"; beyond {limit:.4g}: {100 * share.value:.3g} % ({100 * share.low:.3g} to {100 * share.high:.3g} %)"
+    axes.set_title(title, fontsize="small", loc="left")
+    axes.set_xlabel(f"{text} [{PRINTED.get(units, units)}]", fontsize="small")
+    axes.locator_params(axis="x", nbins=5)
+    axes.set_yticks([])
+    axes.set_ylabel("density")
+
+
+def _bars(axes, found, metric: str) -> None:
+    """First and total indices with their intervals, the largest on top."""
+    indices = found.indices(metric)
+    if not indices:
+        axes.text(0.5, 0.5, "too few runs for indices", ha="center", va="center", transform=axes.transAxes)
+        axes.set_axis_off()
+        return
+    names = sorted(indices, key=lambda n: indices[n].total.value)
+    for k, (part, color) in enumerate((("total", "#b0bec5"), ("first", "#1565c0"))):
+        ends = [getattr(indices[n], part) for n in names]
+        place = np.arange(len(names)) + 0.2 * (1 - 2 * k)
+        value = np.array([e.value for e in ends])
+        error = np.clip([[e.value - e.low for e in ends], [e.high - e.value for e in ends]], 0.0, None)
+        axes.barh(place, value, 0.38, xerr=error, color=color, error_kw={"linewidth": 0.8}, label=part)
+    axes.set_yticks(np.arange(len(names)), names)
+    axes.set_xlim(0.0, 1.1)
+    axes.legend(fontsize="small", frameon=False, loc="lower right")

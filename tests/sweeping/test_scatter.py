@@ -1,0 +1,197 @@
+"""Scatter: designs, estimates and indices against closed forms."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import clearance as cl
+from clearance.commands.common import DONE
+from clearance.sweeping.scatter import Distribution, design, from_words, indices, open_scatter, probability, quantile
+
+UNIT = {name: Distribution("uniform", (-math.pi, math.pi)) for name in ("x", "y", "z")}
+
+
+def columns(points):
+    return {name: np.array(values) for name, values in points.columns.items()}
+
+
+def test_ishigami():
+    """Ishigami's function, a = 7, b = 0.1: indices of its closed form within 0.03; intervals contain them."""
+    points, n = design(UNIT, 5 * 4096)
+    at = columns(points)
+    assert n == 4096
+    values = np.sin(at["x"]) + 7.0 * np.sin(at["y"]) ** 2 + 0.1 * at["z"] ** 4 * np.sin(at["x"])
+    a, b, p = 7.0, 0.1, math.pi
+    alone = 0.5 * (1.0 + b * p**4 / 5.0) ** 2, a * a / 8.0, 0.0
+    both = b * b * p**8 * (1.0 / 18.0 - 1.0 / 50.0)
+    variance = sum(alone) + both
+    first = [v / variance for v in alone]
+    total = [first[0] + both / variance, first[1], both / variance]
+    found = indices(values, list(UNIT))
+    for name, one, all_of_it in zip(UNIT, first, total, strict=True):
+        assert found[name].first.value == pytest.approx(one, abs=0.03)
+        assert found[name].total.value == pytest.approx(all_of_it, abs=0.03)
+        assert found[name].total.low <= all_of_it <= found[name].total.high
+
+
+def test_indices_are_those_of_scipy():
+    """The same estimators: equal to rounding."""
+    points, n = design(UNIT, 5 * 64)
+    at = columns(points)
+    rows = (np.sin(at["x"]) + at["y"] * at["z"]).reshape(5, n)
+    centred = rows - rows[:2].mean()
+    ready = {"f_A": centred[:1], "f_B": centred[1:2], "f_AB": centred[2:, None]}
+    theirs, ours = stats.sobol_indices(func=ready, n=n), indices(rows.ravel(), list(UNIT))
+    np.testing.assert_allclose([i.first.value for i in ours.values()], np.ravel(theirs.first_order), rtol=1e-9)
+    np.testing.assert_allclose([i.total.value for i in ours.values()], np.ravel(theirs.total_order), rtol=1e-9)
+
+
+def test_missing_rows():
+    """A run that failed takes its row: indices of a linear function stay, a^2 / (a^2 + b^2)."""
+    points, n = design({"x": UNIT["x"], "y": UNIT["y"]}, 4 * 1024)
+    at = columns(points)
+    values = 3.0 * at["x"] + at["y"]
+    values[[5, n + 7, 2 * n + 9]] = np.nan
+    found = indices(values, ["x", "y"])
+    assert found["x"].first.value == pytest.approx(0.9, abs=0.02)
+    assert found["y"].total.value == pytest.approx(0.1, abs=0.02)
+    assert indices(np.ones(4096), ["x", "y"]) == {}
+
+
+@pytest.mark.parametrize(
+    ("words", "law"),
+    [
+        ("normal(3, 2)", stats.norm(3.0, 2.0)),
+        ("uniform(-1, 4)", stats.uniform(-1.0, 5.0)),
+        ("lognormal(2, 1.5)", stats.lognorm(math.log(1.5), scale=2.0)),
+        ("triangular(0, 1, 4)", stats.triang(0.25, 0.0, 4.0)),
+        ("truncated(0, 1, -1, 2)", stats.truncnorm(-1.0, 2.0)),
+    ],
+)
+def test_distributions(words, law):
+    """Mean and deviation of 2048 points at 5e-3 of the deviation: Sobol' points are even."""
+    points, n = design({"x": from_words(words), "y": UNIT["x"]}, 4 * 1024)
+    values = columns(points)["x"][: 2 * n]
+    assert values.mean() == pytest.approx(law.mean(), abs=5e-3 * law.std())
+    assert values.std() == pytest.approx(law.std(), rel=1e-2)
+    assert len(set(values)) == 2 * n
+
+
+def test_samples_differ_in_one_parameter():
+    points, n = design(UNIT, 5 * 16, seed=3)
+    at = np.stack(list(columns(points).values()), axis=1).reshape(5, n, 3)
+    for j in range(3):
+        np.testing.assert_array_equal(at[2 + j][:, j], at[1][:, j])
+        others = [i for i in range(3) if i != j]
+        np.testing.assert_array_equal(at[2 + j][:, others], at[0][:, others])
+    assert design(UNIT, 5 * 16, seed=3)[0].columns == points.columns
+    assert design(UNIT, 5 * 16, seed=4)[0].columns != points.columns
+
+
+def test_intervals():
+    """Of quantiles and probabilities: they contain the truth in at least 93 % of 400 draws of 50 (95 % asked for)."""
+    random, inside, within = np.random.default_rng(0), 0, 0
+    for _ in range(400):
+        values = random.random(50)
+        one, share = quantile(values, 0.9), probability(values > 0.8)
+        inside += one.low <= 0.9 <= one.high
+        within += share.low <= 0.2 <= share.high
+    assert inside >= 372
+    assert within >= 372
+    assert quantile(np.arange(10.0), 0.99).high == math.inf
+    assert probability(np.zeros(20, bool)).low == 0.0
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        ("normal(1, -2)", "deviation must be positive"), ("uniform(2, 1)", "low must be below high"),
+        ("normal(1)", "mean, deviation"), ("lognormal(1, 0.5)", "factor above 1"),
+        ("triangular(0, 3, 2)", "mode must lie between"),
+    ],
+)  # fmt: skip
+def test_wrong_distributions(words, reason):
+    with pytest.raises(ValueError, match=reason):
+        from_words(words)
+    assert from_words("impact(damping=440)") is None
+
+
+def test_too_few_points():
+    with pytest.raises(ValueError, match="3 distributions need at least 40 points, got 39"):
+        design(UNIT, 39)
+
+
+CRANK = """
+import clearance as cl
+
+def scene(*, crank: float = 0.05, rod: float = 0.15) -> cl.Scene:
+    \"\"\"A slider-crank with ideal joints.
+
+    crank: length [m]
+    rod: length [m]
+    \"\"\"
+    one = cl.Body("one", 0.3, 1e-4, points={"O": (0, 0), "P": (crank, 0)})
+    two = cl.Body("two", 0.2, 5e-4, points={"P": (0, 0), "Q": (rod, 0)}, angle=-0.2)
+    block = cl.Body("block", 0.1, 1e-5, points={"Q": (0, 0)})
+    return cl.Scene(
+        cl.Revolute(cl.ground, one["O"], name="A"), cl.Revolute(one["P"], two["P"], name="B"),
+        cl.Revolute(two["Q"], block["Q"], name="C"), cl.Prismatic(cl.ground, block["Q"], name="G"),
+        cl.Drive(one, speed=1.0, start=0.0),
+    )
+"""
+PLACE = "def place(run):\n    return float(run['block'].x[-1]), 'm', 'position of the block at the end'\n"
+
+
+def test_slider_crank_with_tolerances(tmp_path):
+    """x = r cos a + s, s = sqrt(l^2 - r^2 sin^2 a): dx/dr = cos a - r sin^2 a / s, dx/dl = l / s, by hand.
+
+    Deviation within 3 % and shares within 0.03 of the linear theory: 64 points, tolerances of 1e-3.
+    """
+    (tmp_path / "crank.py").write_text(CRANK)
+    (tmp_path / "place.py").write_text(PLACE)
+    r, length, a, tolerance = 0.05, 0.15, 1.0, (5e-5, 5e-5)
+    found = cl.scatter(
+        tmp_path / "crank.py", {"crank": f"normal({r}, {tolerance[0]})", "rod": f"normal({length}, {tolerance[1]})"},
+        tmp_path / "out", points=256, until=a, samples=3, workers=1, metrics=[f"{tmp_path / 'place.py'}:place"],
+        limits={"place": 0.17},
+    )  # fmt: skip
+    s = math.sqrt(length**2 - (r * math.sin(a)) ** 2)
+    parts = [(math.cos(a) - r * math.sin(a) ** 2 / s) * tolerance[0], length / s * tolerance[1]]
+    deviation = math.hypot(*parts)
+    numbers = found.summary("place")
+    assert numbers["mean"] == pytest.approx(r * math.cos(a) + s, abs=0.1 * deviation)
+    assert numbers["deviation"] == pytest.approx(deviation, rel=0.03)
+    for name, part in zip(("crank", "rod"), parts, strict=True):
+        assert found.indices("place")[name].first.value == pytest.approx((part / deviation) ** 2, abs=0.03)
+    exact = stats.norm(r * math.cos(a) + s, deviation).sf(0.17)
+    assert found.beyond("place").low <= exact <= found.beyond("place").high
+    again = open_scatter(tmp_path / "out")
+    assert again.summary("place") == numbers
+    with pytest.raises(ValueError, match="no metric 'plac' .did you mean place"):
+        again.values("plac")
+
+
+def test_the_command(tmp_path, capsys):
+    """Words with units, limits, a picture; JSON with indices of each parameter."""
+    from clearance.cli import main
+
+    line = [
+        "scatter", "slider_crank", "-p", "model=lubricated", "-p", "film=pinkus_sternlicht",
+        "-p", "clearance=uniform(200um,400um)", "-p", "viscosity=normal(0.4,0.02)", "-p", "speed=25",
+        "--points", "64", "--turns", "1", "--workers", "1", "--limit", "joint_C_gap_min=10um",
+        "-o", str(tmp_path / "out"),
+    ]  # fmt: skip
+    assert main([*line, "--json"]) == DONE
+    document = json.loads(capsys.readouterr().out)
+    assert document["spread"] == {"clearance": "uniform(0.0002, 0.0004)", "viscosity": "normal(0.4, 0.02)"}
+    assert (document["points"], document["independent"]) == (64, 32)
+    gap = document["metrics"]["joint_C_gap_min"]
+    assert set(gap["indices"]) == {"clearance", "viscosity"}
+    assert gap["limit"] == pytest.approx(1e-5, rel=1e-12)
+    assert 0.0 <= gap["beyond"]["low"] <= gap["beyond"]["high"] <= 1.0
+    assert (tmp_path / "out" / "scatter.png").stat().st_size > 10_000
+    assert main(line) == DONE
+    assert "share of the variance" in capsys.readouterr().out
