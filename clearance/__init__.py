@@ -32,7 +32,8 @@ _LAZY = {
     "follow": "clearance.periodic.follow", "assumptions": "clearance.evidence.assumptions",
     "Sweep": "clearance.sweeping.index", "grid": "clearance.sweeping.points", "zipped": "clearance.sweeping.points",
     "sampled": "clearance.sweeping.points", "scatter": "clearance.sweeping.chance",
-    "open_scatter": "clearance.sweeping.scatter", "plot": "clearance.commands.plot", "report": "clearance.postprocess.report",
+    "open_scatter": "clearance.sweeping.scatter", "plot": "clearance.commands.plot",
+    "report": "clearance.postprocess.report",
     "view": "clearance.postprocess.view", "again": "clearance.rerun",
     "compare": "clearance.postprocess.measured",
 }  # fmt: skip
