@@ -88,6 +88,8 @@ def spots(channels: Sequence) -> list[str]:
 
 
 STEP_LOG = "solver/step"
+MOST_IMAGES = 8  # of empty files that a process keeps, some 300 kB each
+_images: dict[tuple, bytes] = {}
 
 
 def fits_path(path: str, pattern: str) -> bool:
@@ -301,17 +303,38 @@ class FileSink:
             self._claim(room)
             self.due = room - self.closing
             self.file.attrs.update(about)
-            self._create()
+            self._find()
 
     def _open(self, room: int) -> h5py.File:
         """Columns stay open, each with a chunk cache: a small one, for rows are only appended."""
         with open(self.partial, "wb") as file:
             try:
                 _set_aside(file.fileno(), 0, room)
+                file.write(self._empty())
             except OSError as error:
                 self.partial.unlink()
                 raise Unwritable(self.path, error.errno) from None
-        return h5py.File(self.partial, "w", libver=LIBVER, rdcc_nbytes=2 * CHUNK * 8)
+            file.truncate(len(self._empty()))
+        return h5py.File(self.partial, "r+", libver=LIBVER, rdcc_nbytes=2 * CHUNK * 8)
+
+    def _empty(self) -> bytes:
+        """A file of these columns without rows, made once: hundreds of things take HDF5 far longer than their rows."""
+        key = tuple(self.channels[i] for i in self.kept), *self.layout.items(), tuple(spots(self.channels))
+        if key not in _images:
+            while len(_images) >= MOST_IMAGES:
+                del _images[next(iter(_images))]
+            self.file = in_memory(temporary_name(self.path))
+            self._create()
+            _images[key] = image_of(self.file)
+            self.file.close()
+        return _images[key]
+
+    def _find(self) -> None:
+        """The columns of a file, which stay open."""
+        self.time = self.file["time"]
+        self.columns = [self.file[self.channels[i].path] for i in self.kept]
+        names = {"events": (*EVENT_COLUMNS, *EVENT_TEXTS), "solver": SOLVER_COLUMNS}
+        self.tables = {g: {n: self.file[f"{g}/{n}"] for n in columns} for g, columns in names.items()}
 
     def _claim(self, room: int) -> None:
         """Have so many bytes set aside behind what has been flushed. Raises OSError where they are not there."""
@@ -367,21 +390,18 @@ class FileSink:
 
     def _create(self) -> None:
         channels = [self.channels[i] for i in self.kept]
-        self.time = scale = self._dataset("time", "s", "time")  # kept open, as all columns are
+        scale = self._dataset("time", "s", "time")
         scale.make_scale("time")
-        self.columns = [self._dataset(c.path, c.units, c.long_name) for c in channels]
-        for column in self.columns:
+        for column in [self._dataset(c.path, c.units, c.long_name) for c in channels]:
             column.dims[0].attach_scale(scale)
             group = column.parent
             if "time" not in group:
                 group["time"] = scale  # the same dataset under a second name: each group opens with its times
         texts = {"joint": spots(self.channels), "kind": CONTACT_KINDS}
-        self.tables = {}
         for group, columns in (("events", EVENT_COLUMNS), ("solver", SOLVER_COLUMNS)):
             made = {n: self._dataset(f"{group}/{n}", units, what) for n, (units, what) in columns.items()}
             if group == "events":
                 made |= {n: self._texts(f"events/{n}", what, texts[n]) for n, what in EVENT_TEXTS.items()}
-            self.tables[group] = made
             self._along(group, list(made.values()))
 
     def _dataset(self, path: str, units: str, what: str, dtype=np.float64):
@@ -579,7 +599,7 @@ class ImageSink(FileSink):
         self.partial = temporary_name(self.path)
 
     def _open(self, room: int) -> h5py.File:
-        return in_memory(self.partial)
+        return in_memory(self.partial, self._empty())
 
     def _claim(self, room: int) -> None:
         """Memory is not a disk."""

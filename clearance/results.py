@@ -162,9 +162,18 @@ def create_column(group: h5py.Group, name: str, values: np.ndarray) -> h5py.Data
     return group.create_dataset(name, data=values, dtype=values.dtype, **layout)
 
 
-def in_memory(path: Path) -> h5py.File:
-    """An HDF5 file that is made in memory: on a full disk HDF5 can neither write one nor let go of it."""
-    return h5py.File(path, "w", driver="core", backing_store=False, libver=LIBVER)
+def in_memory(path: Path, image: bytes | None = None) -> h5py.File:
+    """An HDF5 file that is made in memory: on a full disk HDF5 can neither write one nor let go of it.
+
+    image: of another one, to go on with.
+    """
+    if image is None:
+        return h5py.File(path, "w", driver="core", backing_store=False, libver=LIBVER)
+    access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
+    access.set_fapl_core(backing_store=False)
+    access.set_libver_bounds(h5py.h5f.LIBVER_V18, h5py.h5f.LIBVER_V18)
+    access.set_file_image(image)
+    return h5py.File(h5py.h5f.open(os.fsencode(path), h5py.h5f.ACC_RDWR, access))
 
 
 def image_of(file: h5py.File) -> bytes:
