@@ -219,10 +219,12 @@ class Driver:
         while True:
             measured, found = self.run(stage, outlines, average)
             worst = max(m.scatter for m in measured.values())
-            if worst <= EASY * self.plan.tolerance or average >= MOST_AVERAGED:
+            enough = EASY * self.plan.tolerance
+            if worst <= enough or average >= MOST_AVERAGED:
                 self.average = average
                 return measured, found
-            average = min(MOST_AVERAGED, max(2 * average, 4))
+            needed = math.ceil(average * (worst / enough) ** 2)
+            average = min(MOST_AVERAGED, max(needed, average + 2))
             LOG.info("wear of a turn scatters by %.2g: averaged over %d turns", worst, average)
 
     # --- a jump
