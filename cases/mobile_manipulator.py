@@ -189,12 +189,12 @@ def scene(
 
 
 def _links() -> dict[str, cl.Body]:
-    found = {}
+    links = {}
     for name, (mass, end, angle) in LINKS.items():
         com = (0.5 * end[0], 0.5 * end[1])
         points = {"hinge": (0.0, 0.0), "tip": end} if name == "bucket" else {"hinge": (0.0, 0.0)}
-        found[name] = cl.Body(name, mass, _inertia(mass, com), points=points, com=com, angle=cl.degree(angle))
-    return found
+        links[name] = cl.Body(name, mass, _inertia(mass, com), points=points, com=com, angle=cl.degree(angle))
+    return links
 
 
 def _halves(name: str, actuator: Actuator) -> tuple[cl.Body, cl.Body]:

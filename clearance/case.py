@@ -67,15 +67,15 @@ class Case:
 
     def scene(self, **values) -> Scene:
         """The scene for given parameter values; an unknown name lists the known ones."""
-        known = self.parameters
-        if unknown := [n for n in values if n not in known]:
-            answer = f"{meant(unknown[0], known)}; it has {', '.join(known) or 'none'}"
+        parameters = self.parameters
+        if unknown := [n for n in values if n not in parameters]:
+            answer = f"{meant(unknown[0], parameters)}; it has {', '.join(parameters) or 'none'}"
             raise ValueError(f"case {self.name} has no parameter {unknown[0]!r}{answer}")
         scene = self.function(**values)
         if not isinstance(scene, Scene):
             raise TypeError(f"case {self.name}: scene() must return a Scene, got {type(scene).__name__}")
         scene.parameters.update(values)
-        defaults = {n: p.default for n, p in known.items() if n not in values}
+        defaults = {n: p.default for n, p in parameters.items() if n not in values}
         scene.origin["case_file"] = self.name if self.library else str(self.path)
         scene.origin["defaults"] = json.dumps(defaults, default=str, sort_keys=True)
         automatic = resolved(defaults | values, scene.joints)

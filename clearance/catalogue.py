@@ -131,8 +131,8 @@ def _explained(where: str, error: BaseException) -> ValueError:
     """A user's error as one line: what, and at which line of which file."""
     if isinstance(error, SyntaxError):
         return ValueError(f"{where}: SyntaxError: {error.msg} (line {error.lineno})")
-    own = str(Path(__file__).parent)
-    frames = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(own)]
+    package = str(Path(__file__).parent)
+    frames = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(package)]
     place = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""
     text = str(error.args[0]) if isinstance(error, KeyError) and error.args else str(error)
     kind = "" if isinstance(error, ValueError | TypeError | KeyError) else f"{type(error).__name__}: "

@@ -121,8 +121,8 @@ class Statistics:
     @cached_property
     def widest(self) -> tuple[str, float]:
         """The quantity that is furthest from what was asked for, and its half width over the mean."""
-        found = [m.widest(self.asked) for m in self.motions]
-        return max(found, key=lambda pair: pair[1] / self.asked[pair[0]])
+        widths = [m.widest(self.asked) for m in self.motions]
+        return max(widths, key=lambda pair: pair[1] / self.asked[pair[0]])
 
     @property
     def needed(self) -> int:
@@ -147,7 +147,7 @@ class Statistics:
         """A table of all quantities, and what it is made of."""
         starts, turns = self.shape
         batches = next(iter(self.motions[0].quantities.values())).mean.batches
-        found = [
+        lines = [
             f"{starts} starts of {turns} turns, the first {self.left_out} of each left out; 95 % intervals "
             f"from {batches} batches",
             _columns_of(HEADS),
@@ -155,9 +155,9 @@ class Statistics:
         for i, motion in enumerate(self.motions, 1):
             if len(self.motions) > 1:
                 numbers = ", ".join(str(s + 1) for s in motion.starts)
-                found.append(f"motion {i} of {len(self.motions)}: start{'s'[: len(motion.starts) > 1]} {numbers}")
-            found += [_line(name, s) for name, s in motion.quantities.items()]
-        return found + [self.verdict] + ([str(self.check)] if self.check else [])
+                lines.append(f"motion {i} of {len(self.motions)}: start{'s'[: len(motion.starts) > 1]} {numbers}")
+            lines += [_line(name, s) for name, s in motion.quantities.items()]
+        return lines + [self.verdict] + ([str(self.check)] if self.check else [])
 
     def plain(self) -> dict:
         """All of it but the values turn by turn, as plain data."""
@@ -247,11 +247,11 @@ def _columns(motion: Motion) -> Table:
         "batches": ("1", "batches that the interval is from", np.array([s.mean.batches for s in rows])),
     }
     for share in SHARES:
-        found = [next((q for q in s.quantiles if q.share == share), None) for s in rows]
+        quantiles = [next((q for q in s.quantiles if q.share == share), None) for s in rows]
         name, text = f"q{round(100 * share)}", f"value that {share:.0%} of the turns stay below"
         for end, words in (("value", text), ("low", f"low end of the interval of {name}"),
                            ("high", f"high end of the interval of {name}")):  # fmt: skip
-            values = np.array([getattr(q, end) if q else math.nan for q in found])
+            values = np.array([getattr(q, end) if q else math.nan for q in quantiles])
             columns[name if end == "value" else f"{name}_{end}"] = ("1", words, values)
     return columns
 
@@ -296,8 +296,8 @@ def statistics(
     if mechanism.size == 0:
         raise ValueError("nothing is free to move in this scene: all turns are alike")
     runner = Ensemble(mechanism, max_turns // starts, Solver(rtol, method), starts, seed)
-    found = _until_narrow(runner, error, max_turns, rtol, progress)
-    return _checked(found, mechanism, method, seed) if check else found
+    result = _until_narrow(runner, error, max_turns, rtol, progress)
+    return _checked(result, mechanism, method, seed) if check else result
 
 
 def _until_narrow(runner, error, max_turns: int, rtol: float, progress) -> Statistics:
@@ -309,18 +309,18 @@ def _until_narrow(runner, error, max_turns: int, rtol: float, progress) -> Stati
         cut = series.transient(runner.values.values())
         asked = _asked(error, runner.values)
         motions = _motions(runner, cut, asked)
-        found = Statistics(
+        result = Statistics(
             motions, asked, runner.values, cut, max_turns, rtol, runner.mechanism.scene.turn, False
         )  # fmt: skip
-        name, share = found.widest
+        name, share = result.widest
         narrow = share <= asked[name]
         if progress is not None:
             done = (asked[name] / share) ** 2 if share > 0.0 else 1.0
             progress(min(max(done, turns / most), 1.0))
         if narrow and before:
-            return replace(found, reached=True)
+            return replace(result, reached=True)
         if turns == most:
-            return found
+            return result
         before = narrow
     raise AssertionError("looks have no end")
 
@@ -354,21 +354,21 @@ def statistic(values: np.ndarray, name: str, about: Series) -> Statistic:
     return Statistic(series.mean(values), quantiles, about.units, about.text)
 
 
-def _checked(found: Statistics, mechanism: Mechanism, method: str, seed: int) -> Statistics:
+def _checked(result: Statistics, mechanism: Mechanism, method: str, seed: int) -> Statistics:
     """The same with means at a tighter tolerance beside it; several motions are compared start by start, together."""
-    starts, turns = found.shape
-    fewest = math.ceil(series.FIRST_LOOK / starts) + found.left_out
+    starts, turns = result.shape
+    fewest = math.ceil(series.FIRST_LOOK / starts) + result.left_out
     turns = min(max(math.ceil(CHECKED * turns), fewest), turns)
-    rtol = max(found.rtol / TIGHTER, FINEST)
+    rtol = max(result.rtol / TIGHTER, FINEST)
     ensemble = Ensemble(mechanism, turns, Solver(rtol, method), starts, seed)
     ensemble.extend(turns)
-    cut = min(found.left_out, turns // 2)
+    cut = min(result.left_out, turns // 2)
     differences = {}
-    for name in found.asked:
-        one = series.mean(found.values[name][:, found.left_out :])
+    for name in result.asked:
+        one = series.mean(result.values[name][:, result.left_out :])
         two = series.mean(ensemble.values[name][:, cut:])
-        differences[name] = _apart(one, two, found.rtol)
-    return replace(found, check=Check(rtol, starts * turns, differences))
+        differences[name] = _apart(one, two, result.rtol)
+    return replace(result, check=Check(rtol, starts * turns, differences))
 
 
 def _apart(one: Mean, two: Mean, rtol: float) -> float:

@@ -47,24 +47,24 @@ class PartsSink:
         self.lock = lock_of(self.path)
         try:
             self.folder.mkdir(exist_ok=True)
-            found = self._found()
+            before = self._found()
             self._next()
         except BaseException:
             self.lock.release()
             raise
-        return found
+        return before
 
     def _found(self) -> dict | None:
         """The state to go on from, its stretches all there."""
-        found = load(self.folder / "state.npz")
-        if found is not None:
-            if int(found.get("version", -1)) != VERSION:
+        saved = load(self.folder / "state.npz")
+        if saved is not None:
+            if int(saved.get("version", -1)) != VERSION:
                 raise ValueError(f"{self.folder} holds checkpoints of another version of clearance; remove it")
-            self._compare(json.loads(str(found["identity"])))
-            self.count = int(found["stretches"])
+            self._compare(json.loads(str(saved["identity"])))
+            self.count = int(saved["stretches"])
             for i in range(self.count):
                 self._stretch(i).close()
-        return found
+        return saved
 
     def _stretch(self, i: int) -> Result:
         """A finished stretch. Raises ValueError where it cannot be read."""
@@ -109,8 +109,8 @@ class PartsSink:
             self._end_stretch()
             if self.full or self.stretch.full:
                 return
-            whole = self._joined()
-            whole.close(status, solver, warnings, facts, ranges)
+            joined = self._joined()
+            joined.close(status, solver, warnings, facts, ranges)
             self.placed = True
             if not status.startswith(GOES_ON):
                 shutil.rmtree(self.folder)
@@ -120,15 +120,15 @@ class PartsSink:
     def _joined(self) -> FileSink:
         """All stretches in one file, not closed yet. Raises Unwritable where there is no room for it."""
         channels, attributes, keep, compression = self.options
-        whole = FileSink(self.path, channels, attributes, keep, compression, alone=True)
+        joined = FileSink(self.path, channels, attributes, keep, compression, alone=True)
         try:
             for i in range(self.count + 1):
                 with self._stretch(i) as part:
-                    whole.join(part.file)
+                    joined.join(part.file)
         except Unwritable:
-            whole.abandon()
+            joined.abandon()
             raise
-        return whole
+        return joined
 
     @property
     def left(self) -> str:

@@ -12,9 +12,9 @@ Check = Callable[[str, object], float]
 ROUNDING = 1e-15  # by which the length of a direction may be off
 
 
-def meant(name: str, known: Iterable[str]) -> str:
+def meant(name: str, names: Iterable[str]) -> str:
     """" (did you mean ...?)" where a known name is close, in capitals or not; else nothing."""
-    plain = {k.lower(): k for k in known}
+    plain = {k.lower(): k for k in names}
     close = difflib.get_close_matches(str(name).lower(), plain, 1)
     return f" (did you mean {plain[close[0]]}?)" if close else ""
 

@@ -250,12 +250,12 @@ def thresholds_of(text: str | Collection[float]) -> tuple[float, ...]:
     """Three growing film thickness ratios from "0.4,1,3" or from numbers."""
     given = text.split(",") if isinstance(text, str) else text
     try:
-        found = tuple(float(t) for t in given)
+        numbers = tuple(float(t) for t in given)
     except ValueError:
         raise ValueError(f"thresholds must be three numbers such as 0.4,1,3, got {text!r}") from None
-    if len(found) != 3 or not 0.0 < found[0] < found[1] < found[2]:
+    if len(numbers) != 3 or not 0.0 < numbers[0] < numbers[1] < numbers[2]:
         raise ValueError(f"thresholds must be three growing positive numbers dry,mixed,full, got {text!r}")
-    return found
+    return numbers
 
 
 def points_of(path: str | Path) -> list[tuple[float, ...]]:
@@ -356,8 +356,8 @@ def mesh_of(text: str) -> tuple[int, int]:
     try:
         around, along = (int(t) for t in text.split("x"))
     except (AttributeError, ValueError):
-        known = "mesh must be auto or two numbers of cells such as 16x2"
-        raise ValueError(f"{known}, got {text!r}") from None
+        form = "mesh must be auto or two numbers of cells such as 16x2"
+        raise ValueError(f"{form}, got {text!r}") from None
     return around, along
 
 
@@ -368,10 +368,10 @@ def _film(name: str, ambient: float, flow_factors: bool, mesh: str):
         options["flow_factors"] = True
     if mesh != "auto":
         options["mesh"] = mesh_of(mesh)
-    known = {"ambient": WITH_AMBIENT, "flow_factors": WITH_FLOW_FACTORS, "mesh": ONLINE_FILMS}
+    takes = {"ambient": WITH_AMBIENT, "flow_factors": WITH_FLOW_FACTORS, "mesh": ONLINE_FILMS}
     for option in options:
-        if name not in known[option]:
-            raise ValueError(f"film {name} has no {option}; {', '.join(known[option])} have")
+        if name not in takes[option]:
+            raise ValueError(f"film {name} has no {option}; {', '.join(takes[option])} have")
     return (FILMS | ONLINE_FILMS)[name](**options)
 
 
@@ -522,5 +522,5 @@ def resolved(values: Mapping[str, object], joints: Collection[Joint]) -> dict[st
     """Values of a case's parameters that are auto, in its first clearance joint, by name."""
     first = next((j for j in joints if j.soft), None)
     names = [n for n in RESOLVED if isinstance(values.get(n), str) and values[n] == AUTO]
-    found = {n: RESOLVED[n](first) for n in names} if first is not None else {}
-    return {n: v for n, v in found.items() if v is not None}
+    values_of = {n: RESOLVED[n](first) for n in names} if first is not None else {}
+    return {n: v for n, v in values_of.items() if v is not None}

@@ -70,10 +70,10 @@ def parser() -> Parser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Entry point: returns the exit status."""
-    words, known = sys.argv[1:] if arguments is None else arguments, parser()
+    words, commands = sys.argv[1:] if arguments is None else arguments, parser()
     if empty := [word for word in words if re.fullmatch(r"--[a-z-]+=--", word)]:  # argparse reads them as a list
-        known.error(f"argument {empty[0].partition('=')[0]}: expected a value, got '--'")
-    options = known.parse_args(_joined(words))
+        commands.error(f"argument {empty[0].partition('=')[0]}: expected a value, got '--'")
+    options = commands.parse_args(_joined(words))
     options.line = shlex.join(["clearance", *words])
     try:
         return options.action(options)
@@ -105,13 +105,13 @@ def _full(error: OSError) -> bool:
 
 def _joined(arguments: list[str]) -> list[str]:
     """`--rtol -1e-6` as `--rtol=-1e-6`: argparse takes only plain negative numbers for values."""
-    found: list[str] = []
+    words: list[str] = []
     for argument in arguments:
-        if re.match(r"-\.?\d", argument) and found and re.fullmatch(r"--[a-z-]+", found[-1]):
-            found[-1] += f"={argument}"
+        if re.match(r"-\.?\d", argument) and words and re.fullmatch(r"--[a-z-]+", words[-1]):
+            words[-1] += f"={argument}"
         else:
-            found.append(argument)
-    return found
+            words.append(argument)
+    return words
 
 
 def entry() -> None:

@@ -187,16 +187,16 @@ def _numbers(pair: Pair, summed: Summed, begin: float, end: float) -> dict[str, 
     """Metrics and located extremes by name, those that are finite."""
     film = pair.other if pair.film is None else pair.film
     mine, others, films = (summed(record) for record in (pair.run, pair.other, film))
-    found = {}
+    numbers = {}
     for name, m in mine.items():
         if name in others and name in films:
-            found[name] = Number(m.value, others[name].value, films[name].value, m.units, _kind(name))
+            numbers[name] = Number(m.value, others[name].value, films[name].value, m.units, _kind(name))
     located = pair.run.located
     for name, units in zip(located.names, located.units, strict=True):
         three = [record.located.of(name, begin, end) for record in (pair.run, pair.other, film)]
         if all(three):
-            found[name] = Number(*(extreme.value for extreme in three), units, EXTREME)
-    return {name: n for name, n in found.items() if np.isfinite([n.value, n.other, n.film]).all()}
+            numbers[name] = Number(*(extreme.value for extreme in three), units, EXTREME)
+    return {name: n for name, n in numbers.items() if np.isfinite([n.value, n.other, n.film]).all()}
 
 
 def _kind(metric: str) -> str:
@@ -224,14 +224,14 @@ def extremes(pair: Pair, g: float, safety: float) -> ExtremeErrors:
 
 def channels(one: Record, other: Record) -> dict[str, float]:
     """Largest difference at a sample over the range, of each channel."""
-    found = {}
+    columns = {}
     for path in paths(one):
         if path == "energy/residual":  # an error itself
             continue
         a, b = one.values(path), other.values(path)
         size = max(float(np.ptp(a)), ROUNDING * float(np.abs(a).max()))
-        found[path] = float(np.abs(a - b).max()) / size if size > 0.0 else 0.0
-    return found
+        columns[path] = float(np.abs(a - b).max()) / size if size > 0.0 else 0.0
+    return columns
 
 
 def paths(record: Record, group: str = "") -> Iterator[str]:
@@ -270,13 +270,13 @@ class Statement:
         """Add the stated errors to a finished file; where there are none, or no room, a warning says why."""
         try:
             pair = paired(self.run, self.start, self.memory.record)
-            found = stated(pair, partial(metrics, settle=self.settle), self.settle, size_of(self.run.mechanism))
+            errors = stated(pair, partial(metrics, settle=self.settle), self.settle, size_of(self.run.mechanism))
         except Parted as reason:
-            found = Errors(reason=str(reason))
+            errors = Errors(reason=str(reason))
         except KeyboardInterrupt as request:
             request.add_note(f"what was computed is kept in {path}, without stated errors")
             raise
-        add_errors(found, path)
+        add_errors(errors, path)
 
 
 def add_errors(errors: Errors, path: str | Path) -> None:

@@ -45,18 +45,18 @@ def affordable(demand: Demand, path: str | Path | None = None) -> None:
 
     path: a file or folder that need not be there; None: temporary files.
     """
-    found = []
+    reasons = []
     if demand.rows > MOST_ROWS:
-        found.append(f"{demand.rows:.3g} rows of output (2^31 are allowed)")
+        reasons.append(f"{demand.rows:.3g} rows of output (2^31 are allowed)")
     if demand.seconds > DAY:
         days = demand.seconds / DAY
-        found.append(f"at least {demand.steps:.3g} steps of a microsecond or more, {days:.3g} days (one is allowed)")
+        reasons.append(f"at least {demand.steps:.3g} steps of a microsecond or more, {days:.3g} days (one is allowed)")
     if demand.columns:
         folder = _existing(Path(tempfile.gettempdir() if path is None else path))
         if demand.bytes > (free := shutil.disk_usage(folder).free):
-            found.append(f"files of {demand.bytes:.3g} bytes ({free:.3g} are free in {folder})")
-    if found:
-        raise ValueError(f"this needs {', '.join(found)}: {OVERRIDE}")
+            reasons.append(f"files of {demand.bytes:.3g} bytes ({free:.3g} are free in {folder})")
+    if reasons:
+        raise ValueError(f"this needs {', '.join(reasons)}: {OVERRIDE}")
 
 
 def _existing(path: Path) -> Path:

@@ -35,23 +35,23 @@ class Misplaced(ValueError):
     place: names of the tables and of the field, from outside in; whole: nothing stands around it.
     """
 
-    def __init__(self, place: tuple[str, ...], text: str, whole: bool = False):
+    def __init__(self, place: tuple[str, ...], text: str, complete: bool = False):
         super().__init__(f"{'.'.join(place)}: {text}")
-        self.place, self.text, self.whole = place, text, whole
+        self.place, self.text, self.whole = place, text, complete
 
 
 @contextmanager
-def at(*place: str, whole: bool = False) -> Iterator[None]:
+def at(*place: str, complete: bool = False) -> Iterator[None]:
     """Add a place to errors from inside; whole: it is one from the outermost table on."""
     try:
         yield
     except Misplaced as error:
         if error.whole:
             raise
-        raise Misplaced((*place, *error.place), error.text, whole) from error
+        raise Misplaced((*place, *error.place), error.text, complete) from error
     except (ValueError, TypeError, KeyError, ImportError) as error:
         text = str(error.args[0]) if error.args else str(error)
-        raise Misplaced(place, text, whole) from error
+        raise Misplaced(place, text, complete) from error
 
 
 # --- from a scene
@@ -193,7 +193,7 @@ class Parts:
             if name not in self.body_tables:
                 answer = f"{meant(name, self.body_tables)}; bodies: {', '.join(self.body_tables)}"
                 raise ValueError(f"unknown body {name!r}{answer}")
-            with at("body", name, whole=True):
+            with at("body", name, complete=True):
                 self._bodies[name] = self._made(Body, {"name": name, **self.body_tables[name]})
         return self._bodies[name]
 
@@ -220,7 +220,7 @@ class Parts:
         if key not in self._elements:
             self._elements[key] = None
             kind, table = self.tables[key]
-            with at(section, name, whole=True):
+            with at(section, name, complete=True):
                 if kind not in KINDS:
                     answer = f"{meant(kind, KINDS)}; known: {', '.join(KINDS)}"
                     raise ValueError(f"unknown kind {kind!r}{answer}")
@@ -240,20 +240,20 @@ class Parts:
         fits = [p for p in places if issubclass(KINDS.get(self.tables[p][0], object), kinds)]
         if fits:
             return self.element(*fits[0])
-        known = [*(self.body_tables if Body in kinds else ()), *(n for _, n in self.tables)]
-        raise ValueError(f"nothing of that name: {text!r}{meant(name, known)}")
+        names = [*(self.body_tables if Body in kinds else ()), *(n for _, n in self.tables)]
+        raise ValueError(f"nothing of that name: {text!r}{meant(name, names)}")
 
     # --- values
     def _made(self, kind: type, table: Mapping) -> object:
         """A dataclass from its table."""
-        known = {f.name: f for f in fields(kind)}
-        needed = [n for n, f in known.items() if _is_needed(f)]
-        _check_names(kind.__name__, table, known, needed)
+        fields_of = {f.name: f for f in fields(kind)}
+        needed = [n for n, f in fields_of.items() if _is_needed(f)]
+        _check_names(kind.__name__, table, fields_of, needed)
         hints = typing.get_type_hints(kind)
         values = {}
         for name, value in table.items():
             with at(name):
-                values[name] = self._value(known[name], hints[name], value)
+                values[name] = self._value(fields_of[name], hints[name], value)
         return kind(**values)
 
     def _value(self, field: Field, hint: object, value: object) -> object:
@@ -288,7 +288,7 @@ class Parts:
         if not isinstance(value, str) or value not in tables:
             answer = f"{meant(str(value), tables)}; known: {', '.join(tables) or 'none'}"
             raise ValueError(f"unknown {section} {value!r}{answer}")
-        with at(section, value, whole=True):
+        with at(section, value, complete=True):
             named = {"name": value} if "name" in {f.name for f in fields(kind)} else {}
             return self.ready.setdefault((section, value), self._made(kind, named | tables[value]))
 
@@ -358,11 +358,11 @@ def _is_needed(field: Field) -> bool:
     return empty or bool(number and number.required)
 
 
-def _check_names(owner: str, table: Mapping, known, needed) -> None:
+def _check_names(owner: str, table: Mapping, names, needed) -> None:
     """Raises ValueError for a field that the owner has not got, and for one that is missing."""
     for name in table:
-        if name not in known:
-            answer = f"{meant(name, known)}; it has {', '.join(known)}"
+        if name not in names:
+            answer = f"{meant(name, names)}; it has {', '.join(names)}"
             raise ValueError(f"unknown field {name!r} of {owner}{answer}")
     if missing := [n for n in needed if n not in table]:
         raise ValueError(f"{owner} needs {', '.join(missing)}")

@@ -57,8 +57,8 @@ def bearing_of(joint: dict, viscosity: float) -> Bearing:
     )
 
 
-def _groove(found: dict) -> Groove:
-    return Groove(**{k: v for k, v in found.items() if k != "type"})
+def _groove(entry: dict) -> Groove:
+    return Groove(**{k: v for k, v in entry.items() if k != "type"})
 
 
 def viscosities(record: Record, joint: dict) -> np.ndarray:
@@ -163,11 +163,11 @@ def keep(path, per_turn: int) -> None:
     """Solve the fields of a result file and write them into it, whole or not at all."""
     with Result(path) as record:
         places = chosen(record, per_turn) if record.time.size > 1 else np.zeros(0, int)
-        found = {j["name"]: solved(record, j, places) for j in _with_fields(record.scene)}
+        solutions = {j["name"]: solved(record, j, places) for j in _with_fields(record.scene)}
     if not len(places):
         return
     with appending(path) as file:
-        for name, fields in found.items():
+        for name, fields in solutions.items():
             _write(file, PATH_OF_FIELDS.format(name), fields)
 
 

@@ -124,23 +124,23 @@ class Reader:
         if not self.has(place):
             raise Damaged(f"{self.path} has no /{place}")
         with _reading(self.path, place):
-            found = self.file[place] if place else self.file
-            if found.file.filename != self.file.filename:
+            item = self.file[place] if place else self.file
+            if item.file.filename != self.file.filename:
                 raise Damaged(f"{self.path}: /{place} points to another file")
-            return found
+            return item
 
     def names(self, place: str = "") -> tuple[str, ...]:
         """Names in a group; none where the group is missing."""
-        found = self.item(place) if self.has(place) else None
+        group = self.item(place) if self.has(place) else None
         with _reading(self.path, place):
-            return tuple(found) if isinstance(found, h5py.Group) else ()
+            return tuple(group) if isinstance(group, h5py.Group) else ()
 
     def shape(self, place: str) -> tuple[int, ...]:
         """Shape of a column."""
-        found = self.item(place)
-        if not isinstance(found, h5py.Dataset) or found.shape is None:
+        item = self.item(place)
+        if not isinstance(item, h5py.Dataset) or item.shape is None:
             raise Damaged(f"{self.path}: /{place} is no column")
-        return found.shape
+        return item.shape
 
     def column(self, place: str) -> np.ndarray:
         """All of a column, of numbers or of texts."""
@@ -191,12 +191,12 @@ class Reader:
         """An attribute that is a JSON object, or a JSON array where `kind` is list."""
         where, text = f"{self.path}: attribute {name}", self.attribute(place, name)
         try:
-            found = json.loads(text, object_hook=lambda items: Entries(where, items))
+            document = json.loads(text, object_hook=lambda items: Entries(where, items))
         except ValueError as error:
             raise Damaged(f"{where} is no JSON: {error}") from None
-        if not isinstance(found, kind):
+        if not isinstance(document, kind):
             raise Damaged(f"{where} is no JSON {'object' if kind is dict else 'array'}")
-        return found
+        return document
 
     def close(self) -> None:
         """Close the file."""
@@ -238,9 +238,9 @@ def open_checked(path: Path, kind: str, form: str, version: int) -> Reader:
 def _check_format(reader: Reader, kind: str, form: str, version: int) -> None:
     """Raises ValueError for a file of another format, NewerFormat for one of a newer version."""
     with _reading(reader.path, ""):
-        found = reader.file.attrs.get("format")
-    if not isinstance(found, str) or found != form:
-        raise ValueError(f"{reader.path} is not a {kind} (format {found!r})")
+        mark = reader.file.attrs.get("format")
+    if not isinstance(mark, str) or mark != form:
+        raise ValueError(f"{reader.path} is not a {kind} (format {mark!r})")
     newer = reader.attribute("", "format_version")
     if newer > version:
         raise NewerFormat(

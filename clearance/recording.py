@@ -71,14 +71,14 @@ def chosen(channels: Sequence, patterns: Sequence[str] | None) -> list[int]:
         return list(range(len(channels)))
     if isinstance(patterns, str):
         raise TypeError(f"channels must be a list of paths or patterns, got the text {patterns!r}")
-    found: set[int] = set()
+    places: set[int] = set()
     for pattern in patterns:
         fits = [i for i, c in enumerate(channels) if fits_path(c.path, pattern)]
         if not fits and not fits_path(STEP_LOG, pattern):
             groups = dict.fromkeys(c.path.rpartition("/")[0] for c in channels)
             raise ValueError(f"channels: {pattern!r} fits none; there are {', '.join(f'{g}/*' for g in groups)}")
-        found.update(fits)
-    return sorted(found)
+        places.update(fits)
+    return sorted(places)
 
 
 def spots(channels: Sequence) -> list[str]:
@@ -166,8 +166,8 @@ class Recorder:
                 at = np.concatenate([[self.last[0]], times])
             expected = np.diff(at) * 0.5 * (speeds[1:] + speeds[:-1])
             turns = np.round((np.diff(values) - expected) / (2.0 * np.pi))
-            whole = np.concatenate([[0.0], np.cumsum(turns)]) * 2.0 * np.pi
-            rows[:, angle] = (values - whole)[-len(times) :]
+            turned = np.concatenate([[0.0], np.cumsum(turns)]) * 2.0 * np.pi
+            rows[:, angle] = (values - turned)[-len(times) :]
 
     def impacts(self, names: list[str], rows: np.ndarray, kind: str = "contact") -> None:
         """Append finished contacts: rows of (joint, time, impact speed, force, penetration, duration, separation)."""
@@ -197,12 +197,12 @@ class Recorder:
         They also become attributes of its group.
         """
         group = f"joints/{joint.name}"
-        found = regime(joint, pressure, gap)
-        self.know(group, **{name: value for name, value in vars(found).items() if value is not None})
+        result = regime(joint, pressure, gap)
+        self.know(group, **{name: value for name, value in vars(result).items() if value is not None})
         means = {f"{group}/membership_{s}": f"share_{s}" for s in ("full_film", "mixed", "dry")}
         means[f"{group}/asperity_share"] = "mean_asperity_share"
         self.know(group, **{n: self.totals[self.place[p]] / self.rows for p, n in means.items() if p in self.place})
-        return found
+        return result
 
     def residual_share(self) -> float:
         """Largest share of the energy turned over in some stretch of the run that its residual moved by."""
@@ -418,10 +418,10 @@ class FileSink:
 
     def _along(self, group: str, columns: list) -> None:
         """Give the columns of a table a dimension of their own, which has no values; time is a coordinate along it."""
-        own = self._dataset(f"{group}/{DIMENSIONS[group]}", "1", f"dimension of the columns of /{group}", ">f4")
-        own.make_scale(NO_VALUES)
+        dimension = self._dataset(f"{group}/{DIMENSIONS[group]}", "1", f"dimension of the columns of /{group}", ">f4")
+        dimension.make_scale(NO_VALUES)
         for column in columns:
-            column.dims[0].attach_scale(own)
+            column.dims[0].attach_scale(dimension)
             if not column.name.endswith("/time"):
                 column.attrs["coordinates"] = "time"
 
@@ -451,8 +451,8 @@ class FileSink:
                 raise Unwritable(self.path, error.errno) from None
             self.due = due
         with self._writing():
-            for column, own in zip(columns, values, strict=True):
-                _append(column, own)
+            for column, part in zip(columns, values, strict=True):
+                _append(column, part)
 
     def flush(self) -> None:
         with self._writing():
@@ -474,8 +474,8 @@ class FileSink:
         with self._writing():
             self.file.attrs.create("warnings", warnings, dtype=h5py.string_dtype(), shape=(len(warnings),))
             self.file["solver"].attrs.update(solver)
-            for group, known in facts.items():
-                self.file.require_group(group).attrs.update(known | _units(group, known))
+            for group, given in facts.items():
+                self.file.require_group(group).attrs.update(given | _units(group, given))
             for group, table in self.tables.items():
                 self.file[f"{group}/{DIMENSIONS[group]}"].resize(table["time"].shape)
             if ranges is not None:
@@ -695,10 +695,10 @@ def filters(compression: int) -> dict:
     return {"fletcher32": True} | packed
 
 
-def _units(group: str, known: dict) -> dict[str, str]:
+def _units(group: str, facts: dict) -> dict[str, str]:
     """Units of what is known of a group as a whole, as NAME_units."""
-    told = group.partition("/")[0] in ("joints", "energy")
-    return {f"{n}_units": FACT_UNITS[n] for n in known if n in FACT_UNITS} if told else {}
+    documented = group.partition("/")[0] in ("joints", "energy")
+    return {f"{n}_units": FACT_UNITS[n] for n in facts if n in FACT_UNITS} if documented else {}
 
 
 def lock_of(path: Path) -> Lock:

@@ -51,10 +51,10 @@ class HoleCheck:
 
 def film_load(joint: ClearanceRevolute, gap: float, approach: float, entrainment: float) -> float:
     """The film's part of `radial_load` [N]."""
-    known = joint.film_joint
-    share, film_gap, slope, *_ = joint.transition(gap, known)
+    facts = joint.film_joint
+    share, film_gap, slope, *_ = joint.transition(gap, facts)
     rate = slope * approach / joint.clearance
-    radial, *_ = joint.film(1.0 - film_gap / joint.clearance, rate, entrainment, known)
+    radial, *_ = joint.film(1.0 - film_gap / joint.clearance, rate, entrainment, facts)
     return -share * radial
 
 
@@ -64,13 +64,13 @@ def radial_load(joint: ClearanceRevolute, gap: float, approach: float, entrainme
     Contact laws that look at the impact speed get the approach speed, or `typical_speed` if that is
     larger.
     """
-    known = joint.film_joint
-    _, _, _, share, penetration, *_ = joint.transition(gap, known)
+    facts = joint.film_joint
+    _, _, _, share, penetration, *_ = joint.transition(gap, facts)
     impact = max(approach, typical_speed(joint, entrainment))
     load = film_load(joint, gap, approach, entrainment)
     load += share * joint.contact(penetration, approach, impact)
     if joint.asperity is not None:
-        load += joint.asperity(gap / joint.roughness, known)
+        load += joint.asperity(gap / joint.roughness, facts)
     return load
 
 
@@ -214,21 +214,21 @@ class Regime:
 
     def warnings(self, joint: ClearanceRevolute) -> list[str]:
         """Places at which rigid, isoviscous, smooth theory is only formal."""
-        found, pressure = [], f"film pressure reaches about {self.film_pressure / 1e6:.3g} MPa"
+        warnings, pressure = [], f"film pressure reaches about {self.film_pressure / 1e6:.3g} MPa"
         ratio = self.film_thickness_ratio
         rough = joint.transition is not None and joint.transition.law.carries_roughness
         if ratio is not None and ratio < FULL_FILM and not rough:
-            found.append(
+            warnings.append(
                 f"the film thickness ratio falls to {ratio:.2g}; below {FULL_FILM:g} asperities share the load and a "
                 "smooth film alone is only formal"
             )
         if self.piezoviscous_number > PIEZOVISCOUS:
             number = self.piezoviscous_number
-            found.append(f"{pressure}: piezoviscous number {number:.2g}, a constant viscosity is only formal")
+            warnings.append(f"{pressure}: piezoviscous number {number:.2g}, a constant viscosity is only formal")
         if self.flattening_ratio > FLATTENING:
             number = self.flattening_ratio
-            found.append(f"{pressure}: it flattens the surfaces by {number:.2g} of the film: rigid is only formal")
-        return [f"{joint.label()}: {f}" for f in found]
+            warnings.append(f"{pressure}: it flattens the surfaces by {number:.2g} of the film: rigid is only formal")
+        return [f"{joint.label()}: {f}" for f in warnings]
 
 
 def regime(joint: ClearanceRevolute, pressure: float, gap: float) -> Regime:

@@ -209,11 +209,11 @@ class Ladder:
         for tolerance in (rtol, rtol / LOOSER**2):
             try:
                 self.runs.append(tolerance)
-                found = companion(self.run, self.start, tolerance)
+                second = companion(self.run, self.start, tolerance)
                 strong = stronger(self.run.mechanism)
                 if strong is not None:
-                    self.film = found, companion(self.run, self.start, tolerance, strong[0]), strong[1]
-                return tolerance, found
+                    self.film = second, companion(self.run, self.start, tolerance, strong[0]), strong[1]
+                return tolerance, second
             except Parted:
                 self.film = None
         return None
@@ -223,10 +223,10 @@ class Ladder:
         run.state.y[:], run.state.work[:] = self.start.y, self.start.work
         self.runs.append(rtol)
         run.started, run.opened, run.options = self.run.started, self.run.opened, self.run.options
-        kept = Kept(run)
+        output = Kept(run)
         with Held() as held:
-            failure = run.record(kept, self.progress, check=held.check)
-        return Attempt(run, kept, failure)
+            failure = run.record(output, self.progress, check=held.check)
+        return Attempt(run, output, failure)
 
     def _errors(self, tight: Attempt, rtol: float, loose: tuple[float, MemoryRecord] | None) -> Errors:
         if loose is None:
@@ -242,9 +242,11 @@ class Ladder:
         """The errors with the parts of film tables, which are those of the first companion."""
         plain, strong, times = self.film
         pair = Pair(plain, plain, errors.rtol, strong, times)
-        found = stated(pair, self.summed, self.settle, size_of(self.run.mechanism))
-        rows = {n: replace(e, film=found.rows[n].film if n in found.rows else 0.0) for n, e in errors.rows.items()}
-        return replace(errors, rows=rows, extremes=replace(errors.extremes, film=found.extremes.film))
+        stronger = stated(pair, self.summed, self.settle, size_of(self.run.mechanism))
+        rows = {
+            n: replace(e, film=stronger.rows[n].film if n in stronger.rows else 0.0) for n, e in errors.rows.items()
+        }
+        return replace(errors, rows=rows, extremes=replace(errors.extremes, film=stronger.extremes.film))
 
     def _verdict(self, errors: Errors, rtol: float) -> str | None:
         """None: go on; "": reached; else why it cannot be."""

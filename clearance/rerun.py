@@ -63,7 +63,7 @@ def versions(result: Result) -> dict[str, str]:
 
 def differences(one: Result, other: Result) -> dict[str, float]:
     """Columns that are not the same to the last bit, with their largest relative difference."""
-    found: dict[str, float] = {}
+    largest: dict[str, float] = {}
 
     def compare(path: str, column: object) -> None:
         if not hasattr(column, "shape") or path.partition("/")[0] not in COMPARED:
@@ -71,12 +71,12 @@ def differences(one: Result, other: Result) -> dict[str, float]:
         there = other.file.get(path)
         before, now = column[()], None if there is None else there[()]
         if now is None or np.shape(before) != np.shape(now):
-            found[path] = np.inf
+            largest[path] = np.inf
         elif before.tobytes() != now.tobytes():
-            found[path] = _apart(before, now)
+            largest[path] = _apart(before, now)
 
     one.file.visititems(compare)
-    return found
+    return largest
 
 
 def _apart(before: np.ndarray, now: np.ndarray) -> float:

@@ -140,9 +140,9 @@ def save_tables(path: str | Path, kind: str, attributes: dict, tables: dict[str,
     path = Path(path)
     with in_memory(path) as file:
         file.attrs.update(provenance() | {"format": kind} | attributes)
-        for name, (own, columns) in tables.items():
+        for name, (length, columns) in tables.items():
             group = file.create_group(name, track_order=True)
-            group.attrs.update(own)
+            group.attrs.update(length)
             for column, (units, what, values) in columns.items():
                 data = create_column(group, column, np.asarray(values))
                 data.attrs["units"], data.attrs["long_name"] = units, what
@@ -217,14 +217,14 @@ class Channels:
 
     def __getattr__(self, name: str) -> np.ndarray:
         record, group = self.__dict__["_record"], self.__dict__["_group"]
-        known = record.names(group)
+        names = record.names(group)
         if name == "time":
             return record.time
-        if name in known:
+        if name in names:
             return record.values(f"{group}/{name}")
-        if f"{name}_x" in known:
+        if f"{name}_x" in names:
             return np.stack([record.values(f"{group}/{name}_{axis}") for axis in "xy"], axis=-1)
-        raise AttributeError(f"{group} has no channel {name!r}; it has {', '.join(known)}")
+        raise AttributeError(f"{group} has no channel {name!r}; it has {', '.join(names)}")
 
     def __contains__(self, name: str) -> bool:
         return name in self._record.names(self._group)
@@ -390,9 +390,9 @@ class Record(Drawn, ABC):
         sampled = None
         if located is None or path in self or f"{path}_x" in self:
             sampled = self._of_samples(path, which, begin, end)
-        if (found := better(name, [sampled, located])) is None:
+        if (located_one := better(name, [sampled, located])) is None:
             raise ValueError(f"extreme {name}: the run has nothing between {begin:g} and {end:g} s")
-        return found
+        return located_one
 
     def error(self, name: str, begin: float = 0.0, end: float = math.inf) -> Error:
         """The extreme of this name between two times [s], as `extreme` has it, with its stated error.
@@ -518,20 +518,20 @@ class Result(Record):
             if path == "time":
                 raise Damaged(f"{self.path} has no /time")
             raise KeyError(f"{self.path.name} has no channel {path!r}; it may not have been kept when it was written")
-        found = self.reader.column(path)
-        if found.dtype.kind != "f" or found.ndim != 1:
-            raise Damaged(f"{self.path}: /{path} is no row of numbers, but {found.dtype} of shape {found.shape}")
-        if path.partition("/")[0] not in DIMENSIONS and len(found) != (samples := self._samples):
-            raise Damaged(f"{self.path}: /{path} has {len(found)} values, /time has {samples}")
-        return found
+        column = self.reader.column(path)
+        if column.dtype.kind != "f" or column.ndim != 1:
+            raise Damaged(f"{self.path}: /{path} is no row of numbers, but {column.dtype} of shape {column.shape}")
+        if path.partition("/")[0] not in DIMENSIONS and len(column) != (samples := self._samples):
+            raise Damaged(f"{self.path}: /{path} has {len(column)} values, /time has {samples}")
+        return column
 
     @cached_property
     def _samples(self) -> int:
         return math.prod(self.reader.shape("time"))
 
     def facts(self, group: str) -> dict:
-        known = self.reader.attributes(group) if self.reader.has(group) else {}
-        return {n: v for n, v in known.items() if n.removesuffix("_units") not in FACT_UNITS or not isinstance(v, str)}
+        facts = self.reader.attributes(group) if self.reader.has(group) else {}
+        return {n: v for n, v in facts.items() if n.removesuffix("_units") not in FACT_UNITS or not isinstance(v, str)}
 
     def units(self, path: str) -> str:
         return self.reader.attribute(path, "units")
@@ -547,13 +547,13 @@ class Result(Record):
     @cached_property
     def scene(self) -> dict:
         """The scene's description, as plain data."""
-        found = self.reader.document("", "scene")
-        if not isinstance(found, dict):
+        document = self.reader.document("", "scene")
+        if not isinstance(document, dict):
             raise Damaged(f"{self.path}: attribute scene must be an object")
         for name in ("bodies", "joints", "loads"):
-            if not isinstance(found[name], list) or not all(isinstance(part, dict) for part in found[name]):
+            if not isinstance(document[name], list) or not all(isinstance(part, dict) for part in document[name]):
                 raise Damaged(f"{self.path}: attribute scene: {name} must be a list of objects")
-        return found
+        return document
 
     @property
     def solver(self) -> dict:
@@ -608,18 +608,18 @@ class Result(Record):
         )  # fmt: skip
 
     def _errors_column(self, name: str, kind: str) -> np.ndarray:
-        found = self.reader.column(f"errors/{name}")
-        if found.dtype.kind != kind or found.ndim != 1:
+        column = self.reader.column(f"errors/{name}")
+        if column.dtype.kind != kind or column.ndim != 1:
             raise Damaged(f"{self.path}: /errors/{name} is a column of another kind")
-        return found
+        return column
 
     def _extreme_errors(self) -> ExtremeErrors | None:
         if self.located is None or not self.reader.has("extremes/stated"):
             return None
-        found = [self.reader.column(f"extremes/{n}") for n in ("stated", "film")]
-        if any(f.dtype.kind != "f" or f.shape != self.located.values.shape for f in found):
+        columns = [self.reader.column(f"extremes/{n}") for n in ("stated", "film")]
+        if any(f.dtype.kind != "f" or f.shape != self.located.values.shape for f in columns):
             raise Damaged(f"{self.path}: /extremes holds errors that do not fit its values")
-        return ExtremeErrors(*found)
+        return ExtremeErrors(*columns)
 
     @property
     def events(self) -> dict[str, np.ndarray]:
@@ -634,17 +634,17 @@ class Result(Record):
         place = PATH_OF_FIELDS.format(joint)
         if not self.reader.has(place):
             return None
-        found = PressureFields(**{n: self.reader.column(f"{place}/{n}") for n in FIELD_COLUMNS})
-        whole = found.instant.size, found.axial.size, found.angle.size
-        if not found.pressure.shape == found.content.shape == whole:
+        fields = PressureFields(**{n: self.reader.column(f"{place}/{n}") for n in FIELD_COLUMNS})
+        shape = fields.instant.size, fields.axial.size, fields.angle.size
+        if not fields.pressure.shape == fields.content.shape == shape:
             raise Damaged(f"{self.path}: /{place} holds columns that do not fit one another")
-        return found
+        return fields
 
     def to_xarray(self):
         """All of it as an xarray DataTree in memory, with the groups, units and attributes of the file."""
         xarray = extra("xarray")
         groups = [f"{kind}/{n}" for kind in PARTS for n in self.names(kind)]
-        found = {"/": xarray.Dataset(attrs=self.attributes)}
+        datasets = {"/": xarray.Dataset(attrs=self.attributes)}
         for group in [*groups, "energy", "friction", *DIMENSIONS]:
             if not (names := self.names(group)):
                 continue
@@ -653,19 +653,19 @@ class Result(Record):
                 values, about = self.reader.column(f"{group}/{name}"), self.reader.attributes(f"{group}/{name}")
                 columns[name] = (along, values, {n: about[n] for n in ("units", "long_name")})
             data = xarray.Dataset(columns, attrs=self.reader.attributes(group))
-            found[f"/{group}"] = data.set_coords("time")
+            datasets[f"/{group}"] = data.set_coords("time")
         if self.reader.has("extremes") and (located := self.located) is not None:
             along = ("stretch", "quantity")
             columns = {"value": (along, located.values), "when": (along, located.times, {"units": "s"})}
             starts = located.length * np.arange(len(located.values))
             names = {"stretch": starts, "quantity": list(located.names), "units_of": ("quantity", list(located.units))}
-            found["/extremes"] = xarray.Dataset(columns, names)
+            datasets["/extremes"] = xarray.Dataset(columns, names)
         if errors := self.errors:
             columns = {n: ("name", [getattr(e, n) for e in errors.values()]) for n in ("value", "stated", "film")}
             columns["units_of"] = "name", [e.units for e in errors.values()]
             columns["share"] = "channel", list(errors.channels.values())
-            found["/errors"] = xarray.Dataset(columns, {"name": list(errors), "channel": list(errors.channels)})
-        return xarray.DataTree.from_dict(found)
+            datasets["/errors"] = xarray.Dataset(columns, {"name": list(errors), "channel": list(errors.channels)})
+        return xarray.DataTree.from_dict(datasets)
 
     def save(self, path: str | Path) -> Path:
         """Copy the file to `path`, under a temporary name until it is whole."""

@@ -66,8 +66,8 @@ class Scene:
         for load in self.loads:
             strangers = [b.name for b in load.bodies() if b is not ground and b not in jointed]
             if strangers and not load.holds_free_bodies:
-                known = ", ".join(sorted(b.name for b in jointed if b is not ground)) or "none"
-                raise ValueError(f"{load.label()}: unknown body {strangers[0]!r}; bodies with joints: {known}")
+                names = ", ".join(sorted(b.name for b in jointed if b is not ground)) or "none"
+                raise ValueError(f"{load.label()}: unknown body {strangers[0]!r}; bodies with joints: {names}")
         reached = {ground}
         links = [p.bodies() for p in (*self.joints, *self.loads)]
         while grown := {b for link in links if reached & set(link) for b in link} - reached:

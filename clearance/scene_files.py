@@ -130,14 +130,14 @@ def _kind_of(section: str, kinds: list[str], table: object) -> tuple[str, dict]:
 # --- the head of a file, and its parameters
 def _head(document: Mapping) -> dict[str, Parameter]:
     """Parameters of a document, its outermost names checked."""
-    known = (*HEAD, *SHARED, *SECTIONS)
+    names = (*HEAD, *SHARED, *SECTIONS)
     for name, value in document.items():
         with at(name):
-            if name not in known:
-                raise ValueError(f"unknown section{meant(name, known)}; known: {', '.join(known)}")
+            if name not in names:
+                raise ValueError(f"unknown section{meant(name, names)}; known: {', '.join(names)}")
             if name in ("name", "text") and not isinstance(value, str):
                 raise ValueError(f"expected a text, got {value!r}")
-            if name in known[len(HEAD) - 2 :] and not isinstance(value, Mapping):
+            if name in names[len(HEAD) - 2 :] and not isinstance(value, Mapping):
                 raise ValueError(f"expected a table, got {value!r}")
     with at("name"):
         identifier("name", document.get("name", "scene"))
@@ -250,21 +250,21 @@ def _law(folder: Path, name: str, field: Field | None) -> Law | Callable:
         return law_in(module_of_file(path, "laws", file), inside)
     if colon:
         return law_in(module_of(file, {}), inside)
-    known = laws_for(field)
-    if name not in known:
-        answer = f"{meant(name, known)}; known: {', '.join(known)}"
+    choices = laws_for(field)
+    if name not in choices:
+        answer = f"{meant(name, choices)}; known: {', '.join(choices)}"
         raise ValueError(f"unknown law {name!r}{answer}")
-    return known[name]
+    return choices[name]
 
 
 def laws_for(field: Field | None) -> dict[str, Law | Callable]:
     """Laws of the package that may stand in a field, by name."""
     number = field.metadata.get("number")
     families = number.families if number else field.metadata["law"]
-    known = {n: v for n, v in vars(laws).items() if isinstance(v, Law) and v.family in families}
+    by_name = {n: v for n, v in vars(laws).items() if isinstance(v, Law) and v.family in families}
     for family in families:
-        known |= MAKERS.get(family.name, {})
-    return dict(sorted(known.items()))
+        by_name |= MAKERS.get(family.name, {})
+    return dict(sorted(by_name.items()))
 
 
 # --- places of errors
@@ -275,8 +275,8 @@ def _placed(path: Path, text: str, document: Mapping, error: Misplaced) -> Value
         words = words.removeprefix(f"{place[0]} {place[1]}: ").removeprefix(f"{place[1]}: ")
     table = _part(document, place)
     if isinstance(table, Mapping):  # the field that the message names first
-        found = {m.start(): n for n in table if (m := re.search(rf"\b{re.escape(n)}\b", words))}
-        place = (*place, found[min(found)]) if found else place
+        places = {m.start(): n for n in table if (m := re.search(rf"\b{re.escape(n)}\b", words))}
+        place = (*place, places[min(places)]) if places else place
     value = _part(document, place)
     formed = f', from "{value}"' if isinstance(value, str) and "$" in value else ""
     return ValueError(f"{path}:{_line(text, place)}: {'.'.join(place)}: {words}{formed}")
@@ -292,8 +292,8 @@ def _part(document: object, place: tuple[str, ...]) -> object:
 def _line(text: str, place: tuple[str, ...]) -> int:
     """The line at which what stands at a place begins, or the innermost table around it that is there."""
     lines = text.splitlines()
-    whole = tomllib.loads(text)
-    while place and _part(whole, place) is None:
+    document = tomllib.loads(text)
+    while place and _part(document, place) is None:
         place = place[:-1]
     begin = 0
     for end in range(1, len(lines) + 1):

@@ -127,10 +127,10 @@ class _Writer:
     # --- values
     def _fields(self, kind: type, table: Mapping) -> list[str]:
         """Arguments of a constructor."""
-        known, hints = {f.name: f for f in fields(kind)}, typing.get_type_hints(kind)
+        by_name, hints = {f.name: f for f in fields(kind)}, typing.get_type_hints(kind)
         texts = []
-        for place, (name, value) in zip([*known, *table], table.items(), strict=False):
-            text = self._value(known[name], hints[name], value)
+        for place, (name, value) in zip([*by_name, *table], table.items(), strict=False):
+            text = self._value(by_name[name], hints[name], value)
             texts.append(text if name == place and name in FIRST else f"{name}={text}")
         return texts
 

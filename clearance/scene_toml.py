@@ -42,13 +42,13 @@ def _rows(name: str, values: dict[str, str]) -> list[str]:
 
 def _fields(part: Body | Element) -> dict[str, str]:
     """Fields of a body or an element that are not as usual, as texts."""
-    found = {}
+    entries = {}
     for field in fields(part):
         value = getattr(part, field.name)
         if field.name == "name" or value == _usual(field):
             continue
-        found[field.name] = _value(value, field)
-    return found
+        entries[field.name] = _value(value, field)
+    return entries
 
 
 def _usual(field) -> object:
@@ -101,16 +101,16 @@ def _law(law: BoundLaw, field) -> str:
     if not law.law.__module__.startswith("clearance."):
         reason = f'write law = "FILE.py:{law.law.name}" by hand'
         raise ValueError(f"{law.law.name} is a law of {law.law.__module__}: {reason}")
-    own = {n: v for n, v in law.parameters.items() if n not in law.of_joint}
+    numbers = {n: v for n, v in law.parameters.items() if n not in law.of_joint}
     for name, one in laws_for(field).items():
         if one is law.law:
             usual = law.law.parameters
-            return _spelled(name, {n: v for n, v in own.items() if v != usual[n]})
+            return _spelled(name, {n: v for n, v in numbers.items() if v != usual[n]})
     for name, make in laws_for(field).items():
         if isinstance(make, Law):
             continue
         usual = {n: p.default for n, p in inspect.signature(make).parameters.items()}
-        given = {n: v for n, v in own.items() if n in usual and v != usual[n]}
+        given = {n: v for n, v in numbers.items() if n in usual and v != usual[n]}
         for parameters in (given, {n: v for n, v in given.items() if v is not False}):
             if _makes(make, parameters, law):
                 return _spelled(name, parameters)

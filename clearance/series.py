@@ -236,7 +236,7 @@ def motions(series: Iterable[np.ndarray], least: float = 0.0) -> list[list[int]]
 
 def _split(series: list[np.ndarray], group: list[int], least: float) -> list[list[int]]:
     """A group in two where some quantity tells them apart; else none. The quantity that does so most clearly counts."""
-    found, clearest = [], 1.0
+    groups, clearest = [], 1.0
     for rows in series:
         batches = batch_means(rows[group])
         means = batches.mean(axis=1)
@@ -247,8 +247,8 @@ def _split(series: list[np.ndarray], group: list[int], least: float) -> list[lis
         cut = int(steps.argmax()) + 1
         clear = _clearness(batches, [order[:cut], order[cut:]], len(series) * len(steps))
         if clear > clearest:
-            clearest, found = clear, [sorted(group[i] for i in part) for part in (order[:cut], order[cut:])]
-    return found
+            clearest, groups = clear, [sorted(group[i] for i in part) for part in (order[:cut], order[cut:])]
+    return groups
 
 
 def _clearness(batches: np.ndarray, parts: list[np.ndarray], tests: int) -> float:

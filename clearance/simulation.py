@@ -242,29 +242,29 @@ def answer(
     """
     ladder = Ladder(run, request, settle, progress=progress)
     try:
-        found = ladder.climb()
+        best = ladder.climb()
     except KeyboardInterrupt as stopped:
         if ladder.best is not None:
             _handed_on(ladder.best, output).close()
             stopped.add_note(f"the best run so far is kept in {output.path}")
         raise
-    run.dead_centre = found.attempt.run.dead_centre
-    result = _handed_on(found, output)
-    if found.attempt.failure is not None:
-        raise SimulationError(f"an error of {request} cannot be reached: {found.cannot}", result)
-    if found.cannot:
+    run.dead_centre = best.attempt.run.dead_centre
+    result = _handed_on(best, output)
+    if best.attempt.failure is not None:
+        raise SimulationError(f"an error of {request} cannot be reached: {best.cannot}", result)
+    if best.cannot:
         reached = f"; stated: {ladder.reached}"
-        raise NotReached(f"an error of {request} cannot be reached: {found.cannot}{reached}", result)
+        raise NotReached(f"an error of {request} cannot be reached: {best.cannot}{reached}", result)
     return result
 
 
-def _handed_on(found: Answer, output: Output) -> Result:
+def _handed_on(reached: Answer, output: Output) -> Result:
     """The file of an answer."""
 
     def record(sink, check: Callable[[], None]) -> None:
-        found.attempt.kept.hand_on(sink)
+        reached.attempt.kept.hand_on(sink)
 
-    return _placed(found.attempt.run, output, record, partial(add_errors, found.errors), "")
+    return _placed(reached.attempt.run, output, record, partial(add_errors, reached.errors), "")
 
 
 def _placed(

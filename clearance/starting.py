@@ -103,11 +103,11 @@ def _end_of(record: Record, name: str) -> dict:
     try:
         columns = ("values", "sizes", "carried", "driven_values", "time")
         numbers = [np.asarray(end[n], dtype=float) for n in columns]
-        whole = all(np.isfinite(v).all() for v in numbers)
-        whole &= len(end["names"]) == numbers[0].size and len(end["driven_names"]) == numbers[3].size
+        intact = all(np.isfinite(v).all() for v in numbers)
+        intact &= len(end["names"]) == numbers[0].size and len(end["driven_names"]) == numbers[3].size
     except (KeyError, TypeError, ValueError):
-        whole = False
-    if not whole:
+        intact = False
+    if not intact:
         raise ValueError(f"start: /state of {name} is damaged: it is not a number for each state")
     return end
 

@@ -252,8 +252,8 @@ def opaque_address(function: Callable, arguments: str, count: int) -> int:
     )
     lines = ["def call(inputs, place, outputs):", "    par = carray(place, (BEYOND,))"]
     lines += [f"    values = law({arguments})", *values]
-    kept = function.__module__.startswith("clearance.") and not function.__closure__
-    law = compiled(function) if kept else _with_helpers(function)
+    cached_one = function.__module__.startswith("clearance.") and not function.__closure__
+    law = compiled(function) if cached_one else _with_helpers(function)
     scope = {"law": law, "carray": numba.carray, "BEYOND": 1 << 40}
     scope |= {n: v for n, v in function.__globals__.items() if isinstance(v, type)}
     exec("\n".join(lines), scope)  # noqa: S102

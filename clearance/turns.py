@@ -56,8 +56,8 @@ def by_turn(
 
 def means(record: Record, first: int = TRANSIENT) -> dict[str, Mean]:
     """Means over the turns from `first` on, with their 95 % intervals; none of fewer than eight turns."""
-    found = by_turn(record, first)
-    return {name: mean(s.values) for name, s in found.items() if len(s.values) >= FEWEST}
+    series = by_turn(record, first)
+    return {name: mean(s.values) for name, s in series.items() if len(s.values) >= FEWEST}
 
 
 Found = Iterator[tuple[str, np.ndarray, str, str]]

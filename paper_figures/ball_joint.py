@@ -41,16 +41,16 @@ STYLE = {
 TILT, SPIN = 0, 2
 
 
-def errors(found: studies.Study):
+def errors(study: studies.Study):
     """NRMSE as bars beside the source's, and as a table."""
     figure = sheet(9.0, 4.6)
     bars, below = figure.subplots(2, 1, height_ratios=(3.0, 1.25))
-    names = [e.model for e in found.errors]
+    names = [e.model for e in study.errors]
     columns = {"training": ("#0b3d91", "#9db8e8"), "test": ("#c8102e", "#f0a8b2")}
-    for k, (role, (own, printed)) in enumerate(columns.items()):
+    for k, (role, (measured, printed)) in enumerate(columns.items()):
         place = np.arange(len(names)) + 0.44 * k - 0.33
-        ours, theirs = ([getattr(e, f"{who}{role}") for e in found.errors] for who in ("", "source_"))
-        for heights, shift, colour, who in ((ours, 0.0, own, "here"), (theirs, 0.2, printed, "source")):
+        ours, theirs = ([getattr(e, f"{who}{role}") for e in study.errors] for who in ("", "source_"))
+        for heights, shift, colour, who in ((ours, 0.0, measured, "here"), (theirs, 0.2, printed, "source")):
             drawn = bars.bar(place + shift, heights, 0.19, color=colour, label=f"{role}, {who}")
             bars.bar_label(drawn, fmt="%.3f", fontsize=8, padding=1)
     bars.set_xticks(range(len(names)), [NAMES[n] for n in names])
@@ -61,7 +61,7 @@ def errors(found: studies.Study):
     cells = [
         [f"{e.training:.4f}", f"{e.source_training:.4f}", f"{e.test:.4f}", f"{e.source_test:.4f}",
          f"{e.training_over_std:.3f}, {e.test_over_std:.3f}", f"{e.training_over_range:.3f}, {e.test_over_range:.3f}"]
-        for e in found.errors
+        for e in study.errors
     ]  # fmt: skip
     heads = ["training", "source", "test", "source", "training, test / std", "training, test / range"]
     table = below.table(
@@ -74,23 +74,23 @@ def errors(found: studies.Study):
     return figure
 
 
-def extrapolation(found: studies.Study):
+def extrapolation(study: studies.Study):
     """Torques in fast, small and mixed motions, all errors, and asymmetry."""
     figure = sheet(12.0, 8.4)
     above, below = figure.subfigures(2, 1, height_ratios=(1.0, 1.15))
     loops, (plane, error, asymmetry) = above.subplots(1, 3), below.subplots(1, 3)
-    known = {e.trial.name: e for e in found.extrapolations}
-    tiny, crossing = (next(e for n, e in known.items() if part in n) for part in ("sine_20", "crossing"))
-    _loop(loops[0], known["p15_triangle_spin"], "fast: spin at 400 deg/s")
-    _loop(loops[1], known["p13_sine_spin"], "small: spin of 0.2 deg at 20 Hz")
+    by_name = {e.trial.name: e for e in study.extrapolations}
+    tiny, crossing = (next(e for n, e in by_name.items() if part in n) for part in ("sine_20", "crossing"))
+    _loop(loops[0], by_name["p15_triangle_spin"], "fast: spin at 400 deg/s")
+    _loop(loops[1], by_name["p13_sine_spin"], "small: spin of 0.2 deg at 20 Hz")
     _loop(loops[2], tiny, "smaller: spin of 0.05 deg at 20 Hz")
     _plane(plane, crossing)
-    _every(error, found, "nrmse", "rms error / rms torque [-]")
+    _every(error, study, "nrmse", "rms error / rms torque [-]")
     error.set_xscale("log")
     error.set_xticks([0.1, 0.2, 0.5, 1.0, 2.0, 5.0], ["0.1", "0.2", "0.5", "1", "2", "5"])
     error.set_xticks([], minor=True)
     error.set_title("error against the truth", fontsize=10)
-    _every(asymmetry, found, "asymmetry", "rms of torque(w) + torque(-w) / rms [-]")
+    _every(asymmetry, study, "asymmetry", "rms of torque(w) + torque(-w) / rms [-]")
     asymmetry.tick_params(labelleft=False)
     asymmetry.set_title("asymmetry (0 in LuGre and curve)", fontsize=10)
     handles, labels = loops[0].get_legend_handles_labels()
@@ -123,9 +123,9 @@ def _plane(axes, e: studies.Extrapolation):
     finish(axes, "torque of spin [N m]", "torque of tilt [N m]", legend=False)
 
 
-def _every(axes, found: studies.Study, what: str, label: str):
+def _every(axes, study: studies.Study, what: str, label: str):
     """One number of each motion and model, motions by group."""
-    shown = sorted(found.extrapolations, key=lambda e: ("fast", "small", "mixed").index(e.group))
+    shown = sorted(study.extrapolations, key=lambda e: ("fast", "small", "mixed").index(e.group))
     places = np.arange(len(shown))[::-1]
     for name, mark in zip(STYLE, "oosD^", strict=True):
         values = [getattr(e, what).get(name, 0.0) for e in shown]
@@ -136,15 +136,15 @@ def _every(axes, found: studies.Study, what: str, label: str):
     finish(axes, "", label, legend=False)
 
 
-def fast(found: studies.Study):
+def fast(study: studies.Study):
     """Overshoot of LuGre in fast spin: its steady torque, and what other draws of the bench give."""
     figure = sheet(10.0, 4.0)
     torque, draws = figure.subplots(1, 2)
     speeds = np.geomspace(0.01, variants.fastest(), 30)
     torque.plot(speeds, variants.true_steady(speeds), label="truth", **STYLE["truth"])
-    for name, fit in found.fits.items():
+    for name, fit in study.fits.items():
         torque.plot(speeds, variants.steady(fit.torque, speeds), label=NAMES[name], **STYLE[name])
-    law = found.fits["lugre1d"]
+    law = study.fits["lugre1d"]
     level = law.model.functions(law.values, speeds)[SPIN, 0]
     torque.plot(speeds, level, color="#7b3294", lw=0.9, ls=":", label="LuGre without viscosity")
     torque.axvspan(math.radians(1.0), math.radians(50.0), color="0.93", zorder=-1)
@@ -154,7 +154,7 @@ def fast(found: studies.Study):
     torque.set_title(f"at 400 deg/s {share:.0%} of LuGre's torque is viscous", fontsize=10)
     finish(torque, "steady torque of spin [N m]", "speed [rad/s]; grey: training", legend=False)
     torque.legend(fontsize=8, frameon=False, loc="lower left")
-    for spins, mark in zip(found.spins, ("o", "s"), strict=True):
+    for spins, mark in zip(study.spins, ("o", "s"), strict=True):
         label = f"scatter of runs {spins.scatter:.0%}"
         draws.plot(spins.viscous, spins.peak, mark, mfc="none", color="#7b3294" if mark == "o" else "k", label=label)
     draws.axhline(1.0, color="0.4", lw=0.8)
@@ -165,11 +165,11 @@ def fast(found: studies.Study):
     return figure
 
 
-def fixed_step(found: studies.Study):
+def fixed_step(study: studies.Study):
     """A preloaded joint simulated at 1 ms, and what remains and grows at other steps."""
     figure = sheet(12.0, 4.2)
     time, chatter, growth = figure.subplots(1, 3)
-    for f in found.fixed_steps:
+    for f in study.fixed_steps:
         style, name = STYLE[f.model], NAMES[f.model]
         begin = f.time <= 0.1
         time.plot(1e3 * f.time[begin], f.rate[begin, SPIN], label=name, **style)
@@ -189,11 +189,11 @@ def fixed_step(found: studies.Study):
     return figure
 
 
-def progress(found: studies.Study):
+def progress(study: studies.Study):
     """Error over iterations and epochs, and where the starts ended."""
     figure = sheet(12.0, 4.0)
     iterations, starts, epochs = figure.subplots(1, 3)
-    for p in found.progress:
+    for p in study.progress:
         style = STYLE[p.model]
         if p.model == "lstm":
             counts = np.arange(1, len(p.error) + 1)
@@ -221,12 +221,12 @@ PICTURES = {
 
 
 def draw(work: workshop.Workshop) -> None:
-    found = preview(work.say) if work.quick else studies.study(progress_of=work.say)
-    for name, fit in found.fits.items():
+    study = preview(work.say) if work.quick else studies.study(progress_of=work.say)
+    for name, fit in study.fits.items():
         _keep(work, name, fit)
     for name, picture in PICTURES.items():
-        work.keep(picture(found), name)
-    work.text(studies.tables(found))
+        work.keep(picture(study), name)
+    work.text(studies.tables(study))
 
 
 def preview(say) -> studies.Study:

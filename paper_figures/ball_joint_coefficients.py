@@ -29,13 +29,13 @@ FUNCTIONS = ("T [N m]", "stiffness [N m/rad]", "damping [N m s/rad]")
 SPIN, SEEN = 2, (0.0175, 0.873)  # rad/s: triangles of the training
 
 
-def picture(found):
+def picture(rows):
     """T, sigma0 and sigma1 of spin over the speed, and the errors of all groups of trials."""
     figure = sheet(12.0, 6.6)
     above, below = figure.subfigures(2, 1, height_ratios=(1.0, 0.85))
     panels, bars = above.subplots(1, 3), below.subplots(1, 1)
     speeds = np.geomspace(2e-3, 8.0, 200)
-    for f, style in zip(found, STROKES, strict=True):
+    for f, style in zip(rows, STROKES, strict=True):
         functions = f.fit.model.functions(f.fit.values, speeds)[SPIN]
         for k, axes in enumerate(panels):
             axes.plot(speeds, functions[k], label=f.name, **style)
@@ -47,8 +47,8 @@ def picture(found):
         finish(axes, name, "speed of spin [rad/s]; grey: training", legend=False)
         if not name.startswith("damping"):
             axes.set_ylim(0.0, None)
-    groups = list(found[0].nrmse)
-    for k, (f, style) in enumerate(zip(found, STROKES, strict=True)):
+    groups = list(rows[0].nrmse)
+    for k, (f, style) in enumerate(zip(rows, STROKES, strict=True)):
         place = np.arange(len(groups)) + 0.25 * (k - 1.0)
         drawn = bars.bar(place, [f.nrmse[g] for g in groups], 0.24, color=style["color"])
         bars.bar_label(drawn, fmt="%.2f", fontsize=8, padding=1)
@@ -62,12 +62,12 @@ def picture(found):
 
 
 def draw(work: workshop.Workshop) -> None:
-    found = variants.coefficients(bench(), starts=work.less(variants.STARTS, 1), say=work.say)
-    for f in found:
+    rows = variants.coefficients(bench(), starts=work.less(variants.STARTS, 1), say=work.say)
+    for f in rows:
         file = f"{f.name.replace(' ', '_')}.h5"
         work.study(lambda folder, f=f, file=file: f.fit.save(folder / file), coefficients=f.name)
-    work.keep(picture(found))
-    work.text(variants.coefficient_table(found))
+    work.keep(picture(rows))
+    work.text(variants.coefficient_table(rows))
 
 
 if __name__ == "__main__":

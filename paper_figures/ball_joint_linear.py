@@ -31,11 +31,11 @@ LINEAR = {"color": "0.65", "lw": 4.0, "zorder": 0}
 COLOURS = ("#08306b", "#2f7ec0", "#00724f", "#d55e00", "#7b3294")
 
 
-def picture(found, count: int):
+def picture(result, count: int):
     """Amplitude ratio and phase at rest; damping over the frequency about steady sliding."""
     figure = sheet(12.0, 4.6)
     ratio, phase, sliding = figure.subplots(1, 3)
-    model, values = found.model, found.values
+    model, values = result.model, result.values
     frequencies = np.geomspace(0.1, 200.0, count)
     reach = values["spin_static"] / values["spin_stiffness"]
     linear = response.linear(model, values, frequencies)
@@ -77,9 +77,9 @@ def _draw(ratio, phase, frequencies, g, label: str, style: dict) -> None:
 
 
 def draw(work: workshop.Workshop) -> None:
-    found = fit(bench(), "lugre3d", starts=work.less(5, 1))
-    work.study(lambda folder: found.save(folder / "lugre3d.h5"), model="lugre3d", seed=0)
-    work.keep(picture(found, work.less(40, 10)))
+    result = fit(bench(), "lugre3d", starts=work.less(5, 1))
+    work.study(lambda folder: result.save(folder / "lugre3d.h5"), model="lugre3d", seed=0)
+    work.keep(picture(result, work.less(40, 10)))
 
 
 if __name__ == "__main__":

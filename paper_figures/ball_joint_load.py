@@ -28,7 +28,7 @@ STYLE = {
 SPEED = 0.5  # rad/s, of the steady torques drawn
 
 
-def picture(found):
+def picture(rows):
     """Steady torque and test error over the preload."""
     figure = sheet(10.0, 3.9)
     level, error = figure.subplots(1, 2)
@@ -36,7 +36,7 @@ def picture(found):
     joint = Joint()
     truth = (joint.torque[2] * (fine / PRELOAD) ** LOAD_EXPONENT) + joint.viscosity * SPEED
     level.plot(fine / 1e3, truth, color="0.6", lw=4.0, label="truth, warm joint")
-    for f in found:
+    for f in rows:
         style = STYLE[f.load]
         torque, _, _, viscous = f.fit.model.functions(f.fit.values, np.array([SPEED]))[2, :, 0]
         exponent = {"fixed": 0.0, "proportional": 1.0}.get(f.load)
@@ -57,11 +57,11 @@ def picture(found):
 
 
 def draw(work: workshop.Workshop) -> None:
-    found = variants.loads(starts=work.less(variants.STARTS, 1))
-    for f in found:
+    rows = variants.loads(starts=work.less(variants.STARTS, 1))
+    for f in rows:
         work.study(lambda folder, f=f: f.fit.save(folder / f"{f.load}.h5"), load=f.load, preloads=variants.SEEN)
-    work.keep(picture(found))
-    work.text(variants.load_table(found))
+    work.keep(picture(rows))
+    work.text(variants.load_table(rows))
 
 
 if __name__ == "__main__":

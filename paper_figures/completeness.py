@@ -56,8 +56,8 @@ def tables() -> list[str]:
     lines = []
     for name, items in rows().items():
         counts = Counter(row["result"] for row in items)
-        told = ", ".join(f"{counts[result]} {result}" for result in RESULTS)
-        lines += [f"### {GROUPS[name]}", "", f"{len(items)} items: {told}.", ""]
+        counted = ", ".join(f"{counts[result]} {result}" for result in RESULTS)
+        lines += [f"### {GROUPS[name]}", "", f"{len(items)} items: {counted}.", ""]
         lines += [_line(HEAD), "|---" * len(HEAD) + "|", *map(_row, items), ""]
     return lines[:-1]
 

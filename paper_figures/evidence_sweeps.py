@@ -29,17 +29,19 @@ def draw(work: workshop.Workshop) -> None:
     workers = [n for n in (1, 2, 4) if n <= cores]
     sides = work.less((5, 10, 20), (2, 3))
     _wall(2, 1)  # compiles, and builds the tables of the films
-    found = {}
+    measured = {}
     for side in sides:
         for n in workers:
             work.say(f"{side * side} points, {n} worker(s)")
-            found[n, side * side] = _wall(side, n)
-    work.keep(scaling(found))
+            measured[n, side * side] = _wall(side, n)
+    work.keep(scaling(measured))
     heads = ["points", *(f"{n} worker(s) [s]" for n in workers), *(f"{n} over 1" for n in workers[1:])]
     counts = [s * s for s in sides]
-    rows = [[c, *(found[n, c] for n in workers), *(found[1, c] / found[n, c] for n in workers[1:])] for c in counts]
+    rows = [
+        [c, *(measured[n, c] for n in workers), *(measured[1, c] / measured[n, c] for n in workers[1:])] for c in counts
+    ]
     work.table(heads, rows, remarks="two turns a point, summaries only; over 1: how many times faster")
-    work.study(lambda folder: _save(found, folder), case="six_bar_feeder", turns=2.0)
+    work.study(lambda folder: _save(measured, folder), case="six_bar_feeder", turns=2.0)
 
 
 def _wall(side: int, workers: int) -> float:
@@ -47,21 +49,21 @@ def _wall(side: int, workers: int) -> float:
     points = cl.grid(speed=np.linspace(20.0, 60.0, side), clearance=np.geomspace(5e-5, 5e-4, side))
     with tempfile.TemporaryDirectory() as folder:
         began = time.perf_counter()
-        found = cl.sweep("six_bar_feeder", points, Path(folder) / "map", channels=[], workers=workers, turns=2.0)
+        result = cl.sweep("six_bar_feeder", points, Path(folder) / "map", channels=[], workers=workers, turns=2.0)
         wall = time.perf_counter() - began
-        if not found.done.all():
+        if not result.done.all():
             raise RuntimeError("a point of the sweep did not run")
         return wall
 
 
-def scaling(found: dict):
+def scaling(measured: dict):
     """Wall time and points a second over the number of points."""
     figure = sheet(9.0, 4.0)
     wall, rate = figure.subplots(1, 2)
-    workers = sorted({n for n, _ in found})
+    workers = sorted({n for n, _ in measured})
     for i, n in enumerate(workers):
-        counts = np.array(sorted(c for m, c in found if m == n))
-        seconds = np.array([found[n, c] for c in counts])
+        counts = np.array(sorted(c for m, c in measured if m == n))
+        seconds = np.array([measured[n, c] for c in counts])
         style = stroke(i, len(workers)) | {"marker": marker(i), "ms": 5}
         wall.loglog(counts, seconds, label=f"{n} worker{'s' * (n > 1)}", **style)
         rate.semilogx(counts, counts / seconds, **style)
@@ -73,11 +75,11 @@ def scaling(found: dict):
     return figure
 
 
-def _save(found: dict, folder):
+def _save(measured: dict, folder):
     columns = {
-        "workers": ("1", "worker processes", np.array([n for n, _ in found])),
-        "points": ("1", "points of the sweep", np.array([c for _, c in found])),
-        "wall": ("s", "wall time", np.array(list(found.values()))),
+        "workers": ("1", "worker processes", np.array([n for n, _ in measured])),
+        "points": ("1", "points of the sweep", np.array([c for _, c in measured])),
+        "wall": ("s", "wall time", np.array(list(measured.values()))),
     }
     return save_tables(folder / "sweeps.h5", "clearance-scaling", {}, {"sweeps": ({}, columns)})
 

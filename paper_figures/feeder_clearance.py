@@ -31,9 +31,9 @@ def draw(work: workshop.Workshop) -> None:
     sizes = np.geomspace(0.02, 0.5, work.less(29, 4))
     runs = {f"c = {c:g} mm": values(work, clearance=1e-3 * c) for c in CLEARANCES}
     work.keep(curves(runs, f"{CLEARANCES[0]} to {CLEARANCES[-1]} mm", CLAIM))
-    found = swept(work, {}, clearance=[1e-3 * c for c in sizes])
-    work.keep(influence(found, sizes, "radial clearance [mm]", CLAIM, log=True), "sweep")
-    work.table(*rows(found, sizes, "mm", CLEARANCES), "sweep", "Nearest points of the sweep.")
+    results = swept(work, {}, clearance=[1e-3 * c for c in sizes])
+    work.keep(influence(results, sizes, "radial clearance [mm]", CLAIM, log=True), "sweep")
+    work.table(*rows(results, sizes, "mm", CLEARANCES), "sweep", "Nearest points of the sweep.")
 
 
 if __name__ == "__main__":

@@ -65,8 +65,8 @@ def draw(work: workshop.Workshop) -> None:
         "time in contact [%]", "energy lost in a turn [J]",
     ]  # fmt: skip
     rows = [
-        [model, j, "alone" if case == j else "all three", *numbers(found[case], j)]
-        for model, found in runs.items()
+        [model, j, "alone" if case == j else "all three", *numbers(runs_of[case], j)]
+        for model, runs_of in runs.items()
         for j in JOINTS
         for case in (j, ALL)
     ]
@@ -115,8 +115,8 @@ def dry(runs: dict):
             finish(axes, f"force in joint\n{name} [kN]" if axes is pair[0] else "", "", legend=False)
             axes.set(xlim=(0.0, 360.0), xticks=range(0, 361, 45))
             if i == 0:
-                said = "its joint alone has clearance" if case == name else "all three have clearance"
-                axes.set_title(said, fontsize="medium")
+                where = "its joint alone has clearance" if case == name else "all three have clearance"
+                axes.set_title(where, fontsize="medium")
             if name == JOINTS[-1]:
                 axes.set_xlabel(xlabel)
         top = max(axes.get_ylim()[1] for axes in pair)
@@ -124,8 +124,8 @@ def dry(runs: dict):
             axes.set_ylim(-0.03 * top, top)
     axes = figure.add_subplot(grid[3, :])
     for i, (first, second) in enumerate((("B", "C"), ("C", "E"), ("B", "E"))):
-        lag, found = correlation(runs[ALL], first, second)
-        line(axes, lag, found, **stroke(i, 3) | {"lw": 1.2, "label": f"{first} and {second}"})
+        lag, correlated = correlation(runs[ALL], first, second)
+        line(axes, lag, correlated, **stroke(i, 3) | {"lw": 1.2, "label": f"{first} and {second}"})
     finish(axes, "correlation of\ncontact forces [-]", "lag of the second joint [ms]", legend=False)
     axes.legend(fontsize="small", loc="upper right")
     say(figure, interaction(DRY, runs))
@@ -140,8 +140,8 @@ def correlation(run, first: str, second: str) -> tuple[np.ndarray, np.ndarray]:
     most = round(LAG / step)
     shifts = np.arange(-most, most + 1)
     inner = slice(most, len(a) - most)
-    whole = np.array([(a[inner] * b[most + s : len(b) - most + s]).mean() for s in shifts])
-    return shifts * step, whole / (a.std() * b.std())
+    products = np.array([(a[inner] * b[most + s : len(b) - most + s]).mean() for s in shifts])
+    return shifts * step, products / (a.std() * b.std())
 
 
 def contact_force(run, name: str, width: int) -> np.ndarray:
@@ -160,8 +160,8 @@ def numbers(run, name: str) -> list:
     deepest = run.clearances[name] - of_turn(run.clearances[name] - gap, turns)
     count, share = "-", "-"
     if "contact_force" in joint:
-        found = contacts_of(run, name, settle=SETTLE)
-        count, share = len(found.time) / turns, 100.0 * found.share
+        touches = contacts_of(run, name, settle=SETTLE)
+        count, share = len(touches.time) / turns, 100.0 * touches.share
     lost = float(np.ptp(joint.dissipated[now])) / turns
     return [peak, rms(force), 1e6 * deepest, 1.0 - deepest / run.clearances[name], count, share, lost]
 

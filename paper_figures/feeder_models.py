@@ -135,8 +135,8 @@ def matched(impact: Impact) -> dict[str, str]:
 
     def law(stiffness: float):
         def lacks(exponent: float) -> float:
-            found = cl.impact(stiffness=stiffness, damping=math.exp(exponent), depth=depth)
-            return impact.outcome(found)[0] - restitution
+            law = cl.impact(stiffness=stiffness, damping=math.exp(exponent), depth=depth)
+            return impact.outcome(law)[0] - restitution
 
         damping = math.exp(brentq(lacks, math.log(1e-3), math.log(1e5), xtol=1e-6))
         return cl.impact(stiffness=stiffness, damping=damping, depth=depth)
@@ -147,8 +147,8 @@ def matched(impact: Impact) -> dict[str, str]:
     factor = brentq(excess, 0.3, 3.0, xtol=1e-6)
     laws = {SAME_RESTITUTION: law(hertz_stiffness()), SAME_PEAK: law(factor * hertz_stiffness())}
     return {
-        name: f"impact({','.join(f'{k}={v:.9g}' for k, v in found.parameters.items())})"
-        for name, found in laws.items()
+        name: f"impact({','.join(f'{k}={v:.9g}' for k, v in fitted.parameters.items())})"
+        for name, fitted in laws.items()
     }
 
 
@@ -273,16 +273,16 @@ def rebounds(run) -> np.ndarray:
 
 def numbers(run) -> list:
     """Extremes and means of slider acceleration and force in joint B, contacts."""
-    found, joint = contacts_of(run, "B", settle=SETTLE), run.joint("B")
+    touches, joint = contacts_of(run, "B", settle=SETTLE), run.joint("B")
     now = settled(run)
     acceleration, force = run["slider"].ax[now], np.hypot(*joint.force.T)[now]
-    peak = max(float(force.max()), float(found.peak_force.max(initial=0.0)))
+    peak = max(float(force.max()), float(touches.peak_force.max(initial=0.0)))
     shared = float(100.0 * (joint.asperity_share[now] > 0.01).mean()) if "asperity_share" in joint else "-"
     rebound = "-" if "film_radial" in joint else float(np.median(rebounds(run)))
-    count = len(found.time) / ((found.end - found.start) / run.turn)
+    count = len(touches.time) / ((touches.end - touches.start) / run.turn)
     return [
         float(np.abs(acceleration).max()), rms(acceleration), peak, rms(force), float(force.mean()), float(count),
-        100.0 * found.share, shared, rebound,
+        100.0 * touches.share, shared, rebound,
     ]  # fmt: skip
 
 

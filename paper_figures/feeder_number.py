@@ -125,10 +125,10 @@ def numbers(runs: dict, ideal) -> tuple[list[str], list[list]]:
         names = joints.split(",")
         count = sum(len(contacts_of(run, j, settle=SETTLE).time) for j in names) / turns if model == DRY else "-"
         lost = sum(np.ptp(run.joint(j).dissipated[now]) for j in names) / turns
-        said = f"{model}, {joints.replace(',', ' ')}"
+        title = f"{model}, {joints.replace(',', ' ')}"
         accelerations = [by_turns(a, turns), rms(da)]
         moments = [by_turns(torque, turns), rms(torque)]
-        rows.append([said, of_turn(dx, turns), *accelerations, *moments, count, float(lost)])
+        rows.append([title, of_turn(dx, turns), *accelerations, *moments, count, float(lost)])
     return heads, rows
 
 

@@ -114,10 +114,10 @@ def gap(axes, run, colours: dict, state: np.ndarray) -> None:
     finish(axes, "", xlabel, legend=False)
     axes.set_xlim(0.0, 360.0)
     degrees(axes, most=5)
-    told = f"smallest {left.min():.3g} µm"
+    words = f"smallest {left.min():.3g} µm"
     if colours is STATES:
-        told += f"\nfilm thickness ratio {ratio(run)[late].min():.2g}"
-    axes.text(0.58, 0.95, told, transform=axes.transAxes, ha="center", va="top", fontsize="small")
+        words += f"\nfilm thickness ratio {ratio(run)[late].min():.2g}"
+    axes.text(0.58, 0.95, words, transform=axes.transAxes, ha="center", va="top", fontsize="small")
 
 
 def parts(colours: dict, state: np.ndarray):

@@ -59,7 +59,7 @@ def draw(work: workshop.Workshop) -> None:
     work.keep(portraits(fine), "portraits")
     work.keep(sections(runs), "sections")
     heads = ["rpm", "joint B", "passages", "spread of x [um]", "of v [mm/s]", "of journal B / c"]
-    rows = [[n, m, *spread(found)] for (n, m), found in runs.items()]
+    rows = [[n, m, *spread(result)] for (n, m), result in runs.items()]
     work.table(heads, rows, remarks="Spread: standard deviation over the passages of crank angle 0.")
 
 
@@ -85,13 +85,13 @@ def portraits(runs: dict):
     panels = figure.subplots(len(SPEEDS), 3)
     order = (DRY, FILM, TRANSITIONAL, IDEAL)
     for speed, model in sorted(runs, key=lambda key: order.index(key[1])):
-        found = runs[speed, model]
-        row, late = panels[SPEEDS.index(speed)], kept(found, last=PORTRAIT)
-        slider = found["slider"]
+        run = runs[speed, model]
+        row, late = panels[SPEEDS.index(speed)], kept(run, last=PORTRAIT)
+        slider = run["slider"]
         pairs = [(1e3 * slider.x[late], slider.vx[late]), (slider.vx[late], slider.ax[late])]
         if model != IDEAL:
-            ratio = np.hypot(*found.joint("B").eccentricity[late].T) / CLEARANCE
-            pairs.append((ratio, 1e3 * CLEARANCE * np.gradient(ratio, found.time[late])))
+            ratio = np.hypot(*run.joint("B").eccentricity[late].T) / CLEARANCE
+            pairs.append((ratio, 1e3 * CLEARANCE * np.gradient(ratio, run.time[late])))
         for axes, (x, y) in zip(row, pairs, strict=False):
             trajectory(axes, x, y, **{"lw": 1.3, "label": model} | STYLES[model])
     labels = (
@@ -124,8 +124,8 @@ def sections(runs: dict):
     figure = sheet(7.6, 7.6)
     panels = figure.subplots(len(SPEEDS), 2)
     circle = np.linspace(0.0, 2.0 * np.pi, 361)
-    for (speed, model), found in runs.items():
-        x, v, ex, ey = points(found).T
+    for (speed, model), run in runs.items():
+        x, v, ex, ey = points(run).T
         row = panels[SPEEDS.index(speed)]
         label = f"{model}, {len(x)} passages"
         shown = {"ls": "", "color": STYLES[model]["color"], "label": label} | MARKS[model]
@@ -146,15 +146,15 @@ def sections(runs: dict):
     return figure
 
 
-def points(found) -> np.ndarray:
+def points(run) -> np.ndarray:
     """Position and velocity of the slider and the journal over its clearance, once a turn: (turns, 4)."""
     names = ("slider.x", "slider.vx", "B.epsilon_x", "B.epsilon_y")
-    return section(found, names, settle=SETTLE)
+    return section(run, names, settle=SETTLE)
 
 
-def spread(found) -> list:
+def spread(run) -> list:
     """Passages, and standard deviations of position [um], velocity [mm/s] and journal over them."""
-    values = points(found)
+    values = points(run)
     x, v, *journal = values.std(axis=0)
     return [len(values), float(1e6 * x), float(1e3 * v), float(np.hypot(*journal))]
 

@@ -120,8 +120,8 @@ def motion(runs: dict):
             angle, last, xlabel = abscissa(runs[name], "angle", 1.0)
             line(axes, angle, factor * getattr(runs[name]["slider"], channel)[last], **style(name))
         finish(axes, f"{label} [{units}]", "", legend=False)
-    for axes, said in zip(panels[2:], (f"{IDEAL}, {FILM}, {TRANSITIONAL}", DRY), strict=True):
-        axes.set_title(said, fontsize="small", loc="right", pad=2)
+    for axes, caption in zip(panels[2:], (f"{IDEAL}, {FILM}, {TRANSITIONAL}", DRY), strict=True):
+        axes.set_title(caption, fontsize="small", loc="right", pad=2)
     say(figure, disturbed(runs, "ax", "acceleration"))
     return finished(figure, panels, xlabel)
 
@@ -129,9 +129,9 @@ def motion(runs: dict):
 def disturbed(runs: dict, channel: str, label: str) -> str:
     """Ratio of a rate of the slider to that with ideal joints, and the source's statement."""
     values = {n: getattr(r["slider"], channel)[settled(r)] for n, r in runs.items()}
-    ratios, told = over_ideal(values, turns_seen(runs))
+    ratios, words = over_ideal(values, turns_seen(runs))
     met = "met" if ratios[DRY] > max(r for n, r in ratios.items() if n != DRY) else "not met"
-    return f"Largest {label} of a turn over the ideal one: {told}. Source: oil softens what dry clearance does; {met}."
+    return f"Largest {label} of a turn over the ideal one: {words}. Source: oil softens what dry clearance does; {met}."
 
 
 def over_ideal(values: dict[str, np.ndarray], turns: int) -> tuple[dict[str, float], str]:
@@ -161,15 +161,15 @@ def deviations(runs: dict):
 def departures(runs: dict) -> str:
     """Largest deviations in a turn over the ideal ranges, and the source's statement."""
     shares: dict[str, dict[str, float]] = {"x": {}, "ax": {}}
-    for channel, found in shares.items():
+    for channel, share in shares.items():
         ideal = getattr(runs[IDEAL]["slider"], channel)
         for name, run in runs.items():
             if name != IDEAL:
                 beyond = (getattr(run["slider"], channel) - ideal)[settled(run)]
-                found[name] = of_turn(beyond, turns_seen(runs)) / float(np.ptp(ideal))
-    told = ", ".join(f"{n} {100 * shares['x'][n]:.2g} % and {100 * shares['ax'][n]:.3g} %" for n in shares["x"])
+                share[name] = of_turn(beyond, turns_seen(runs)) / float(np.ptp(ideal))
+    words = ", ".join(f"{n} {100 * shares['x'][n]:.2g} % and {100 * shares['ax'][n]:.3g} %" for n in shares["x"])
     met = "met" if all(shares["ax"][n] > 10.0 * shares["x"][n] for n in shares["x"]) else "not met"
-    text = f"Largest deviation of displacement and of acceleration in a turn, over their ideal ranges: {told}"
+    text = f"Largest deviation of displacement and of acceleration in a turn, over their ideal ranges: {words}"
     return f"{text}. Source: clearance shows in the acceleration, hardly in the displacement; {met}."
 
 

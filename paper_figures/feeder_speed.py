@@ -64,9 +64,9 @@ def draw(work: workshop.Workshop) -> None:
     speeds = np.linspace(60, 900, work.less(29, 4))
     runs = {f"{n} rpm": values(work, speed=cl.rpm(n)) for n in SPEEDS}
     work.keep(curves(runs, f"{SPEEDS[0]} to {SPEEDS[-1]} rpm", CLAIM))
-    found = swept(work, {"clearance": CLEARANCE}, speed=[cl.rpm(n) for n in speeds])
-    work.keep(influence(found, speeds, "crank speed [rpm]", CLAIM), "sweep")
-    work.table(*rows(found, speeds, "rpm", SPEEDS), "sweep", "Nearest points of the sweep.")
+    results = swept(work, {"clearance": CLEARANCE}, speed=[cl.rpm(n) for n in speeds])
+    work.keep(influence(results, speeds, "crank speed [rpm]", CLAIM), "sweep")
+    work.table(*rows(results, speeds, "rpm", SPEEDS), "sweep", "Nearest points of the sweep.")
 
 
 def values(work: workshop.Workshop, **parameters) -> dict:
@@ -127,12 +127,12 @@ def shown(run) -> tuple[np.ndarray, np.ndarray]:
     return run["slider"].ax, np.hypot(*run.joint("B").force.T)
 
 
-def influence(found: dict, at: np.ndarray, label: str, claim: str, log: bool = False):
+def influence(results: dict, at: np.ndarray, label: str, claim: str, log: bool = False):
     """Metrics over the swept value, a curve for each model that has them."""
     figure = sheet(9.0, 9.0)
     panels = figure.subplots(3, 2, sharex=True)
     for axes, (metric, text, tall) in zip(panels.flat, METRICS, strict=True):
-        for i, (name, metrics) in enumerate(found.items()):
+        for i, (name, metrics) in enumerate(results.items()):
             y = told(metrics, name, metric)
             if y is None:
                 continue
@@ -152,7 +152,7 @@ def influence(found: dict, at: np.ndarray, label: str, claim: str, log: bool = F
     if log:
         panels[0, 0].set_xscale("log")
         plain_decades(panels[0, 0].xaxis, at[0], at[-1])
-    grown = {name: ends(metrics["slider_acceleration_peak_mean"]) for name, metrics in found.items()}
+    grown = {name: ends(metrics["slider_acceleration_peak_mean"]) for name, metrics in results.items()}
     quantity, _, units = label.partition(" [")
     span = f"{quantity} {at[0]:g} to {at[-1]:g} {units.rstrip(']')}"
     conclude(figure, f"Largest slider acceleration of a turn, {span}", grown, claim)
@@ -173,15 +173,15 @@ def told(metrics: dict, model: str, metric: str) -> np.ndarray | None:
     beyond = metric.endswith(("deviation_rms", "dissipated_per_turn"))
     if (film and model == DRY) or (contacts and model != DRY) or (beyond and model == IDEAL):
         return None
-    found = metrics.get(metric)
-    return found if found is not None and np.isfinite(found).any() else None
+    value = metrics.get(metric)
+    return value if value is not None and np.isfinite(value).any() else None
 
 
-def rows(found: dict, at: np.ndarray, units: str, chosen: Sequence[float]) -> tuple[list[str], list[list]]:
+def rows(results: dict, at: np.ndarray, units: str, chosen: Sequence[float]) -> tuple[list[str], list[list]]:
     """Heads and rows of the metrics at the swept points nearest to those chosen."""
     heads = ["joint B", units, *(text.replace("\n", " ").replace("²", "2") for _, text, _ in METRICS)]
     table = []
-    for name, metrics in found.items():
+    for name, metrics in results.items():
         for i in dict.fromkeys(int(np.abs(np.log(at / c)).argmin()) for c in chosen):
             columns = [told(metrics, name, m) for m, *_ in METRICS]
             table.append([name, f"{at[i]:.3g}", *("-" if c is None else float(c[i]) for c in columns)])

@@ -170,8 +170,8 @@ def verdict(chosen: dict, places: list) -> str:
         ratios = [peak_of(chosen[name, p]) / peak_of(chosen[REFERENCE, p]) for p in places]
         return f"{np.median(ratios):.3g} ({max(ratios):.3g})"
 
-    told = ", ".join(f"{name} {factors(name)}" for name in CHOICES if name != REFERENCE)
-    return f"Largest force over that of load sharing, median (most): {told}. Crosses: warned of a force hole."
+    words = ", ".join(f"{name} {factors(name)}" for name in CHOICES if name != REFERENCE)
+    return f"Largest force over that of load sharing, median (most): {words}. Crosses: warned of a force hole."
 
 
 def thresholds(shaped: dict, chosen: dict, places: list):
@@ -200,10 +200,10 @@ def thresholds(shaped: dict, chosen: dict, places: list):
     panels[0, 0].set_yticks(top, [f"{t:g}" for t in top])
     for row in panels:
         row[0].set_ylabel("largest force in joint B\nover load sharing [-]")
-    whole = np.array([forces[shape] for shape in SHAPES])
-    for axes, place, factor in zip(panels.flat, places, by_thresholds(whole), strict=False):
+    reach = np.array([forces[shape] for shape in SHAPES])
+    for axes, place, factor in zip(panels.flat, places, by_thresholds(reach), strict=False):
         axes.set_title(f"{said(place)}: ×\u00a0{factor:.3g} apart", fontsize="medium")
-    say(figure, spread(whole, places))
+    say(figure, spread(reach, places))
     legend_below(figure, panels[0, 0])
     return figure
 

@@ -106,7 +106,7 @@ def verdicts(mixed: dict, ideal: dict) -> str:
         (f"Impacts grow with the number of joints ({speed})", by_number, sizes),
         (f"Neighbours act on the force in B ({speed})", by_neighbours, sizes),
     )
-    return "\n".join(f"{claim}: {verdict(*found)}; {listed(*found)}." for claim, *found in lines)
+    return "\n".join(f"{claim}: {verdict(*values)}; {listed(*values)}." for claim, *values in lines)
 
 
 def listed(factors: np.ndarray, names: list[str]) -> str:

@@ -44,13 +44,13 @@ def torques(runs: dict):
     panels = figure.subplots(5, 2, sharex="col", width_ratios=(3, 2))
     first = runs["coulomb"]
     begin = first.time <= BEGINNING
-    for (whole, added), joint in zip(panels, JOINTS, strict=True):
-        line(whole, first.time, first.drive(joint).torque_ideal, label="no friction", **stroke(0, 3), lw=1.4)
+    for (total, added), joint in zip(panels, JOINTS, strict=True):
+        line(total, first.time, first.drive(joint).torque_ideal, label="no friction", **stroke(0, 3), lw=1.4)
         for i, (law, run) in enumerate(runs.items(), 1):
             drive, style = run.drive(joint), stroke(i, 3) | {"label": LAWS[law], "lw": 1.2}
-            line(whole, run.time, drive.torque, **style)
+            line(total, run.time, drive.torque, **style)
             line(added, run.time[begin], (drive.torque - drive.torque_ideal)[begin], **style)
-        finish(whole, f"torque {joint} [N m]", "", legend=False)
+        finish(total, f"torque {joint} [N m]", "", legend=False)
         finish(added, "for friction [N m]", "", legend=False)
         added.set_ylim(bottom=0.0)
     for axes in panels[-1]:
@@ -102,11 +102,11 @@ def peaks(work: workshop.Workshop, runs: dict, other) -> None:
     rows = []
     for joint in JOINTS:
         driving, slow = run.drive(joint), runs["stribeck"].drive(joint)
-        found = (
+        peaks = (
             driving.torque_ideal, driving.torque, slow.torque, slow.torque - slow.torque_ideal, radial(run, joint),
             run.joint(joint).axial_force, bending(run, joint), other.drive(joint).torque_ideal,
         )  # fmt: skip
-        rows.append([joint, *(float(np.abs(values).max()) for values in found)])
+        rows.append([joint, *(float(np.abs(values).max()) for values in peaks)])
     remarks = f"Largest absolute values in {UNTIL:g} s, reading P but for the last column; friction is proportional to "
     work.table(heads, rows, remarks=f"{remarks}the assumed lengths of the pins.")
 

@@ -141,11 +141,11 @@ def _moved(place, rate, end: float = 16.0 * np.pi):
     """Times, displacements, rates and friction over the normal force (n,) of bristles moved in a given way."""
     law = cl.lugre(**BRISTLES)
     time = np.linspace(0.0, end, 2001)
-    found = solve_ivp(
+    solution = solve_ivp(
         lambda t, z: [law(float(z[0]), float(rate(t)), 1.0)[0]], (0.0, end), [0.0], "Radau", time, rtol=1e-7, atol=1e-13
     )
     rates = np.broadcast_to(rate(time), time.shape)
-    friction = [-law(float(z), float(v), 1.0)[1] for z, v in zip(found.y[0], rates, strict=True)]
+    friction = [-law(float(z), float(v), 1.0)[1] for z, v in zip(solution.y[0], rates, strict=True)]
     return time, np.broadcast_to(place(time), time.shape), rates, np.array(friction)
 
 

@@ -103,10 +103,10 @@ def page(folder: Path) -> Path:
 
 def _by_group(figures: dict[str, dict]) -> dict[str, dict[str, dict]]:
     """Figures of a manifest under the titles of their groups, both in order; groups without a figure are left out."""
-    found = {title: {} for title in (*workshop.GROUPS.values(), OTHERS)}
+    groups = {title: {} for title in (*workshop.GROUPS.values(), OTHERS)}
     for name, entry in sorted(figures.items()):
-        found[workshop.GROUPS.get(entry["about"].get("Group"), OTHERS)][name] = entry
-    return {title: entries for title, entries in found.items() if entries}
+        groups[workshop.GROUPS.get(entry["about"].get("Group"), OTHERS)][name] = entry
+    return {title: entries for title, entries in groups.items() if entries}
 
 
 def _small(folder: Path, entries: dict[str, dict]):
@@ -155,5 +155,5 @@ def _picture(file: str):
 
 
 def _result(result: dict):
-    told = "; ".join(f"{k} {json.dumps(v, default=str)}" for k, v in result.items() if k != "file" and v)
-    return join([element("a", result["file"], href=result["file"]), markup(f": {told}")])
+    words = "; ".join(f"{k} {json.dumps(v, default=str)}" for k, v in result.items() if k != "file" and v)
+    return join([element("a", result["file"], href=result["file"]), markup(f": {words}")])

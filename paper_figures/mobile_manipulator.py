@@ -71,9 +71,9 @@ def draw(work: workshop.Workshop) -> None:
 def place(run, body: str, x: float, y: float) -> np.ndarray:
     """Path (samples, 2) of a point of a body, given in its frame [m]."""
     com = next(b["com"] for b in run.scene["bodies"] if b["name"] == body)
-    own = run[body]
-    arm = ((x - com[0]) + 1j * (y - com[1])) * np.exp(1j * own.theta)
-    return np.column_stack([own.x + arm.real, own.y + arm.imag])
+    body_channels = run[body]
+    arm = ((x - com[0]) + 1j * (y - com[1])) * np.exp(1j * body_channels.theta)
+    return np.column_stack([body_channels.x + arm.real, body_channels.y + arm.imag])
 
 
 def stroke_of(run, name: str) -> np.ndarray:
@@ -301,8 +301,8 @@ def peaks(work: workshop.Workshop, runs: dict) -> None:
         for name in ACTUATORS:
             drives = [runs[n, law].drive(name) for law in FRICTION]
             late = runs[n, "breakaway"].time > STARTED
-            found = [drives[0].force_ideal[late], *(d.force[late] for d in drives)]
-            rows.append([str(n), name, *(float(v) for values in found for v in (values.min(), values.max()))])
+            curves = [drives[0].force_ideal[late], *(d.force[late] for d in drives)]
+            rows.append([str(n), name, *(float(v) for values in curves for v in (values.min(), values.max()))])
     remarks = (
         "After the first second. The source's friction, 20 to 25 N m in every pin, outweighs its loads of 150 N; "
         "beside it Coulomb friction made by the reactions, with coefficient 0.1 and pins of 10 mm radius (assumed)."

@@ -65,13 +65,13 @@ def about(name: str) -> tuple[str, dict[str, str]]:
     """
     text = ast.get_docstring(ast.parse((FOLDER / f"{name}.py").read_text(encoding="utf-8"))) or ""
     title, *paragraphs = [" ".join(p.split()) for p in text.split("\n\n")]
-    found = dict(p.split(": ", 1) for p in paragraphs if p.partition(": ")[0] in PARTS)
-    if missing := [p for p in PARTS if p not in found]:
+    parts = dict(p.split(": ", 1) for p in paragraphs if p.partition(": ")[0] in PARTS)
+    if missing := [p for p in PARTS if p not in parts]:
         raise ValueError(f"paper_figures/{name}.py: its docstring has no paragraph '{missing[0]}: ...'")
-    if found["Group"] not in GROUPS:
-        known = ", ".join(GROUPS)
-        raise ValueError(f"paper_figures/{name}.py: no group {found['Group']!r}; there are {known}")
-    return title.rstrip("."), found
+    if parts["Group"] not in GROUPS:
+        groups = ", ".join(GROUPS)
+        raise ValueError(f"paper_figures/{name}.py: no group {parts['Group']!r}; there are {groups}")
+    return title.rstrip("."), parts
 
 
 def main(file: str) -> None:
@@ -128,9 +128,9 @@ class Workshop:
                 self.say(f"{case}: {_listed(parameters | options)}")
                 with _named(f"{self.name}: {case} with {_listed(parameters) or 'its defaults'}"):
                     call(scene, path=path, **options).close()
-        found = cl.open_result(path)
+        result = cl.open_result(path)
         self.results.append({"file": self._relative(path)} | note)
-        return found
+        return result
 
     def sweep(self, case: str, points: Points, *, fixed: Mapping | None = None, **options) -> Sweep:
         """The sweep of `cl.sweep(case, points, fixed=fixed, **options)`; all its points have to succeed."""
@@ -145,12 +145,12 @@ class Workshop:
 
         path.parent.mkdir(parents=True, exist_ok=True)
         with Lock(path.with_suffix(".lock"), wait=True), _named(f"{self.name}: {case}"):
-            found = cl.sweep(case, points, path, fixed=fixed, progress=progress, retry_failed=True, **options)
+            result = cl.sweep(case, points, path, fixed=fixed, progress=progress, retry_failed=True, **options)
         swept = {n: [min(v), max(v), len(set(v))] for n, v in points.columns.items()}
         self.results.append({"file": self._relative(path)} | note | {"swept": swept, "points": len(points)})
-        if not found.done.all():
-            raise RuntimeError(f"{path}: {int((~found.done).sum())} of {len(points)} points did not run")
-        return found
+        if not result.done.all():
+            raise RuntimeError(f"{path}: {int((~result.done).sum())} of {len(points)} points did not run")
+        return result
 
     def study(self, write: Callable[[Path], Path], **note) -> None:
         """Keep the data of a study: write(folder) gives the file; note: parameters behind it."""
@@ -216,8 +216,8 @@ def _named(words: str) -> Iterator[None]:
 def _whole(path: Path) -> bool:
     """True for the result of a run that came to its end."""
     try:
-        with cl.open_result(path) as found:
-            return found.complete
+        with cl.open_result(path) as result:
+            return result.complete
     except (OSError, ValueError, KeyError):  # there is none, or not all of one
         return False
 
@@ -232,8 +232,8 @@ def _digest(case: str, *parts) -> str:
 @cache
 def _sources() -> str:
     """Digest of the package's sources, without what only shows or measures."""
-    root, found = Path(inspect.getfile(cl)).parent, hashlib.sha256()
+    root, digest = Path(inspect.getfile(cl)).parent, hashlib.sha256()
     for path in sorted(root.rglob("*.py")):
         if path.relative_to(root).parts[0] not in (*WITHOUT_PHYSICS, *BESIDE):
-            found.update(path.read_bytes())
-    return found.hexdigest()
+            digest.update(path.read_bytes())
+    return digest.hexdigest()

@@ -150,9 +150,11 @@ class Lens:
         for i, state in enumerate(self.states):
             here = self.state == i
             here[:-1] |= here[1:]  # a state holds from the row before on
-            own = np.where(here, x, np.nan)
+            across = np.where(here, x, np.nan)
             (trail,) = drawing.axes.plot([], [], color=COLOURS[state], lw=1.2, zorder=5)
-            drawing.moving.append((trail, lambda s, line=trail, own=own: line.set_data(own[s], y[s]), self.trails))
+            drawing.moving.append(
+                (trail, lambda s, line=trail, across=across: line.set_data(across[s], y[s]), self.trails)
+            )
         journal = middle + zoom * self.eccentricity[[s.stop - 1 for s in self.spans]]
         drawing.line(self._arrow(strongest), color="black", lw=1.6, zorder=7)
         dot = drawing.line(journal[:, None], marker="o", ms=6.0, markeredgecolor="black", ls="none", zorder=8)
@@ -334,12 +336,12 @@ def _page(figure, drawing: Drawing, record: Record, fps: float, strongest: float
     axes.axis("off")
     scale = min(8.5 / breadth, 7.0 / height)
     width, height = max(scale * breadth, 6.5), scale * height
-    said = headline([record], [""], width=width)
-    above, below = 0.5 + 0.18 * len(said.splitlines()), 0.55 if lenses else 0.1
+    caption = headline([record], [""], width=width)
+    above, below = 0.5 + 0.18 * len(caption.splitlines()), 0.55 if lenses else 0.1
     total = height + above + below
     figure.set_size_inches(width, total)
     axes.set_position((0.0, below / total, 1.0, height / total))
-    figure.text(0.5, 1.0 - 0.08 / total, said, ha="center", va="top", fontsize=10)
+    figure.text(0.5, 1.0 - 0.08 / total, caption, ha="center", va="top", fontsize=10)
     style = {"ha": "center", "va": "center", "fontsize": 10, "family": "monospace"}
     clock = figure.text(0.5, 1.0 - (above - 0.15) / total, "", **style)
     slowed = 1.0 / fps / (times[1] - times[0])
@@ -350,13 +352,13 @@ def _page(figure, drawing: Drawing, record: Record, fps: float, strongest: float
     for state in dict.fromkeys(s for lens in lenses for s in lens.states):
         axes.plot([], [], color=COLOURS[state], lw=3.0, label=state)
     on = "journal or block" if any(isinstance(lens, GuideLens) for lens in lenses) else "journal"
-    said = f"arrows: force on the {on}; as long as the lens's radius for {_newtons(strongest)} and more"
+    caption = f"arrows: force on the {on}; as long as the lens's radius for {_newtons(strongest)} and more"
     tops = [lens.fields.pressure.max() for lens in lenses if lens.fields is not None]
     if tops:
         high = f", {PRESSURE:g} radii high for {', '.join(f'{t / 1e6:.3g}' for t in tops)} MPa"
         axes.plot([], [], color=FILM, lw=1.2, label=f"film pressure in the middle{high}")
     figure.legend(loc="lower center", bbox_to_anchor=(0.5, 0.22 / total), ncols=5, frameon=False, fontsize=8)
-    figure.text(0.5, 0.06 / total, said, ha="center", va="bottom", fontsize=8)
+    figure.text(0.5, 0.06 / total, caption, ha="center", va="bottom", fontsize=8)
 
 
 def _newtons(force: float) -> str:

@@ -106,15 +106,15 @@ def _dots(
         raise ValueError(
             f"{sweep.folder} is no sweep over {parameter}; it is over {', '.join(sweep.columns)}"
         )
-    found = []
+    dots = []
     for i, value in enumerate(sweep.columns[parameter]):
         if sweep.done[i] and sweep.path(i).exists():
             with sweep.run(i) as run:
                 left_out = (
                     float(int(0.5 * run.turns_at(run.time[-1]))) if settle is None else settle
                 )
-                found.append((float(value), section(run, paths, 0.0, left_out)))
-    return found
+                dots.append((float(value), section(run, paths, 0.0, left_out)))
+    return dots
 
 
 def _dotted(axes, dots: list[tuple[float, np.ndarray]], column: int, factor: float) -> None:

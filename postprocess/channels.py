@@ -46,11 +46,11 @@ class Channel:
 
 def channel(record: Record, path: str) -> Channel:
     """Channel of a name. Raises ValueError for one that the result has not got, with the names it has."""
-    found = [c for group, name in _places(record, path) if (c := _channel(record, group, name))]
-    if len(found) == 1:
-        return found[0]
-    if found:
-        raise ValueError(f"channel {path!r} may be {' or '.join(c.path for c in found)}; give the whole path")
+    channels = [c for group, name in _places(record, path) if (c := _channel(record, group, name))]
+    if len(channels) == 1:
+        return channels[0]
+    if channels:
+        raise ValueError(f"channel {path!r} may be {' or '.join(c.path for c in channels)}; give the whole path")
     raise ValueError(f"{name_of(record)} has no channel {path!r}, or it was not kept; it has {_known(record, path)}")
 
 
@@ -64,14 +64,14 @@ def _places(record: Record, path: str) -> list[tuple[str, str]]:
 
 
 def _channel(record: Record, group: str, name: str) -> Channel | None:
-    known, scale, wanted = record.names(group), 1.0, name
+    names, scale, wanted = record.names(group), 1.0, name
     if name in ("epsilon", "epsilon_x", "epsilon_y"):
         clearance = record.clearances.get(group.removeprefix("joints/"))
         if clearance is None:
             return None
         scale, wanted = 1.0 / clearance, name.replace("epsilon", "eccentricity")
     for parts in ((wanted,), (f"{wanted}_x", f"{wanted}_y"), (f"{wanted}x", f"{wanted}y")):
-        if wanted and set(parts) <= set(known):
+        if wanted and set(parts) <= set(names):
             units = record.units(f"{group}/{parts[0]}") if wanted == name else "1"
             return Channel(f"{group}/{name}", tuple(f"{group}/{p}" for p in parts), units, _label(group, name), scale)
     return None
@@ -107,16 +107,16 @@ def expand(record: Record, names: str | Iterable[str]) -> list[str]:
     Magnitudes and eccentricity ratios of a joint are meant only where no recorded channel of it matches.
     Raises ValueError for a name or pattern without a channel.
     """
-    found = []
+    channels = []
     for name in [names] if isinstance(names, str) else names:
         if set("*?[") & set(name):
             hits = [path for group in _groups(record) for path in _matches(record, group, name)]
             if not hits:
                 raise ValueError(f"no channel of {name_of(record)} matches {name!r}; it has {_known(record, name)}")
-            found += hits
+            channels += hits
         else:
-            found.append(channel(record, name).path)
-    return list(dict.fromkeys(found))
+            channels.append(channel(record, name).path)
+    return list(dict.fromkeys(channels))
 
 
 def _matches(record: Record, group: str, pattern: str) -> list[str]:
@@ -124,8 +124,8 @@ def _matches(record: Record, group: str, pattern: str) -> list[str]:
     pairs = [n[:-2] for n in names if n.endswith("_x") and f"{n[:-2]}_y" in names]
     pairs += ["epsilon", "epsilon_x", "epsilon_y"] if "eccentricity" in pairs else []
     short = group.rpartition("/")[2]
-    for known in (names, pairs):
-        hits = [n for n in known if fnmatchcase(f"{group}/{n}", pattern) or fnmatchcase(f"{short}.{n}", pattern)]
+    for candidates in (names, pairs):
+        hits = [n for n in candidates if fnmatchcase(f"{group}/{n}", pattern) or fnmatchcase(f"{short}.{n}", pattern)]
         if hits:
             return [f"{group}/{n}" for n in hits]
     return []
@@ -133,8 +133,8 @@ def _matches(record: Record, group: str, pattern: str) -> list[str]:
 
 def series(record: Record, path: str) -> tuple[np.ndarray, str, str]:
     """Values (samples,), units and label of a channel. Raises ValueError for one that the result has not got."""
-    found = channel(record, path)
-    return found.of([record.values(p) for p in found.parts]), found.units, found.label
+    values = channel(record, path)
+    return values.of([record.values(p) for p in values.parts]), values.units, values.label
 
 
 def at(record: Record, path: str, times: np.ndarray) -> np.ndarray:
@@ -144,13 +144,13 @@ def at(record: Record, path: str, times: np.ndarray) -> np.ndarray:
     through the four nearest samples; both are of fourth order in the sampling where the motion is smooth.
     Raises ValueError for an unknown channel and for times outside the run.
     """
-    found, time, times = channel(record, path), record.time, np.asarray(times, float)
+    values, time, times = channel(record, path), record.time, np.asarray(times, float)
     if times.size and (not time.size or times.min() < time[0] or times.max() > time[-1]):
         run = f"{time[0]:.6g} s to {time[-1]:.6g} s" if time.size else "no sample"
         raise ValueError(f"times from {times.min():.6g} s to {times.max():.6g} s: {name_of(record)} has {run}")
     if not times.size:
         return np.zeros(times.shape)
-    return found.of([_between(record, part, time, times) for part in found.parts])
+    return values.of([_between(record, part, time, times) for part in values.parts])
 
 
 def interpolation(record: Record, path: str, times: np.ndarray) -> str:
@@ -255,23 +255,23 @@ def abscissa(record: Record, along: str, last: float | None = None) -> tuple[np.
     Turns and angles of the `last` turns count from the whole turn in which they start.
     Raises ValueError for another `along`, and where turns are asked for and no drive turns at constant speed.
     """
-    found = kept(record, last=last)
-    time = record.time[found]
+    part = kept(record, last=last)
+    time = record.time[part]
     if along == "time":
-        return time, found, "time [s]"
+        return time, part, "time [s]"
     if along == "turns":
         turn_of(record)
         turns = record.turns_at(time)
-        return _from_first(turns, 1.0) if last is not None else turns, found, "drive turns [-]"
+        return _from_first(turns, 1.0) if last is not None else turns, part, "drive turns [-]"
     if along != "angle":
         raise ValueError(f"along must be one of time, turns, angle; got {along!r}")
     angle, target = np.degrees(angle_at(record, time)), drive_angle(record)[2]
-    return _from_first(angle, 360.0) if last is not None else angle, found, f"{target} angle [deg]"
+    return _from_first(angle, 360.0) if last is not None else angle, part, f"{target} angle [deg]"
 
 
-def _from_first(values: np.ndarray, whole: float) -> np.ndarray:
+def _from_first(values: np.ndarray, period: float) -> np.ndarray:
     """Less the whole turns at its start, so that the last turns of runs of any length lie over each other."""
-    return values - whole * np.floor(values[:1] / whole + 1e-9).sum()
+    return values - period * np.floor(values[:1] / period + 1e-9).sum()
 
 
 def principal(record: Record) -> str:

@@ -153,25 +153,25 @@ def contact_table(record: Record, *, settle: float = 0.0) -> dict[str, dict[str,
     return {joint: _numbers(record, contacts_of(record, joint, settle=settle)) for joint in contact_joints(record)}
 
 
-def _numbers(record: Record, found: Contacts) -> dict[str, float]:
-    count, span, over = len(found.time), found.end - found.start, found.duration[~found.open]
-    turns = record.turns_at(found.end) - record.turns_at(found.start) if record.turn else 0.0
-    mean = np.exp(1j * found.angle).mean() if count and np.isfinite(found.angle).all() else np.nan
+def _numbers(record: Record, touches: Contacts) -> dict[str, float]:
+    count, span, over = len(touches.time), touches.end - touches.start, touches.duration[~touches.open]
+    turns = record.turns_at(touches.end) - record.turns_at(touches.start) if record.turn else 0.0
+    mean = np.exp(1j * touches.angle).mean() if count and np.isfinite(touches.angle).all() else np.nan
     return {
         "contacts": count,
-        "open_contacts": int(found.open.sum()),
+        "open_contacts": int(touches.open.sum()),
         "contacts_per_second": count / span if span > 0.0 else np.nan,
         "contacts_per_turn": count / turns if turns > 0.0 else np.nan,
-        "share_in_contact": found.share,
-        "mean_impact_speed": _of(np.mean, found.impact_speed),
-        "largest_impact_speed": _of(np.max, found.impact_speed),
-        "mean_peak_force": _of(np.mean, found.peak_force),
-        "largest_peak_force": _of(np.max, found.peak_force),
+        "share_in_contact": touches.share,
+        "mean_impact_speed": _of(np.mean, touches.impact_speed),
+        "largest_impact_speed": _of(np.max, touches.impact_speed),
+        "mean_peak_force": _of(np.mean, touches.peak_force),
+        "largest_peak_force": _of(np.max, touches.peak_force),
         "median_duration": _of(np.median, over),
         "longest_duration": _of(np.max, over),
         "contact_angle": float(np.angle(mean)) if np.isfinite(mean) else np.nan,
         "angle_concentration": float(abs(mean)) if np.isfinite(mean) else np.nan,
-        "sampled": int(found.sampled),
+        "sampled": int(touches.sampled),
     }
 
 
@@ -195,18 +195,18 @@ def contacts(
     that says so. Raises ValueError for a joint without contact law.
     """
     names = [joints] if isinstance(joints, str) else list(joints or contact_joints(record)[:MOST_JOINTS])
-    found = {joint: contacts_of(record, joint, settle=settle, frame=frame) for joint in names}
-    said = f"from turn {settle:g} on" if settle else ""
-    if not any(len(c.time) for c in found.values()):
-        return _nothing(record, path, names, said)
-    none = [joint for joint, own in found.items() if not len(own.time)]
-    found = {joint: own for joint, own in found.items() if len(own.time)}
-    figure = figures.sheet(7.0, 0.6 + 7.2 * len(found))
-    pages = figure.subfigures(len(found), squeeze=False)[:, 0]
-    for page, (joint, own) in zip(pages, found.items(), strict=True):
-        _page(page, record, joint, own, frame)
+    by_joint = {joint: contacts_of(record, joint, settle=settle, frame=frame) for joint in names}
+    since = f"from turn {settle:g} on" if settle else ""
+    if not any(len(c.time) for c in by_joint.values()):
+        return _nothing(record, path, names, since)
+    none = [joint for joint, touches in by_joint.items() if not len(touches.time)]
+    by_joint = {joint: touches for joint, touches in by_joint.items() if len(touches.time)}
+    figure = figures.sheet(7.0, 0.6 + 7.2 * len(by_joint))
+    pages = figure.subfigures(len(by_joint), squeeze=False)[:, 0]
+    for page, (joint, touches) in zip(pages, by_joint.items(), strict=True):
+        _page(page, record, joint, touches, frame)
     quiet = _no_contact(record, none) if none else ""
-    figure.suptitle(headline([record], [""], said, quiet), fontsize="medium")
+    figure.suptitle(headline([record], [""], since, quiet), fontsize="medium")
     return figures.save(figure, path)
 
 
@@ -216,30 +216,30 @@ def _no_contact(record: Record, joints: list[str]) -> str:
     return f"no contact in joint {', '.join(joints)}" + (", load on asperities left out" if rough else "")
 
 
-def _nothing(record: Record, path: str | Path, joints: list[str], said: str) -> Path:
+def _nothing(record: Record, path: str | Path, joints: list[str], since: str) -> Path:
     figure = figures.sheet(7.0, 2.0)
     text = _no_contact(record, joints) if joints else "no joint of this scene has a contact law"
     figures.note(figure.add_subplot(), text)
-    figure.suptitle(headline([record], [""], said), fontsize="medium")
+    figure.suptitle(headline([record], [""], since), fontsize="medium")
     return figures.save(figure, path)
 
 
-def _page(page, record: Record, joint: str, found: Contacts, frame: str) -> None:
+def _page(page, record: Record, joint: str, touches: Contacts, frame: str) -> None:
     """The six panels of a joint."""
     grid = page.add_gridspec(3, 2)
-    where = "found in the samples" if found.sampled else "from the events"
-    page.suptitle(f"joint {joint}: {len(found.time)} contacts, {where}", fontsize="medium")
+    where = "found in the samples" if touches.sampled else "from the events"
+    page.suptitle(f"joint {joint}: {len(touches.time)} contacts, {where}", fontsize="medium")
     panels = [page.add_subplot(grid[i // 2, i % 2]) for i in range(4)]
-    unknown = "not known: contact sets in gradually" if found.sampled else None
-    _histogram(panels[0], found.impact_speed, "impact speed [m/s]", unknown)
-    _forces(panels[1], found)
-    _histogram(panels[2], 1e3 * found.duration[~found.open], "duration [ms]", "no contact has ended")
-    _rate(panels[3], record, found)
-    if any(found.spot):
-        _corners(page.add_subplot(grid[2, 0]), found)
+    unknown = "not known: contact sets in gradually" if touches.sampled else None
+    _histogram(panels[0], touches.impact_speed, "impact speed [m/s]", unknown)
+    _forces(panels[1], touches)
+    _histogram(panels[2], 1e3 * touches.duration[~touches.open], "duration [ms]", "no contact has ended")
+    _rate(panels[3], record, touches)
+    if any(touches.spot):
+        _corners(page.add_subplot(grid[2, 0]), touches)
     else:
-        _rose(page.add_subplot(grid[2, 0], projection="polar"), found, frame)
-    _list(page.add_subplot(grid[2, 1]), _numbers(record, found))
+        _rose(page.add_subplot(grid[2, 0], projection="polar"), touches, frame)
+    _list(page.add_subplot(grid[2, 1]), _numbers(record, touches))
 
 
 def _histogram(axes, values: np.ndarray, label: str, otherwise: str | None) -> None:
@@ -259,25 +259,27 @@ def _histogram(axes, values: np.ndarray, label: str, otherwise: str | None) -> N
     figures.finish(axes, "contacts [-]", label)
 
 
-def _forces(axes, found: Contacts) -> None:
+def _forces(axes, touches: Contacts) -> None:
     """Peak force over impact speed, or over duration where the impact speed is not known."""
-    x, label = (1e3 * found.duration, "duration [ms]") if found.sampled else (found.impact_speed, "impact speed [m/s]")
-    shown = (x > 0.0) & (found.peak_force > 0.0) & ~(found.sampled & found.open)  # their durations are cut off
-    x, force = x[shown], found.peak_force[shown]
+    x, label = (
+        (1e3 * touches.duration, "duration [ms]") if touches.sampled else (touches.impact_speed, "impact speed [m/s]")
+    )
+    shown = (x > 0.0) & (touches.peak_force > 0.0) & ~(touches.sampled & touches.open)  # their durations are cut off
+    x, force = x[shown], touches.peak_force[shown]
     axes.plot(x, force, "o", ms=3.0, mfc="none", mew=0.6, color="black")
     axes.set_xscale("log" if figures.wide(x, FAR_APART) else "linear")
     axes.set_yscale("log" if figures.wide(force, FAR_APART) else "linear")
     figures.finish(axes, "peak contact force [N]", label)
 
 
-def _rate(axes, record: Record, found: Contacts) -> None:
+def _rate(axes, record: Record, touches: Contacts) -> None:
     """Contacts that begin in each turn, or in each twentieth of the time where nothing turns."""
-    span = found.end - found.start
+    span = touches.end - touches.start
     bin_length = record.turn or span / 20.0 or 1.0
     count = max(int(np.ceil(span / bin_length - 1e-6)), 1)
-    edges = found.start + bin_length * np.arange(count + 1)
-    edges[-1] = min(edges[-1], found.end)  # the last turn may not be whole
-    numbers = np.histogram(found.time, edges)[0]
+    edges = touches.start + bin_length * np.arange(count + 1)
+    edges[-1] = min(edges[-1], touches.end)  # the last turn may not be whole
+    numbers = np.histogram(touches.time, edges)[0]
     x = edges / record.turn if record.turn else edges
     axes.stairs(numbers, x, fill=True, fc="0.6", ec="black", lw=0.5)
     axes.locator_params(axis="y", integer=True)
@@ -285,18 +287,18 @@ def _rate(axes, record: Record, found: Contacts) -> None:
     figures.finish(axes, every, "drive turns [-]" if record.turn else "time [s]")
 
 
-def _corners(axes, found: Contacts) -> None:
+def _corners(axes, touches: Contacts) -> None:
     """Numbers of contacts of each corner of a block."""
     names = [f"{'top' if y > 0.0 else 'bottom'}\n{'front' if x > 0.0 else 'rear'}" for _, x, y in CORNERS]
-    numbers = [(found.spot == corner).sum() for corner, _, _ in CORNERS]
+    numbers = [(touches.spot == corner).sum() for corner, _, _ in CORNERS]
     axes.bar(names, numbers, color="0.6", edgecolor="black", lw=0.5)
     axes.locator_params(axis="y", integer=True)
     figures.finish(axes, "contacts [-]", "corner")
 
 
-def _rose(axes, found: Contacts, frame: str) -> None:
+def _rose(axes, touches: Contacts, frame: str) -> None:
     """Numbers of contacts around the bearing."""
-    angle = found.angle[np.isfinite(found.angle)]
+    angle = touches.angle[np.isfinite(touches.angle)]
     axes.set_title(f"where they began, in the {frame} frame", fontsize="small")
     if not angle.size:
         axes.set_xlabel("eccentricity or bearing angle not kept")
@@ -332,5 +334,5 @@ def _list(axes, numbers: dict[str, float]) -> None:
         value = factor * numbers[name]
         digits = f"{value:.0f}" if 1e4 <= abs(value) < 1e8 else f"{value:.4g}"
         text = f"{digits} {units}" if np.isfinite(value) else "not known"
-        for x, said, side in ((0.0, what, "left"), (1.0, text, "right")):
-            axes.text(x, 0.95 - 0.1 * i, said, fontsize="small", ha=side, va="center", transform=axes.transAxes)
+        for x, words, side in ((0.0, what, "left"), (1.0, text, "right")):
+            axes.text(x, 0.95 - 0.1 * i, words, fontsize="small", ha=side, va="center", transform=axes.transAxes)

@@ -142,8 +142,8 @@ class Slide:
         self.guide, self.block, self.at, self.axis = guide["body"], block["body"], motion.end(block), axis
         places = np.sum((self.at - motion.end(guide)) * axis, axis=-1)
         # a rod reaches to the point that it is fixed to; a rail has none
-        own = [] if self.guide == "ground" else [0.0]
-        self.reach = (min([places.min(), *own]), max([places.max(), *own]))
+        reach = [] if self.guide == "ground" else [0.0]
+        self.reach = (min([places.min(), *reach]), max([places.max(), *reach]))
         self.origin, self.direction = (guide["x"], guide["y"]), axis[0] if swapped else joint["axis"]
         #: half length and height of the block [m], where the joint says so
         self.half = (0.5 * joint["overlap"], 0.5 * joint["height"]) if "height" in joint else None
@@ -154,15 +154,15 @@ class Slide:
         """True where both bodies are bars along the axis, one out of the other; the reach is that of the cylinder."""
         origin, across = motion.points(self.guide, self.origin), self.axis[:, ::-1] * (-1.0, 1.0)
         offsets = [motion.points(b, outlines[b]) - origin for b in (self.guide, self.block)]
-        own, rod = (np.einsum("tni,ti->tn", o, self.axis) for o in offsets)
+        block, rod = (np.einsum("tni,ti->tn", o, self.axis) for o in offsets)
         aside = max(np.abs(np.einsum("tni,ti->tn", o, across)).max() for o in offsets)
-        length = min(np.ptp(own[0]), np.ptp(rod[0]))
+        length = min(np.ptp(block[0]), np.ptp(rod[0]))
         if aside > 1e-6 * length:
             return False
-        ahead, behind = (rod.max(axis=1) > own.max()).all(), (rod.min(axis=1) < own.min()).all()
+        ahead, behind = (rod.max(axis=1) > block.max()).all(), (rod.min(axis=1) < block.min()).all()
         places = np.sum((self.at - origin[:, 0]) * self.axis, axis=-1)
         low, high = places.min() - 0.1 * length, places.max() + 0.1 * length
-        self.reach = (own.min(), max(high, own.max())) if ahead else (min(low, own.min()), own.max())
+        self.reach = (block.min(), max(high, block.max())) if ahead else (min(low, block.min()), block.max())
         return bool(length > 0.0 and ahead != behind)
 
     def tube(self, motion: Motion, half: float) -> np.ndarray:
@@ -369,15 +369,15 @@ class Drawing:
     def _drives(self) -> None:
         """A round arrow about each hinge that is driven, a straight one beside each slide."""
         joints = {j["name"]: j for j in self.motion.scene["joints"]}
-        found = [self._driven(load, joints) for load in self.motion.scene["loads"] if load["type"] == "Drive"]
-        hinges = [j for j in found if j is not None and j["type"] not in SLIDES]
+        angles = [self._driven(load, joints) for load in self.motion.scene["loads"] if load["type"] == "Drive"]
+        hinges = [j for j in angles if j is not None and j["type"] not in SLIDES]
         places = np.array([self.motion.end(j["b"])[0] for j in hinges]).reshape(-1, 2)
         apart = np.hypot(*np.moveaxis(places[:, None] - places, -1, 0))
         radius = 1.3 * BLOCK[0] * self.size
         radius = np.clip(0.4 * apart[apart > 0.0].min(initial=np.inf), 0.3 * radius, radius)
         for joint in hinges:
             self._round_arrow(joint, radius)
-        for joint in found:
+        for joint in angles:
             if joint is not None and joint["type"] in SLIDES:
                 self._straight_arrow(self.slides[joint["name"]])
 

@@ -57,16 +57,16 @@ def joint_friction(record: Record) -> dict[str, str]:
 
 def groups(record: Record, paths: dict[str, str], *, afresh: bool = False, dashes: str = "-") -> list[Group]:
     """Efforts by their units, torques first; `dashes`: of the forces, whose colours may begin `afresh`."""
-    found, first = [], 0
+    panels, first = [], 0
     for units in EFFORTS:
-        own = {n: p for n, p in paths.items() if record.units(p) == units}
-        if not own:
+        alike = {n: p for n, p in paths.items() if record.units(p) == units}
+        if not alike:
             continue
-        kept, remark = largest({n: record.values(p) for n, p in own.items()})
-        styles = {n: _style(first + i, dashes if units == "N" else "-") for i, n in enumerate(own)}
-        found.append(Group(units, {n: own[n] for n in kept}, styles, remark))
-        first += 0 if afresh else len(own)
-    return found
+        curves, remark = largest({n: record.values(p) for n, p in alike.items()})
+        styles = {n: _style(first + i, dashes if units == "N" else "-") for i, n in enumerate(alike)}
+        panels.append(Group(units, {n: alike[n] for n in curves}, styles, remark))
+        first += 0 if afresh else len(alike)
+    return panels
 
 
 def _style(i: int, dashes: str) -> dict:
@@ -80,8 +80,8 @@ def largest(values: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], str]:
     if len(values) <= MOST:
         return values, ""
     reach = {n: np.abs(v).max() for n, v in values.items()}
-    kept = sorted(reach, key=lambda n: -reach[n])[:MOST]
-    return {n: v for n, v in values.items() if n in kept}, f"the {MOST} largest of {len(values)}"
+    names = sorted(reach, key=lambda n: -reach[n])[:MOST]
+    return {n: v for n, v in values.items() if n in names}, f"the {MOST} largest of {len(values)}"
 
 
 def rate(record: Record, joint: str) -> np.ndarray:
@@ -89,11 +89,11 @@ def rate(record: Record, joint: str) -> np.ndarray:
 
     The power loss of a slide says nothing where there is no friction: NaN. Raises ValueError for a channel not kept.
     """
-    found = next(j for j in record.scene["joints"] if j["name"] == joint)
-    if found["type"] == "Prismatic":
+    entry = next(j for j in record.scene["joints"] if j["name"] == joint)
+    if entry["type"] == "Prismatic":
         power, friction = (_kept(record, f"joints/{joint}/{c}") for c in ("power_loss", "friction"))
         return np.divide(-power, friction, out=np.full(power.shape, np.nan), where=friction != 0.0)
-    bodies = (found[end]["body"] for end in "ab")
+    bodies = (entry[end]["body"] for end in "ab")
     a, b = (0.0 if n == "ground" else _kept(record, f"bodies/{n}/omega") for n in bodies)
     return b - a
 
@@ -149,25 +149,25 @@ def draw_friction(record: Record, axes, group: Group) -> None:
 
 def draw_reactions(record: Record, axes, styles: dict[str, dict]) -> None:
     """Magnitudes of the reactions of joints, with their axial parts out of the plane."""
-    found, across = {}, False
+    forces, across = {}, False
     for name in styles:
         parts = [record.values(f"joints/{name}/{c}") for c in ("force_x", "force_y")]
         if f"joints/{name}/axial_force" in record:
             parts.append(record.values(f"joints/{name}/axial_force"))
             across = across or bool(parts[-1].any())
-        found[name] = np.linalg.norm(parts, axis=0)
-    said = "joint force\nwith axial part" if across else "joint force"
-    _draw_largest(axes, record.time, found, styles, f"{said} [N]")
+        forces[name] = np.linalg.norm(parts, axis=0)
+    label = "joint force\nwith axial part" if across else "joint force"
+    _draw_largest(axes, record.time, forces, styles, f"{label} [N]")
 
 
 def bending(record: Record, names: Iterable[str]) -> dict[str, np.ndarray]:
     """Magnitudes (samples,) [N m] of the bending moments of joints that carry some."""
-    found = {}
+    moments = {}
     for name in names:
         paths = [f"joints/{name}/bending_{axis}" for axis in "xy"]
         if all(p in record for p in paths):
-            found[name] = np.hypot(*(record.values(p) for p in paths))
-    return {n: v for n, v in found.items() if v.any()}
+            moments[name] = np.hypot(*(record.values(p) for p in paths))
+    return {n: v for n, v in moments.items() if v.any()}
 
 
 def draw_bending(record: Record, axes, styles: dict[str, dict]) -> None:
@@ -185,9 +185,9 @@ def draw_losses(record: Record, axes, styles: dict[str, dict]) -> None:
 
 
 def _draw_largest(axes, time: np.ndarray, values: dict[str, np.ndarray], styles: dict, label: str) -> None:
-    kept, remark = largest(values)
-    for name, own in kept.items():
-        figures.line(axes, time, own, label=name, **styles[name])
+    curves, remark = largest(values)
+    for name, curve in curves.items():
+        figures.line(axes, time, curve, label=name, **styles[name])
     _finish(axes, label, remark)
 
 
@@ -203,10 +203,10 @@ def draw_curve(record: Record, axes, group: Group) -> None:
 
 def driving_panels(record: Record, added: bool = False) -> list[Callable]:
     """Functions that draw the driving efforts on axes: torques and forces apart, and the part that friction `added`."""
-    found, panels = groups(record, drive_efforts(record)), []
-    ideal = any(_without_friction(record, g) for g in found)
-    for group in found:
-        panels.append(partial(draw_efforts, group=group, key=ideal and group is found[-1]))
+    rows, panels = groups(record, drive_efforts(record)), []
+    ideal = any(_without_friction(record, g) for g in rows)
+    for group in rows:
+        panels.append(partial(draw_efforts, group=group, key=ideal and group is rows[-1]))
         if added and _without_friction(record, group):
             panels.append(partial(draw_added, group=group))
     return panels
@@ -214,13 +214,13 @@ def driving_panels(record: Record, added: bool = False) -> list[Callable]:
 
 def friction_panels(record: Record, reactions: bool = True) -> list[Callable]:
     """Functions that draw joint friction, reactions of the joints with friction, and losses on axes."""
-    found = groups(record, joint_friction(record), afresh=True, dashes=UNLIKE)
-    styles = {n: style for g in found for n, style in g.styles.items()}
-    panels = [partial(draw_friction, group=g) for g in found]
-    if found and reactions:
+    rows = groups(record, joint_friction(record), afresh=True, dashes=UNLIKE)
+    styles = {n: style for g in rows for n, style in g.styles.items()}
+    panels = [partial(draw_friction, group=g) for g in rows]
+    if rows and reactions:
         panels += [partial(draw_reactions, styles=styles)]
         panels += [partial(draw_bending, styles=styles)] if bending(record, styles) else []
-    return [*panels, partial(draw_losses, styles=styles)] if found else []
+    return [*panels, partial(draw_losses, styles=styles)] if rows else []
 
 
 # --- pages
@@ -250,20 +250,20 @@ def friction(record: Record, path: str | Path, *, joints: str | Iterable[str] | 
 
     joints: default all that rub. Raises ValueError for others, and for a run without joint friction.
     """
-    known = joint_friction(record)
-    if not known:
+    channels = joint_friction(record)
+    if not channels:
         had = "kept no" if rubbing_joints(record.scene) else "no"
         raise ValueError(f"{name_of(record)}: this run has {had} joint friction")
-    names = [joints] if isinstance(joints, str) else list(joints or known)
-    if unknown := [j for j in names if j not in known]:
-        raise ValueError(f"no friction of joint {unknown[0]!r} in {name_of(record)}; of {', '.join(known)}")
-    found = groups(record, {n: known[n] for n in known if n in names}, afresh=True)
-    loaded = [any(p in record for p in g.beside("friction_load").values()) for g in found]
+    names = [joints] if isinstance(joints, str) else list(joints or channels)
+    if unknown := [j for j in names if j not in channels]:
+        raise ValueError(f"no friction of joint {unknown[0]!r} in {name_of(record)}; of {', '.join(channels)}")
+    rows = groups(record, {n: channels[n] for n in channels if n in names}, afresh=True)
+    loaded = [any(p in record for p in g.beside("friction_load").values()) for g in rows]
     heights = [1.6 if two else 2.6 for two in loaded for _ in range(1 + two)]
     figure = figures.sheet(10.5, 1.0 + 1.25 * sum(heights))
     grid = figure.add_gridspec(len(heights), 2, width_ratios=(3, 2), height_ratios=heights)
     row, above = 0, None
-    for group, two in zip(found, loaded, strict=True):
+    for group, two in zip(rows, loaded, strict=True):
         above = figure.add_subplot(grid[row, 0], sharex=above)
         draw_friction(record, above, group)
         if two:

@@ -123,8 +123,8 @@ def line(axes, x: np.ndarray, values: np.ndarray, **style) -> None:
     if width > 1:
         bins = values[: len(values) // width * width].reshape(-1, width)
         start = np.arange(len(bins)) * width
-        kept = np.sort(np.concatenate([start + bins.argmin(axis=1), start + bins.argmax(axis=1)]))
-        x, values = x[kept], values[kept]
+        places = np.sort(np.concatenate([start + bins.argmin(axis=1), start + bins.argmax(axis=1)]))
+        x, values = x[places], values[places]
     axes.plot(x, values, **{"lw": 0.8, **style})
 
 
@@ -209,11 +209,11 @@ def trajectory(axes, x: np.ndarray, y: np.ndarray, **style) -> None:
 
 def _cells(values: np.ndarray) -> np.ndarray:
     """Cell along an axis in which each value lies, the first one for nan."""
-    known = ~np.isnan(values)
-    if not known.any():
+    finite = ~np.isnan(values)
+    if not finite.any():
         return np.zeros(len(values), np.int64)
-    low, high = values[known].min(), values[known].max()
-    return np.rint((np.where(known, values, low) - low) / ((high - low) or 1.0) * CELLS).astype(np.int64)
+    low, high = values[finite].min(), values[finite].max()
+    return np.rint((np.where(finite, values, low) - low) / ((high - low) or 1.0) * CELLS).astype(np.int64)
 
 
 def degrees(axes, most: int = 9) -> None:
@@ -253,11 +253,11 @@ def wide(values: np.ndarray, ratio: float = FAR_APART) -> bool:
     return bool(values.size and values.min() > 0.0 and values.max() >= ratio * values.min())
 
 
-def scale(values: np.ndarray, log: bool, whole: bool = False) -> Normalize:
+def scale(values: np.ndarray, log: bool, integers: bool = False) -> Normalize:
     """Norm from the finite values of a map to its colours: evenly, by their logarithm, or a colour a whole number."""
     values = values[np.isfinite(values)]
     low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 1.0)
-    if whole and values.size and high - low < MOST_COLOURS:
+    if integers and values.size and high - low < MOST_COLOURS:
         return BoundaryNorm(np.arange(low - 0.5, high + 1.0), 256)
     return (LogNorm if log else Normalize)(low, high)
 

@@ -57,11 +57,11 @@ def columns(fit: Fit, measurement: Measurement, units: dict[str, str], path: str
     panels = figure.subplots(len(shown), 2, squeeze=False, sharex="row", width_ratios=(1.6, 1.0))
     modelled = {t.name: fit.model.modelled(fit.values, t) for t in measurement.trials}
     for (trial, column), (left, right) in zip(shown, panels, strict=True):
-        found = modelled[trial.name][column]
+        values = modelled[trial.name][column]
         figures.line(left, trial.time, trial[column], **MEASURED)
-        figures.line(left, trial.time, found, **MODELLED, label=fit.model.name)
-        figures.line(right, trial.time, found - trial[column], color="0.3", lw=0.7)
-        left.set_title(f"{trial.name}: {_error(trial[column], found)}", fontsize="small")
+        figures.line(left, trial.time, values, **MODELLED, label=fit.model.name)
+        figures.line(right, trial.time, values - trial[column], color="0.3", lw=0.7)
+        left.set_title(f"{trial.name}: {_error(trial[column], values)}", fontsize="small")
         right.set_title("modelled less measured", fontsize="small")
         figures.finish(left, f"{column} [{units[column]}]", "", legend=False)
         figures.finish(right, f"[{units[column]}]", "", legend=False)
@@ -144,9 +144,9 @@ def _bars(axes, fit: Fit, trials: list[Trial], styles: dict[str, dict]) -> None:
         places = [i for i, t in enumerate(trials) if t.role == role]
         colour = styles[role]["color"]
         axes.barh(places, [fit.score([trials[i]]) for i in places], color=colour, alpha=0.6, height=0.7)
-        whole = fit.score([trials[i] for i in places])
+        score = fit.score([trials[i] for i in places])
         ends = places[0] - 0.5, places[-1] + 0.5
-        axes.vlines(whole, *ends, color=colour, lw=1.8, label=f"{role} {whole:.3f}")
+        axes.vlines(score, *ends, color=colour, lw=1.8, label=f"{role} {score:.3f}")
     axes.set_yticks(range(len(trials)), [t.name for t in trials], fontsize="small")
     axes.set_ylim(len(trials) - 0.4, -0.6)
     axes.margins(x=0.02)
@@ -161,9 +161,9 @@ def _errors(fit: Fit, trials) -> list[tuple[np.ndarray, np.ndarray]]:
 
 def _shares(axes, fit: Fit, measurement: Measurement, styles: dict[str, dict]) -> None:
     """Densities of the residuals by role."""
-    found = {r: np.concatenate([e for _, e in _errors(fit, measurement.of(r).trials)]) for r in measurement.roles}
-    widest = max(np.quantile(abs(e), 0.995) for e in found.values()) or 1.0
-    for role, errors in found.items():
+    by_role = {r: np.concatenate([e for _, e in _errors(fit, measurement.of(r).trials)]) for r in measurement.roles}
+    widest = max(np.quantile(abs(e), 0.995) for e in by_role.values()) or 1.0
+    for role, errors in by_role.items():
         heights, edges = np.histogram(errors, 120, (-widest, widest))
         density = heights / (len(errors) * (edges[1] - edges[0]))
         axes.stairs(density, edges, label=f"{role}, rms {np.sqrt(np.mean(errors**2)):.3f} N m", **styles[role])
@@ -175,19 +175,19 @@ def _speeds(axes, fit: Fit, measurement: Measurement) -> None:
 
     Residuals count along the motion: positive where the model brakes too much.
     """
-    own = set(fit.facts.get("roles", ("training",)))
+    roles = set(fit.facts.get("roles", ("training",)))
     parts = {
-        "fitted": [t for t in measurement.trials if t.role in own],
-        "not fitted": [t for t in measurement.trials if t.role not in own],
+        "fitted": [t for t in measurement.trials if t.role in roles],
+        "not fitted": [t for t in measurement.trials if t.role not in roles],
     }
     for i, (name, trials) in enumerate((n, t) for n, t in parts.items() if t):
         rate, error = map(np.concatenate, zip(*_errors(fit, trials), strict=True))
         speed, along = np.maximum(abs(rate), SLOWEST), error * np.sign(rate)
         edges = np.geomspace(SLOWEST, max(speed.max(), 2.0 * SLOWEST), CLASSES + 1)
         place = np.clip(np.searchsorted(edges, speed, side="right") - 1, 0, CLASSES - 1)
-        kept = [k for k in range(CLASSES) if np.count_nonzero(place == k) >= 20]
-        low, middle, high = np.array([np.quantile(along[place == k], BAND) for k in kept]).reshape(-1, 3).T
-        centres = np.degrees(np.sqrt(edges[:-1] * edges[1:])[kept])
+        classes = [k for k in range(CLASSES) if np.count_nonzero(place == k) >= 20]
+        low, middle, high = np.array([np.quantile(along[place == k], BAND) for k in classes]).reshape(-1, 3).T
+        centres = np.degrees(np.sqrt(edges[:-1] * edges[1:])[classes])
         style = figures.stroke(i, 2)
         axes.fill_between(centres, low, high, color=style["color"], alpha=0.2, lw=0.0)
         axes.plot(centres, middle, **style, marker=".", label=f"{name}: median, 10 to 90 %")

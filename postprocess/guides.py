@@ -39,11 +39,11 @@ def guides(record: Record, path: str | Path, *, joints: str | Iterable[str] | No
     two. joints: default all whose motion was kept. Raises ValueError for others, and where there is
     none.
     """
-    known = of_slides(record)
-    names = list(known) if joints is None else [joints] if isinstance(joints, str) else list(joints)
-    if unknown := [n for n in names if n not in known]:
+    slides = of_slides(record)
+    names = list(slides) if joints is None else [joints] if isinstance(joints, str) else list(joints)
+    if unknown := [n for n in names if n not in slides]:
         raise ValueError(
-            f"no slide with clearance {unknown[0]!r}; there are {', '.join(known) or 'none'}"
+            f"no slide with clearance {unknown[0]!r}; there are {', '.join(slides) or 'none'}"
         )
     if not names:
         raise ValueError("this run has kept the motion of no slide with clearance")
@@ -51,9 +51,9 @@ def guides(record: Record, path: str | Path, *, joints: str | Iterable[str] | No
     parts = figure.subfigures(2 * len(names), 1, height_ratios=[1.0, 2.0] * len(names))
     for name, above, below in zip(names, parts[0::2], parts[1::2], strict=True):
         for k, axes in enumerate(above.subplots(1, SHOWN)):
-            _moment(axes, record, known[name], k)
+            _moment(axes, record, slides[name], k)
         grid = below.add_gridspec(1, 12)
-        _motion(below.add_subplot(grid[0, :8]), record, known[name])
+        _motion(below.add_subplot(grid[0, :8]), record, slides[name])
         portrait(record, name, below.add_subplot(grid[0, 8:]))
     figure.suptitle(headline([record], [""], width=11.0), fontsize="medium")
     return save(figure, path)
@@ -69,10 +69,10 @@ def portrait(record: Record, joint: str, axes) -> None:
     axes.fill([1, 0, -1, 0], [0, 1, 0, -1], fc="0.96", ec="black", lw=0.8, zorder=0)
     here = modes_at(record, joint, record.time)
     for i, (name, colour) in enumerate(COLOURS.items()):
-        own = here == i
-        own[:-1] |= own[1:]  # a mode holds from the sample before on
+        in_mode = here == i
+        in_mode[:-1] |= in_mode[1:]  # a mode holds from the sample before on
         if (here == i).any():
-            axes.plot(x, np.where(own, y, np.nan), color=colour, lw=1.0, label=name)
+            axes.plot(x, np.where(in_mode, y, np.nan), color=colour, lw=1.0, label=name)
     axes.plot(x[-1], y[-1], "o", ms=4, color="black")
     reach = 1.08 * max(1.0, np.abs(x).max(), np.abs(y).max())
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), box_aspect=1.0)
@@ -134,11 +134,11 @@ def _moment(axes, record: Record, law: dict, quarter: int) -> None:
     """The block at the strongest contact of a quarter of the run."""
     events, time = record.events, record.time
     ends = time[0] + (time[-1] - time[0]) * (quarter + np.array([0.0, 1.0])) / SHOWN
-    own = np.array([spot.partition("/")[0] == law["name"] for spot in events["joint"]], bool)
-    own &= (events["time"] >= ends[0]) & (events["time"] < ends[1])
+    here = np.array([spot.partition("/")[0] == law["name"] for spot in events["joint"]], bool)
+    here &= (events["time"] >= ends[0]) & (events["time"] < ends[1])
     at, force = ends.mean(), 0.0
-    if own.any():
-        i = np.flatnonzero(own)[events["peak_force"][own].argmax()]
+    if here.any():
+        i = np.flatnonzero(here)[events["peak_force"][here].argmax()]
         at, force = events["time"][i] + 0.5 * events["duration"][i], events["peak_force"][i]
     tilt, offset = (np.interp(at, time, v) for v in _natural(record, law))
     corners, walls = block(law, offset, tilt)

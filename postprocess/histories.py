@@ -56,7 +56,7 @@ def histories(
 
 def _panels(records: list[Record], channels: str | Iterable[str]) -> list[str]:
     """Paths of the channels that at least one result has."""
-    found, missing = [], None
+    shown, missing = [], None
     names = [channels] if isinstance(channels, str) else list(channels)
     if not names:
         raise ValueError("channels: give at least one")
@@ -71,18 +71,18 @@ def _panels(records: list[Record], channels: str | Iterable[str]) -> list[str]:
                 missing = error
         if not hits:
             raise missing
-        found += hits
-    found = list(dict.fromkeys(found))
-    if len(found) > MOST_PANELS:
-        raise ValueError(f"channels {names} are {len(found)}; a page has room for {MOST_PANELS}")
-    return found
+        shown += hits
+    shown = list(dict.fromkeys(shown))
+    if len(shown) > MOST_PANELS:
+        raise ValueError(f"channels {names} are {len(shown)}; a page has room for {MOST_PANELS}")
+    return shown
 
 
 def _panel(axes, records: list[Record], channel: str, labels: list[str], along: str, last: float | None) -> str:
     """Draw a channel of every result that has it; the label of the x axis."""
     missing = []
     for i, (record, label) in enumerate(zip(records, labels, strict=True)):
-        x, kept, xlabel = abscissa(record, along, last)
+        x, part, xlabel = abscissa(record, along, last)
         style = figures.stroke(i, len(records)) | {"label": label, "marker": "." if len(x) <= FEW else ""}
         try:
             values, units, named = series(record, channel)
@@ -92,7 +92,7 @@ def _panel(axes, records: list[Record], channel: str, labels: list[str], along: 
             missing.append(label)
             x, values = np.zeros(0), np.zeros(0)
         else:
-            values = values[kept]
+            values = values[part]
         figures.line(axes, x, values, **style)
     figures.finish(axes, axis_label(named, units), xlabel, legend=False)
     if missing:

@@ -35,10 +35,10 @@ OF_A_MODEL = {
 
 def several(records: Record | Iterable[Record]) -> list[Record]:
     """One result or many, as a list. Raises ValueError for none."""
-    found = [records] if isinstance(records, Record) else list(records)
-    if not found:
+    runs = [records] if isinstance(records, Record) else list(records)
+    if not runs:
         raise ValueError("records: give at least one result")
-    return found
+    return runs
 
 
 def about(record: Record) -> list[str]:
@@ -82,10 +82,10 @@ def headline(records: Iterable[Record], labels: Iterable[str], *more: str, width
     return "\n".join(wrapped(text, width) for text in (first, *more, *broken) if text)
 
 
-def shown_in(units: str, values, known: dict = SHOWN_IN) -> tuple[str, float]:
+def shown_in(units: str, values, scales: dict = SHOWN_IN) -> tuple[str, float]:
     """Unit in which SI values read well, and the factor to it."""
     largest = max((abs(v) for v in values if math.isfinite(v)), default=0.0) * (1.0 + 1e-9)
-    choices = known.get(units, ((0.0, units, 1.0),))
+    choices = scales.get(units, ((0.0, units, 1.0),))
     return next(((unit, factor) for least, unit, factor in choices if largest >= least))
 
 

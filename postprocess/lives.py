@@ -23,34 +23,34 @@ def life(source: Life | str | Path, path: str | Path, joint: str | None = None, 
 
     Raises ValueError for a joint that does not wear, and for a life without a stage.
     """
-    found = source if isinstance(source, Life) else Life(source)
-    if not found.stages:
-        raise ValueError(f"{found.path} has no stage yet: there is nothing to draw")
-    joint = joint or found.joints[0]
-    if joint not in found.joints:
-        raise ValueError(f"joint {joint} does not wear; {', '.join(found.joints)} do")
-    wears = found.asked["joints"][joint]["wears"]
+    one = source if isinstance(source, Life) else Life(source)
+    if not one.stages:
+        raise ValueError(f"{one.path} has no stage yet: there is nothing to draw")
+    joint = joint or one.joints[0]
+    if joint not in one.joints:
+        raise ValueError(f"joint {joint} does not wear; {', '.join(one.joints)} do")
+    wears = one.asked["joints"][joint]["wears"]
     surface = surface or wears[0]
     figure = figures.sheet(13.0, 8.6)
     grid = figure.add_gridspec(2, 3)
     round_one = figure.add_subplot(grid[0, 0], projection="polar")
     panels = [round_one, *(figure.add_subplot(grid[k // 3, k % 3]) for k in range(1, 6))]
     below = {"location": "bottom", "shrink": 0.5, "aspect": 50}
-    colours = figures.bar_of_values(figure, panels, found.turns, False, "turns done", **below)
-    _outlines(panels[0], found, joint, surface, colours)
-    _depth(panels[1], found, joint, wears)
-    _path(panels[2], found, joint, colours)
-    _rates(panels[3], found, joint, surface, colours)
-    _over_life(panels[4], found, joint)
-    _rings(panels[5], found, joint, surface)
-    name = found.asked["scene"]["name"]
-    figure.suptitle(f"{name}, joint {joint}: {found.turns[-1]:g} turns in {len(found.stages)} stages")
+    colours = figures.bar_of_values(figure, panels, one.turns, False, "turns done", **below)
+    _outlines(panels[0], one, joint, surface, colours)
+    _depth(panels[1], one, joint, wears)
+    _path(panels[2], one, joint, colours)
+    _rates(panels[3], one, joint, surface, colours)
+    _over_life(panels[4], one, joint)
+    _rings(panels[5], one, joint, surface)
+    name = one.asked["scene"]["name"]
+    figure.suptitle(f"{name}, joint {joint}: {one.turns[-1]:g} turns in {len(one.stages)} stages")
     return figures.save(figure, path)
 
 
-def _some(found: Life, most: int = 12) -> list[int]:
+def _some(one: Life, most: int = 12) -> list[int]:
     """Stages that are drawn, evenly over the life."""
-    count = len(found.stages)
+    count = len(one.stages)
     return sorted({round(i) for i in np.linspace(0, count - 1, min(count, most))})
 
 
@@ -58,12 +58,12 @@ def _closed(values: np.ndarray) -> np.ndarray:
     return np.append(values, values[0])
 
 
-def _outlines(axes, found: Life, joint: str, surface: str, colours: list) -> None:
+def _outlines(axes, one: Life, joint: str, surface: str, colours: list) -> None:
     """The outline over its angle, magnified: the clearance circle, depth outwards."""
-    depth = found.depth(joint, surface)
-    clearance = found.asked["joints"][joint]["clearance"]
+    depth = one.depth(joint, surface)
+    clearance = one.asked["joints"][joint]["clearance"]
     largest = max(float(depth.max()), 1e-3 * clearance)
-    for i in _some(found):
+    for i in _some(one):
         axes.plot(ANGLE, _closed(1.0 + 0.5 * depth[i] / largest), color=colours[i], lw=1.0)
     axes.set_ylim(0.0, 1.55)
     axes.set_yticks([1.0, 1.5], ["", f"{1e6 * largest:.3g} µm"])
@@ -71,29 +71,29 @@ def _outlines(axes, found: Life, joint: str, surface: str, colours: list) -> Non
     axes.set_title(f"worn depth of the {surface}, over its own angle", fontsize="medium")
 
 
-def _depth(axes, found: Life, joint: str, wears: list[str]) -> None:
+def _depth(axes, one: Life, joint: str, wears: list[str]) -> None:
     """Largest depth over turns, what the jumps may have missed, and the closed form of the load path alone."""
     scale = 1e6
     for k, surface in enumerate(wears):
-        deep = scale * found.depth(joint, surface).max(axis=1)
-        axes.plot(found.turns, deep, "o-", ms=3, color=f"C{k}", label=f"{surface}: dynamics and jumps")
-        error = scale * found.error
-        axes.fill_between(found.turns, deep - error, deep + error, color=f"C{k}", alpha=0.3, lw=0.0)
-    if "bearing" in wears and len(found.load_path(joint)):
-        form = scale * found.closed_form(joint)
-        axes.plot(found.turns, form, "k--", lw=1.0, label="bearing: rigid, first load path alone")
+        deep = scale * one.depth(joint, surface).max(axis=1)
+        axes.plot(one.turns, deep, "o-", ms=3, color=f"C{k}", label=f"{surface}: dynamics and jumps")
+        error = scale * one.error
+        axes.fill_between(one.turns, deep - error, deep + error, color=f"C{k}", alpha=0.3, lw=0.0)
+    if "bearing" in wears and len(one.load_path(joint)):
+        form = scale * one.closed_form(joint)
+        axes.plot(one.turns, form, "k--", lw=1.0, label="bearing: rigid, first load path alone")
     figures.finish(axes, "largest depth [µm]", "turns")
 
 
-def _path(axes, found: Life, joint: str, colours: list) -> None:
+def _path(axes, one: Life, joint: str, colours: list) -> None:
     """Path of the journal's centre in the bearing's frame, first and last stage, inside what the outline leaves."""
-    for i in dict.fromkeys((0, len(found.stages) - 1)):
+    for i in dict.fromkeys((0, len(one.stages) - 1)):
         colour = colours[i]
-        with open_result(found.file(i)) as record:
+        with open_result(one.file(i)) as record:
             x, y = _in_bearing(record, joint)
         late = len(x) // 2
         axes.plot(1e6 * x[late:], 1e6 * y[late:], lw=0.9, color=colour)
-        room = _room(found, joint, i)
+        room = _room(one, joint, i)
         axes.plot(*(1e6 * room), color=colour, lw=0.9, ls=":")
     axes.set_aspect("equal", adjustable="datalim")
     figures.finish(axes, "y in the bearing [µm]", "x in the bearing [µm]")
@@ -108,9 +108,9 @@ def _in_bearing(record, joint: str) -> tuple[np.ndarray, np.ndarray]:
     return np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x
 
 
-def _room(found: Life, joint: str, stage: int) -> np.ndarray:
+def _room(one: Life, joint: str, stage: int) -> np.ndarray:
     """Places where a round journal's centre would touch the worn bearing, direction by direction."""
-    free = found.asked["joints"][joint]["clearance"] + found.depth(joint, "bearing")[stage]
+    free = one.asked["joints"][joint]["clearance"] + one.depth(joint, "bearing")[stage]
     angle = ANGLE[:-1]
     with np.errstate(divide="ignore"):
         facing = np.cos(angle[:, None] - angle)
@@ -118,13 +118,13 @@ def _room(found: Life, joint: str, stage: int) -> np.ndarray:
     return np.array([_closed(reach * np.cos(angle)), _closed(reach * np.sin(angle))])
 
 
-def _rates(axes, found: Life, joint: str, surface: str, colours: list) -> None:
+def _rates(axes, one: Life, joint: str, surface: str, colours: list) -> None:
     """Wear of a turn over the angle, by stage."""
-    rate = found.rate(joint, surface)
+    rate = one.rate(joint, surface)
     middle = int(rate[-1].argmax())
     half = min(180, int(np.abs(_beside(rate.max(axis=0), middle)).max()) + 15)
     shown = np.arange(-half, half) + middle
-    for i in _some(found):
+    for i in _some(one):
         axes.plot(shown, 1e9 * rate[i][shown % 360], color=colours[i], lw=1.0)
     figures.finish(axes, "wear of a turn [nm]", f"angle of the {surface} [deg]")
 
@@ -135,19 +135,19 @@ def _beside(values: np.ndarray, middle: int) -> np.ndarray:
     return (places - middle + 180) % 360 - 180 if len(places) else np.array([90])
 
 
-def _over_life(axes, found: Life, joint: str) -> None:
+def _over_life(axes, one: Life, joint: str) -> None:
     """Metrics over turns, each over its value at the start."""
     drawn = False
     for end, words, unit in OVER_LIFE:
-        names = [n for n in found.stages[0]["metrics"] if n.endswith(end) and _of(n, joint)]
+        names = [n for n in one.stages[0]["metrics"] if n.endswith(end) and _of(n, joint)]
         for name in names[:1]:
-            values = found.metric(name)
+            values = one.metric(name)
             if not np.isfinite(values).all() or not abs(values[0]) > 0.0:
                 continue
             words = "deepest penetration" if end == "gap_min" and values[0] < 0.0 else words
             first = f"{1e6 * abs(values[0]):.3g} µm" if unit == "m" else f"{values[0]:.3g} {unit}"
             label = f"{words}, first {first}"
-            axes.plot(found.turns, values / values[0], "o-", ms=3, label=label)
+            axes.plot(one.turns, values / values[0], "o-", ms=3, label=label)
             drawn = True
     if not drawn:
         axes.set_visible(False)
@@ -160,15 +160,15 @@ def _of(name: str, joint: str) -> bool:
     return not name.startswith("joint_") or name.startswith(f"joint_{joint}_")
 
 
-def _rings(axes, found: Life, joint: str, surface: str) -> None:
+def _rings(axes, one: Life, joint: str, surface: str) -> None:
     """Depth over angle and turns."""
-    depth = found.depth(joint, surface)
+    depth = one.depth(joint, surface)
     if len(depth) < 2:
         axes.set_visible(False)
         return
     shown = np.arange(-180, 180) + int(depth[-1].argmax())
     shades = {"cmap": "magma_r", "shading": "gouraud"}
-    mesh = axes.pcolormesh(shown, found.turns, 1e6 * depth[:, shown % 360], **shades)
+    mesh = axes.pcolormesh(shown, one.turns, 1e6 * depth[:, shown % 360], **shades)
     axes.figure.colorbar(mesh, ax=axes, label="depth [µm]")
     axes.set_xlabel(f"angle of the {surface} [deg]")
     axes.set_ylabel("turns")

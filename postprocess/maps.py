@@ -125,21 +125,23 @@ class Choice:
         chosen = sweep.select(nearest=True, **(at or {}))
         if not chosen.size:
             wanted = ", ".join(f"{n}={v}" for n, v in at.items())
-            known = "; ".join(f"{n} {_range(np.unique(sweep.columns[n]).tolist())}" for n in at)
-            raise ValueError(f"no point of {sweep.folder} has {wanted}; swept are {known}")
+            ranges = "; ".join(f"{n} {_range(np.unique(sweep.columns[n]).tolist())}" for n in at)
+            raise ValueError(f"no point of {sweep.folder} has {wanted}; swept are {ranges}")
         places = np.unravel_index(chosen, sweep.shape) if sweep.shape else ()
         free = [
             (points.varying(names), place)
             for (names, _), place in zip(points.axes, places, strict=True)
             if len(np.unique(place)) > 1
         ]
-        found = cls(sweep, chosen, free, points.drawn, {n: sweep.columns[n][chosen[0]] for n in at or {}}, only_settled)
-        if only_settled and not (np.isfinite(found.period) & found.done).any():
+        choice = cls(
+            sweep, chosen, free, points.drawn, {n: sweep.columns[n][chosen[0]] for n in at or {}}, only_settled
+        )
+        if only_settled and not (np.isfinite(choice.period) & choice.done).any():
             raise ValueError(
                 f"no run of {sweep.folder} is known to have settled: a period is told of runs of at least "
                 f"{TURNS} whole turns after --settle, with clearance joints"
             )
-        return found
+        return choice
 
     @property
     def names(self) -> list[str]:
@@ -149,8 +151,8 @@ class Choice:
     def axis(self, name: str) -> Axis:
         """A parameter that varies. Raises ValueError for one that does not."""
         if name not in self.names:
-            known = ", ".join(self.names) or "nothing"
-            raise ValueError(f"{name!r} is no parameter that varies in {self.sweep.folder}; what varies: {known}")
+            names = ", ".join(self.names) or "nothing"
+            raise ValueError(f"{name!r} is no parameter that varies in {self.sweep.folder}; what varies: {names}")
         column = self.sweep.columns[name][self.points]
         if column.dtype.kind not in "iuf":
             values = np.array(list(dict.fromkeys(column.tolist())))
@@ -161,23 +163,23 @@ class Choice:
 
     def along(self, name: str) -> int:
         """Free axis for which a parameter stands. Raises ValueError where its values do not tell all places."""
-        own = self.axis(name)
+        axis = self.axis(name)
         i = next(i for i, (names, _) in enumerate(self.free) if name in names)
-        if len(own.values) != len(np.unique(self.free[i][1])):
+        if len(axis.values) != len(np.unique(self.free[i][1])):
             raise ValueError(f"{name!r} has the same value at several places of {', '.join(self.free[i][0])}")
         return i
 
     def default(self, taken: Iterable[int] = ()) -> str:
         """A parameter for an axis that is not taken, one with numbers on a scale first. Raises ValueError for none."""
-        found = []
+        chosen = []
         for i, (names, place) in enumerate(self.free):
-            whole = [n for n in names if len(self.axis(n).values) == len(np.unique(place))]
-            if i not in taken and whole:
-                found.append(min(whole, key=lambda n: self.axis(n).named))
-        if not found:
+            complete = [n for n in names if len(self.axis(n).values) == len(np.unique(place))]
+            if i not in taken and complete:
+                chosen.append(min(complete, key=lambda n: self.axis(n).named))
+        if not chosen:
             what = ", ".join(self.names) or "nothing"
             raise ValueError(f"no parameter tells the points of {self.sweep.folder} apart; what varies: {what}")
-        return min(found, key=lambda n: self.axis(n).named)
+        return min(chosen, key=lambda n: self.axis(n).named)
 
     def title(self, *more: str, width: float) -> str:
         """Case, what all its points share, and how long the runs are; then more lines."""
@@ -248,10 +250,10 @@ def edges(values: np.ndarray, log: bool) -> np.ndarray:
     """Edges (n + 1,) of the cells round n ascending values: half-way between them, or so by ratio."""
     v = np.log(values) if log else np.asarray(values, float)
     middle = 0.5 * (v[1:] + v[:-1])
-    found = np.concatenate([[v[0] - (middle[0] - v[0])], middle, [v[-1] + (v[-1] - middle[-1])]])
+    edges = np.concatenate([[v[0] - (middle[0] - v[0])], middle, [v[-1] + (v[-1] - middle[-1])]])
     if log:
-        return np.exp(found)
-    return np.maximum(found, 0.0) if v[0] > 0.0 else found
+        return np.exp(edges)
+    return np.maximum(edges, 0.0) if v[0] > 0.0 else edges
 
 
 # --- metrics
@@ -260,26 +262,26 @@ def chosen_metrics(sweep: Sweep, metrics: str | Iterable[str] | None, points: np
 
     Raises ValueError for metrics that the sweep has not got, and for more than a page holds.
     """
-    known = [n for n in sweep.metrics if not _is_error(n, sweep)]
+    names_of = [n for n in sweep.metrics if not _is_error(n, sweep)]
     if metrics is None:
         done = sweep.done & np.isin(np.arange(len(sweep)), sweep.select() if points is None else points)
-        finite = [n for n in known if np.isfinite(sweep.metrics[n][done]).any()]
-        loose = {n.removesuffix(end) for n in known for end in LOOSE if n.endswith(end)}
+        finite = [n for n in names_of if np.isfinite(sweep.metrics[n][done]).any()]
+        loose = {n.removesuffix(end) for n in names_of for end in LOOSE if n.endswith(end)}
         hits = [_first(finite, pattern, loose) for pattern in TELLING]
-        found = [n for n in hits if n][:TOLD] or finite[:TOLD]
-        if not found:
+        chosen = [n for n in hits if n][:TOLD] or finite[:TOLD]
+        if not chosen:
             raise ValueError(f"{sweep.folder} has no metric to draw: {int(done.sum())} points are done")
-        return found
+        return chosen
     names = [metrics] if isinstance(metrics, str) else list(metrics)
     if any(name.endswith(ERROR) for name in names):
-        known = list(sweep.metrics)
+        names_of = list(sweep.metrics)
     for name in names:
-        if not any(fnmatchcase(n, name) for n in known):
-            raise ValueError(f"no metric {name!r} in {sweep.folder}; it has {', '.join(known) or 'none'}")
-    found = list(dict.fromkeys(n for name in names for n in known if fnmatchcase(n, name)))
-    if not 0 < len(found) <= MOST_METRICS:
-        raise ValueError(f"metrics: {', '.join(names)} are {len(found)}, a page has room for 1 to {MOST_METRICS}")
-    return found
+        if not any(fnmatchcase(n, name) for n in names_of):
+            raise ValueError(f"no metric {name!r} in {sweep.folder}; it has {', '.join(names_of) or 'none'}")
+    chosen = list(dict.fromkeys(n for name in names for n in names_of if fnmatchcase(n, name)))
+    if not 0 < len(chosen) <= MOST_METRICS:
+        raise ValueError(f"metrics: {', '.join(names)} are {len(chosen)}, a page has room for 1 to {MOST_METRICS}")
+    return chosen
 
 
 def _first(names: list[str], pattern: str, loose: set[str]) -> str | None:
@@ -310,9 +312,9 @@ def _doubtful(values: np.ndarray, errors: np.ndarray | None, norm) -> np.ndarray
     """Points whose error or interval is more than a step of the colours."""
     if errors is None:
         return np.zeros(len(values), dtype=bool)
-    known = np.isfinite(values) & np.isfinite(errors)
-    low, high = (np.where(known, v, norm.vmin) for v in (values, values + errors))
-    return known & (np.abs(norm(high) - norm(low)) > STEP)
+    finite = np.isfinite(values) & np.isfinite(errors)
+    low, high = (np.where(finite, v, norm.vmin) for v in (values, values + errors))
+    return finite & (np.abs(norm(high) - norm(low)) > STEP)
 
 
 # --- maps
@@ -417,7 +419,7 @@ def _maps(
     finite = values[np.isfinite(values)]
     if log is True and finite.size and not finite.min() > 0.0:
         raise ValueError(f"log: {name} is not positive everywhere, its smallest value is {finite.min():g} {units}")
-    norm = figures.scale(values, figures.wide(values) if log == "auto" else log, whole=units == "turns")
+    norm = figures.scale(values, figures.wide(values) if log == "auto" else log, integers=units == "turns")
     done = choice.done & ~choice.unsettled
     endless = done & np.isinf(values)
     settling = endless & choice.settling & (units == "turns")
@@ -545,8 +547,8 @@ def _styles(figure, panels: list, choice: Choice, rest: list, groups: list) -> l
     names = [n for names, _ in rest for n in names]
     if _shaded(choice, rest, groups):
         axis = choice.axis(names[0])
-        own = axis.values[[axis.place[np.argmax(there)] for _, there in groups]]
-        return [{"color": c, "marker": "."} for c in figures.bar_of_values(figure, panels, own, axis.log, axis.label)]
+        value = axis.values[[axis.place[np.argmax(there)] for _, there in groups]]
+        return [{"color": c, "marker": "."} for c in figures.bar_of_values(figure, panels, value, axis.log, axis.label)]
     places = [(i, i) for i in range(len(groups))]
     count = len(groups)
     if len(rest) == 2 and count > len(figures.STROKES):
@@ -603,8 +605,8 @@ def _absent(axes, at: np.ndarray, choice: Choice, values: np.ndarray, units: str
     endless = np.isinf(values)
     slow = endless & choice.settling & (units == "turns")
     counts = {_endless(units): (endless & ~slow).sum(), SLOW: slow.sum()}
-    if said := [f"{n} of {len(values)} {words}" for words, n in counts.items() if n]:
-        axes.set_title("\n".join(said), fontsize="small", loc="right", color="0.3")
+    if reasons := [f"{n} of {len(values)} {words}" for words, n in counts.items() if n]:
+        axes.set_title("\n".join(reasons), fontsize="small", loc="right", color="0.3")
     if not np.isfinite(values).any():
         axes.text(0.5, 0.5, "no value", ha="center", va="center", transform=axes.transAxes, color="0.3")
         axes.set_yticks([])
@@ -656,7 +658,7 @@ def bifurcation_of(
     if not sweep.definition.files:
         raise ValueError(f"{sweep.folder} keeps no run files, which a bifurcation diagram is made of")
     axis = _parameter(choice, parameter)
-    found, labels, said, left_out = [], None, {}, {}
+    passages, labels, remarks, left_out = [], None, {}, {}
     for i, place in zip(choice.points, axis.place, strict=True):
         rows = []
         if sweep.done[i] and sweep.path(int(i)).exists():
@@ -666,16 +668,18 @@ def bifurcation_of(
                 dropped = _settled(run, settle)
                 rows = section(run, channels, angle, dropped)
                 left_out |= {dropped: None}
-                said |= dict.fromkeys(_how(run, channels, angle, dropped))
-        found.append((axis.values[place], rows))
+                remarks |= dict.fromkeys(_how(run, channels, angle, dropped))
+        passages.append((axis.values[place], rows))
     if labels is None:
-        raise ValueError(f"none of the {len(found)} points asked for has the file of a complete run in {sweep.folder}")
-    if not any(len(rows) for _, rows in found):
+        raise ValueError(
+            f"none of the {len(passages)} points asked for has the file of a complete run in {sweep.folder}"
+        )
+    if not any(len(rows) for _, rows in passages):
         raise ValueError(f"settle: no run of {sweep.folder} has a passage after {_range(sorted(left_out))} turns")
-    where, *ways = said
-    title = choice.title(", ".join([where, _passages(found, left_out), *ways]), width=7.0)
+    where, *ways = remarks
+    title = choice.title(", ".join([where, _passages(passages, left_out), *ways]), width=7.0)
     return bifurcation(
-        found, path, parameter=axis.label, channels=labels, title=title, log=axis.log, absent=_gone(choice, found)
+        passages, path, parameter=axis.label, channels=labels, title=title, log=axis.log, absent=_gone(choice, passages)
     )
 
 
@@ -700,8 +704,8 @@ def _named(run: Record, channels: str | Iterable[str] | None) -> list[str]:
 
 
 def _label(run: Record, name: str) -> str:
-    found = channel(run, name)
-    return axis_label(found.label, found.units, 2.6)
+    values = channel(run, name)
+    return axis_label(values.label, values.units, 2.6)
 
 
 def _settled(run: Record, settle: float | None) -> float:
@@ -717,9 +721,9 @@ def _how(run: Record, channels: list[str], angle: float, settle: float) -> list[
     return [f"{drive_angle(run)[2]} angle {np.degrees(angle):.4g}°", *ways]
 
 
-def _passages(found: list, left_out: dict[float, None]) -> str:
+def _passages(passages: list, left_out: dict[float, None]) -> str:
     """Number of passages drawn, and of turns before them that are not."""
-    counts = sorted({len(rows) for _, rows in found if len(rows)})
+    counts = sorted({len(rows) for _, rows in passages if len(rows)})
     first = _range(sorted(left_out))
     return f"{first} turn{'s' * (first != '1')} dropped, {_range(counts)} passages after"
 
@@ -730,13 +734,13 @@ def _range(numbers: list) -> str:
     return f"{numbers[0]:g}" if numbers[0] == numbers[-1] else f"{numbers[0]:g} to {numbers[-1]:g}"
 
 
-def _gone(choice: Choice, found: list) -> str:
+def _gone(choice: Choice, passages: list) -> str:
     """Number of runs without a section to draw, and the reason, in words."""
     why = []
-    for i, (_, rows) in zip(choice.points, found, strict=True):
+    for i, (_, rows) in zip(choice.points, passages, strict=True):
         status = str(choice.sweep.status[i])
         if not len(rows):
             exists = choice.sweep.path(int(i)).exists()
             why.append(status if status != "done" else "too short" if exists else "without a file")
     words = ", ".join(f"{why.count(w)} {w}" for w in dict.fromkeys(why))
-    return f"of {len(found)} runs {words}"
+    return f"of {len(passages)} runs {words}"

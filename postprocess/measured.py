@@ -144,13 +144,13 @@ def _heading(path: Path, line: int, cell: str) -> tuple[str, str, float]:
     """Name, SI unit and factor of a column; the unit is "?" where there is none."""
     match = HEADING.match(cell)
     unit = next((u for u in match.groups()[1:] if u is not None), "").replace(" ", "")
-    known = UNITS | MORE_UNITS
+    units = UNITS | MORE_UNITS
     if unit in ("", "-", "1"):
         return match[1], "?" if unit == "" else "1", 1.0
-    if unit not in known:
-        answer = f"{meant(unit, known)}; known: {', '.join(known)}"
+    if unit not in units:
+        answer = f"{meant(unit, units)}; known: {', '.join(units)}"
         raise ValueError(f"{path}:{line}: column {match[1]!r}: unknown unit {unit!r}{answer}")
-    return match[1], *known[unit]
+    return match[1], *units[unit]
 
 
 def _along(name: str, units: str) -> str | None:
@@ -205,10 +205,10 @@ def compare(
     """
     record = measured if isinstance(measured, Measured) else read(measured, column)
     path = record.column if channels is None else channels
-    found = channel(run, path)
-    if record.units not in ("?", found.units):
+    modelled = channel(run, path)
+    if record.units not in ("?", modelled.units):
         unit = f"column {record.column!r} is in {record.units}"
-        raise ValueError(f"{record.path}: {unit}, {found.label} in {found.units}")
+        raise ValueError(f"{record.path}: {unit}, {modelled.label} in {modelled.units}")
     begin, end = _span(run, record.along, settle)
     length = record.x[-1] - record.x[0]
     if length > end - begin:
@@ -227,7 +227,7 @@ def compare(
         raise ValueError(f"shift must lie in {limits}, where the run is, got {shift!r}")
     by = min(max(by, move[0]), move[1])
     times = _times(run, record.along, record.x + by)
-    return Comparison(record, path, found.label, found.units, by, times, computed(by))
+    return Comparison(record, path, modelled.label, modelled.units, by, times, computed(by))
 
 
 def _given(shift: float | str, record: Measured) -> float:

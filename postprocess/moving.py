@@ -55,10 +55,10 @@ class Thinning:
 
     def columns(self, pack: Pack, values: np.ndarray) -> list:
         """Places of the first values, and of the smallest and largest ones of each stretch."""
-        found = [pack.add(values[self.starts])]
+        columns = [pack.add(values[self.starts])]
         if self.stretches:
-            found += [pack.add(f.reduceat(values, self.starts)) for f in (np.fmin, np.fmax)]
-        return found
+            columns += [pack.add(f.reduceat(values, self.starts)) for f in (np.fmin, np.fmax)]
+        return columns
 
 
 class Moving:
@@ -116,23 +116,23 @@ class Moving:
         record, starts = self.record, self.thinning.starts
         time = record.time[starts]
         end = float(record.time[-1])
-        found = {"time": self.pack.add(time, "f8"), "end": end, "turn": record.turn}
-        found |= {"settled": max(self.settled, float(time[0])), "thinned": self.thinning.stretches}
+        clock = {"time": self.pack.add(time, "f8"), "end": end, "turn": record.turn}
+        clock |= {"settled": max(self.settled, float(time[0])), "thinned": self.thinning.stretches}
         if record.uneven:
-            found["turns"] = self.pack.add(record.turns_at(time), "f8")
-        return found
+            clock["turns"] = self.pack.add(record.turns_at(time), "f8")
+        return clock
 
     # --- mechanism
     def _machine(self) -> dict | None:
         """Shapes and poses; None, with the reason beside it, where poses were not kept."""
         try:
-            found = Shapes(self.record).document()
+            document = Shapes(self.record).document()
         except Damaged:
             raise
         except ValueError as error:
             return {"missing": str(error)}
         bodies = [b["name"] for b in self.record.scene["bodies"]]
-        return found | {
+        return document | {
             "poses": {
                 b: [self._samples(f"bodies/{b}/{c}") for c in ("x", "y", "theta")] for b in bodies
             }
@@ -146,65 +146,65 @@ class Moving:
     def _columns(self, only: Iterable[str] | None) -> dict:
         """Path of each channel -> places of its numbers."""
         paths = self._paths() if only is None else expand(self.record, only)
-        found = {}
+        columns = {}
         for path in paths:
-            known = channel(self.record, path)
-            values = known.of([self.record.values(p) for p in known.parts])
-            found[path] = self.thinning.columns(self.pack, values)
-            self.labels[path], self.units[path] = known.label, known.units
+            channel_values = channel(self.record, path)
+            values = channel_values.of([self.record.values(p) for p in channel_values.parts])
+            columns[path] = self.thinning.columns(self.pack, values)
+            self.labels[path], self.units[path] = channel_values.label, channel_values.units
             late = values[self.record.time >= self.settled]
             late = np.abs(late[np.isfinite(late)])
             self.largest[path] = float(late.max()) if late.size else 0.0
-        return found
+        return columns
 
     def _paths(self) -> list[str]:
         """All channels, and sizes of forces and eccentricities."""
         record = self.record
         groups = [f"{kind}/{owner}" for kind in KINDS for owner in record.names(kind)]
         groups += [group for group in WHOLE if record.names(group)]
-        found = []
+        paths = []
         for group in groups:
             names = record.names(group)
             sizes = [s for s in ("force", "friction") if {f"{s}_x", f"{s}_y"} <= set(names)]
             sizes += ["epsilon"] if {"eccentricity_x", "eccentricity_y"} <= set(names) else []
-            found += [f"{group}/{n}" for n in (*sizes, *names)]
-        return found
+            paths += [f"{group}/{n}" for n in (*sizes, *names)]
+        return paths
 
     # --- clearances under lenses
     def _lenses(self) -> list[dict]:
         """Clearance joints whose motion was kept."""
         joints = {j["name"]: j for j in self.record.scene["joints"]}
-        found = []
+        lenses = []
         for name in self.record.clearances:
             joint = joints[name]
             kind = OF_TYPES.get(joint["type"])
             if kind and set(OFFSETS[kind]) <= set(self.record.names(f"joints/{name}")):
-                found.append(self._lens(joint, kind))
-        return found
+                lenses.append(self._lens(joint, kind))
+        return lenses
 
     def _lens(self, joint: dict, kind: str) -> dict:
         name, group = joint["name"], f"joints/{joint['name']}"
-        found = {"joint": name, "kind": kind, "clearance": joint["clearance"]}
+        entry = {"joint": name, "kind": kind, "clearance": joint["clearance"]}
         end = joint["b" if kind == "slide" else "a"]
-        found["end"] = [end["body"], *self._in_body(end)]
-        found |= self._path(joint, kind)
+        entry["end"] = [end["body"], *self._in_body(end)]
+        entry |= self._path(joint, kind)
         if kind == "journal":
-            found |= self._states(*states_at(self.record, joint, self.record.time))
+            entry |= self._states(*states_at(self.record, joint, self.record.time))
         if kind == "slide":
             modes = modes_at(self.record, name, self.record.time)
-            found |= self._states([*MODES], modes)
-            found |= {
+            entry |= self._states([*MODES], modes)
+            entry |= {
                 "magnified": MAGNIFIED,
                 "height": joint["height"],
                 "overlap": joint["overlap"],
             }
-            found["corners"] = [[x, y] for _, x, y in CORNERS]
+            entry["corners"] = [[x, y] for _, x, y in CORNERS]
         if kind != "slide" and {"force_x", "force_y"} <= set(self.record.names(group)):
-            found["force"] = [self._samples(f"{group}/force_{axis}") for axis in "xy"]
-            found["strong"] = self._strong(group)
+            entry["force"] = [self._samples(f"{group}/force_{axis}") for axis in "xy"]
+            entry["strong"] = self._strong(group)
         if (fields := self.record.pressure_fields(name)) is not None:
-            found["fields"] = self._fields(fields)
-        return found
+            entry["fields"] = self._fields(fields)
+        return entry
 
     def _path(self, joint: dict, kind: str) -> dict:
         """Path of a journal, block or pin; of a dry journal with its contacts between samples."""
@@ -245,18 +245,18 @@ class Moving:
         """Pressures over the angle and the axis, in steps of the largest one of each instant."""
         late = np.flatnonzero(fields.time >= self.record.time[self.thinning.starts[0]])
         tops = np.maximum(fields.pressure.max(axis=(1, 2)), 1e-300)
-        kept = _strongest(tops, late)
+        strongest = _strongest(tops, late)
         steps = np.round(
-            LEVELS * np.clip(fields.pressure[kept] / tops[kept][:, None, None], 0.0, 1.0)
+            LEVELS * np.clip(fields.pressure[strongest] / tops[strongest][:, None, None], 0.0, 1.0)
         )
         return {
-            "time": self.pack.add(fields.time[kept], "f8"),
-            "top": self.pack.add(tops[kept]),
+            "time": self.pack.add(fields.time[strongest], "f8"),
+            "top": self.pack.add(tops[strongest]),
             "steps": self.pack.add(steps, "u1"),
             "shape": [int(n) for n in fields.pressure.shape[1:]],
             "axial": [float(fields.axial[0]), float(fields.axial[-1])],
             "largest": float(
-                tops[kept][fields.time[kept] >= self.settled].max(initial=0.0) or tops.max()
+                tops[strongest][fields.time[strongest] >= self.settled].max(initial=0.0) or tops.max()
             ),
         }
 
@@ -266,16 +266,16 @@ class Moving:
         events = self.record.events
         here = np.flatnonzero(events["time"] >= self.record.time[self.thinning.starts[0]])
         peaks = events["peak_force"][here]
-        kept = np.sort(here[np.argsort(-peaks, kind="stable")[:CONTACTS]])
-        kept = kept[np.argsort(events["time"][kept], kind="stable")]
-        names = list(dict.fromkeys(map(str, events["joint"][kept])))
+        largest = np.sort(here[np.argsort(-peaks, kind="stable")[:CONTACTS]])
+        largest = largest[np.argsort(events["time"][largest], kind="stable")]
+        names = list(dict.fromkeys(map(str, events["joint"][largest])))
         places = {n: i for i, n in enumerate(names)}
         return {
             "joints": names,
-            "joint": self.pack.add(np.array([places[str(n)] for n in events["joint"][kept]]), "u1"),
-            "time": self.pack.add(events["time"][kept], "f8"),
-            "force": self.pack.add(events["peak_force"][kept]),
-            "left_out": int(len(here) - len(kept)),
+            "joint": self.pack.add(np.array([places[str(n)] for n in events["joint"][largest]]), "u1"),
+            "time": self.pack.add(events["time"][largest], "f8"),
+            "force": self.pack.add(events["peak_force"][largest]),
+            "left_out": int(len(here) - len(largest)),
         }
 
     def telling(self) -> list[str]:
@@ -302,8 +302,8 @@ def telling(record: Record) -> list[str]:
     loose = list(record.clearances)
     efforts = [f"drives/{d}/{e}" for d in record.names("drives") for e in ("torque", "force")]
     films = [f"joints/{j}/film_thickness_ratio" for j in loose if joints[j].get("film")]
-    found = [*_principal(record), *efforts, *(f"joints/{j}/force" for j in loose[:3]), *films[:2]]
-    return [path for path in found if path in record or f"{path}_x" in record]
+    paths = [*_principal(record), *efforts, *(f"joints/{j}/force" for j in loose[:3]), *films[:2]]
+    return [path for path in paths if path in record or f"{path}_x" in record]
 
 
 def _principal(record: Record) -> list[str]:

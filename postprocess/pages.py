@@ -214,7 +214,7 @@ class Page:
         """Add a section; `apart`: it begins on a new sheet of paper."""
         self.sections.append((title, join(content), apart))
 
-    def picture(self, draw: Callable[[Path], object], said: str, samples: int = 0) -> Markup:
+    def picture(self, draw: Callable[[Path], object], words: str, samples: int = 0) -> Markup:
         """A picture in the page, as SVG or PNG, whichever is smaller; a sentence where it cannot be drawn.
 
         draw: saves it under the path it is given, or raises ValueError saying why it cannot; said: what it shows;
@@ -222,25 +222,25 @@ class Page:
         """
         try:
             with TemporaryDirectory(prefix="clearance-") as folder:
-                shown = self._smaller(draw, Path(folder), said, samples)
+                shown = self._smaller(draw, Path(folder), words, samples)
         except Damaged:
             raise
         except ValueError as error:
-            return missing(f"{said}: not shown, for {error}.")
-        return element("figure", shown, element("figcaption", said))
+            return missing(f"{words}: not shown, for {error}.")
+        return element("figure", shown, element("figcaption", words))
 
-    def _smaller(self, draw: Callable[[Path], object], folder: Path, said: str, samples: int) -> Markup:
+    def _smaller(self, draw: Callable[[Path], object], folder: Path, words: str, samples: int) -> Markup:
         self.pictures += 1
         vector = None
         if samples < LONG:
             draw(folder / "picture.svg")
             text = (folder / "picture.svg").read_text(encoding="utf-8")
-            vector = inline(text, f"p{self.pictures}", said)
+            vector = inline(text, f"p{self.pictures}", words)
             if len(vector) <= SMALL:
                 return vector
         draw(folder / "picture.png")
         data = base64.b64encode((folder / "picture.png").read_bytes()).decode()
-        image = Markup(f'<img alt="{html.escape(said)}" src="data:image/png;base64,{data}">')
+        image = Markup(f'<img alt="{html.escape(words)}" src="data:image/png;base64,{data}">')
         return vector if vector is not None and len(vector) <= len(image) else image
 
     def html(self) -> str:
@@ -265,7 +265,7 @@ class Page:
         return path
 
 
-def inline(svg: str, name: str, said: str) -> Markup:
+def inline(svg: str, name: str, words: str) -> Markup:
     """An SVG file as an element of a page: without prolog, styles and comments, its ids made the page's own.
 
     name: what its ids begin with; said: its alternative text. Ids that nothing refers to are left out.
@@ -282,4 +282,4 @@ def inline(svg: str, name: str, said: str) -> Markup:
     body = re.sub(r'href="#([^"]+)"', lambda m: f'href="#{ids[m[1]]}"', body)
     body = re.sub(r"\s*\n\s*", "\n", body)
     sizes = "".join(f' {n}="{html.escape(v)}"' for n, v in size.items())
-    return Markup(f'<svg role="img" aria-label="{html.escape(said)}"{sizes}>{body.strip()}')
+    return Markup(f'<svg role="img" aria-label="{html.escape(words)}"{sizes}>{body.strip()}')

@@ -134,11 +134,11 @@ def orbits(result: Result, path: str | Path, *, joints: str | Iterable[str] | No
 
     joints: default all whose eccentricity was kept. Raises ValueError for others, and where there is none.
     """
-    known = _with_paths(result)
-    names = known if joints is None else [joints] if isinstance(joints, str) else list(joints)
-    if unknown := [j for j in names if j not in known]:
+    with_paths = _with_paths(result)
+    names = with_paths if joints is None else [joints] if isinstance(joints, str) else list(joints)
+    if unknown := [j for j in names if j not in with_paths]:
         raise ValueError(
-            f"no journal path of joint {unknown[0]!r} in {result.path.name}; of {', '.join(known) or 'none'}"
+            f"no journal path of joint {unknown[0]!r} in {result.path.name}; of {', '.join(with_paths) or 'none'}"
         )
     if not names:
         raise ValueError(f"{result.path.name} has kept the eccentricity of no clearance joint")
@@ -307,9 +307,9 @@ def _states(result: Result, joint: str) -> np.ndarray:
 def touched(record: Record, joint: str, clock: np.ndarray) -> np.ndarray:
     """True where a contact event of a joint lies between a time of the ascending clock (n,) [s] and the one before."""
     events = record.events
-    own = events["joint"] == joint
-    starts = np.sort(events["time"][own])
-    ends = np.sort((events["time"] + events["duration"])[own])
+    here = events["joint"] == joint
+    starts = np.sort(events["time"][here])
+    ends = np.sort((events["time"] + events["duration"])[here])
     before = np.concatenate([clock[:1], clock[:-1]])
     # contacts begun up to here that had not ended at the time before
     return np.searchsorted(starts, clock, side="right") > np.searchsorted(ends, before)
@@ -322,10 +322,10 @@ def with_contacts(record: Record, joint: str) -> tuple[np.ndarray, np.ndarray, n
     flight beside them leads, or on the chord where no flight lasts a whole sample interval.
     """
     time, e, events = record.time, record.joint(joint).eccentricity, record.events
-    own = np.flatnonzero(events["joint"] == joint)
-    own = own[np.argsort(events["time"][own])]
-    starts = events["time"][own]
-    ends = starts + events["duration"][own]
+    places = np.flatnonzero(events["joint"] == joint)
+    places = places[np.argsort(events["time"][places])]
+    starts = events["time"][places]
+    ends = starts + events["duration"][places]
     within = np.searchsorted(starts, time, side="right") > np.searchsorted(ends, time)
     busy = np.searchsorted(starts, time[1:]) > np.searchsorted(ends, time[:-1], side="right")
     law = next(j for j in record.scene["joints"] if j["name"] == joint)
@@ -354,7 +354,7 @@ def _flown(time, e, busy, instants, neighbours, side: int) -> np.ndarray:
     neighbours (m,): the end of the contact before, or the start of the one after. nan where
     another contact lies between.
     """
-    found = np.full((len(instants), 2), np.nan)
+    places = np.full((len(instants), 2), np.nan)
     near = np.searchsorted(time, instants, side="right") - (side < 0)  # the sample beside
     first = near + min(side, 0)
     free = (first >= 0) & (first < len(time) - 1)
@@ -362,8 +362,8 @@ def _flown(time, e, busy, instants, neighbours, side: int) -> np.ndarray:
     free[free] &= side * (neighbours[free] - time[near[free]]) > 0.0
     i, k = first[free], near[free]
     slope = (e[i + 1] - e[i]) / (time[i + 1] - time[i])[:, None]
-    found[free] = e[k] + slope * (instants[free] - time[k])[:, None]
-    return found
+    places[free] = e[k] + slope * (instants[free] - time[k])[:, None]
+    return places
 
 
 def regimes(result: Result, joint: str, axes, turns: float = 2.0) -> None:

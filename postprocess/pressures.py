@@ -43,9 +43,9 @@ def pressures(record: Record, path: str | Path, *, joint: str | None = None) -> 
     for axes in panels[:, 0]:
         axes.set_ylabel("axial [mm]")
     figure.colorbar(drawn, ax=panels, label="pressure above ambient [MPa]", shrink=0.9)
-    told = ": ".join(filter(None, (record.attributes["case"], title(record))))
+    heading = ": ".join(filter(None, (record.attributes["case"], title(record))))
     marks = "grey: cavity; dotted: thinnest film"
-    figure.suptitle(f"{told}\njoint {name} ({marks})", fontsize="medium")
+    figure.suptitle(f"{heading}\njoint {name} ({marks})", fontsize="medium")
     return save(figure, path, dpi=130)
 
 

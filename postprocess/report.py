@@ -122,9 +122,9 @@ def run_page(run: Result, settle: float | None = None, sections: dict | None = N
 
 def _assumed(estimates: list) -> list[Markup]:
     """Effects that the run leaves out, each estimate with its formula."""
-    said = "Static estimates from this file; none of this is in the equations of motion."
+    words = "Static estimates from this file; none of this is in the equations of motion."
     rows = [(a.part, a.text, a.formula) for a in estimates]
-    return [element("p", said), table(["of", "estimate", "formula, source"], rows)]
+    return [element("p", words), table(["of", "estimate", "formula, source"], rows)]
 
 
 # --- what was run
@@ -136,14 +136,14 @@ def _head(run: Result) -> Markup:
     versions = ", ".join(f"{n.removeprefix('version_')} {v}" for n, v in about.items() if n.startswith("version_"))
     title = element("h1", f"{about['case']}: {_how_long(run)}")
     written = f"Written {date(about['created'])} by {versions}."
-    said = element("p", ". ".join(filter(None, (", ".join(labels.about(run)), written))))
+    line = element("p", ". ".join(filter(None, (", ".join(labels.about(run)), written))))
     if run.complete:
         counted = f"{solver['steps']} steps" if "steps" in solver else f"{run.time.size} samples"
         state = box("good", element("b", "complete"), f": {counted} in {quantity(solver['wall_s'], 's')}")
     else:
         state = box("bad", element("b", "partial"), f": {run.status.removeprefix('partial: ')}")
     doubts = box("doubt", element("b", f"Warnings ({len(run.warnings)})"), points(run.warnings)) if run.warnings else ""
-    return join([title, said, state, doubts or element("p", "No warnings.")])
+    return join([title, line, state, doubts or element("p", "No warnings.")])
 
 
 def _how_long(run: Result) -> str:
@@ -155,9 +155,9 @@ def _how_long(run: Result) -> str:
 
 
 def _mechanism(page: Page, run: Result) -> list[Markup]:
-    scene, said = run.scene, "The mechanism at the start of the run, to scale, with the paths of its points"
+    scene, words = run.scene, "The mechanism at the start of the run, to scale, with the paths of its points"
     poses = [f"bodies/{b['name']}/{c}" for b in scene["bodies"] for c in ("x", "y", "theta")]
-    drawn = page.picture(_needing(run, poses, partial(sketch, run)), said, run.time.size)
+    drawn = page.picture(_needing(run, poses, partial(sketch, run)), words, run.time.size)
     return [scenes.described(scene), drawn, scenes.tables(scene)]
 
 
@@ -185,8 +185,8 @@ def _how(run: Result) -> tuple[str, Markup]:
 
 
 def _wall_time(run: Result) -> str:
-    whole, loop = (quantity(run.solver[n], "s") for n in ("wall_s", "loop_s"))
-    return f"{whole}, of it {loop} in the compiled loop"
+    total, loop = (quantity(run.solver[n], "s") for n in ("wall_s", "loop_s"))
+    return f"{total}, of it {loop} in the compiled loop"
 
 
 def _integration(run: Result) -> Markup:
@@ -218,8 +218,8 @@ def _ledger(run: Result) -> str:
     share, turned = run.solver["energy_residual_share"], run.facts("energy").get("turned_over", 0.0)
     if share == 0.0 and "energy/residual" not in run:
         return "no energy ledger was kept or integrated"
-    said = f"at worst {number(share)} of the energy turned over in a stretch of the run"
-    return f"{said}; {quantity(turned, 'J')} were turned over in all"
+    words = f"at worst {number(share)} of the energy turned over in a stretch of the run"
+    return f"{words}; {quantity(turned, 'J')} were turned over in all"
 
 
 # --- what came out
@@ -230,36 +230,36 @@ def _summary(run: Result, settle: float | None) -> list[Markup]:
 
     Where they need channels that were not kept, the ranges of those that were.
     """
-    found, said = kept_metrics(run), "As the sweep that this run belongs to has kept them."
+    numbers, words = kept_metrics(run), "As the sweep that this run belongs to has kept them."
     before = {}
-    if not found:
+    if not numbers:
         window = Window.of(run, settle)
         if window is None:
             return [missing("The run ended before there was anything to sum up.")]
         turns = f", {number(window.turns)} turns" if window.turns else ""
-        said = f"Taken from t = {quantity(window.begin, 's')} to {quantity(window.end, 's')}{turns}."
+        words = f"Taken from t = {quantity(window.begin, 's')} to {quantity(window.end, 's')}{turns}."
         try:
-            found, before = metrics(run, settle), startup(run, settle)
+            numbers, before = metrics(run, settle), startup(run, settle)
         except KeyError as error:
             return [missing(f"There are no summary metrics: {error.args[0]}."), _ranges(run)]
-    if not found:
+    if not numbers:
         return [missing("There is nothing to sum up.")]
-    shown, errors = {name: measured(m.value, m.units) for name, m in found.items()}, _errors(run, found)
+    shown, errors = {name: measured(m.value, m.units) for name, m in numbers.items()}, _errors(run, numbers)
     titles = ["what", "value", "units", "at time [s]", "in the start-up", *([*ERROR_TITLES] if errors else []), "name"]
     rows = [
         (m.text, valued(m.value, shown[n][0]), shown[n][1], _at(m), _before(before.get(n), m.units),
          *errors.get(n, [""] * len(ERROR_TITLES) if errors else ()), breakable(n))
-        for n, m in found.items()
+        for n, m in numbers.items()
     ]  # fmt: skip
-    return [element("p", said), element("p", _stated(run)), table(titles, rows)]
+    return [element("p", words), element("p", _stated(run)), table(titles, rows)]
 
 
 ERROR_TITLES = ("stated error", "by the film table")
 
 
-def _errors(run: Result, found: dict[str, Metric]) -> dict[str, list[str]]:
+def _errors(run: Result, metrics_of: dict[str, Metric]) -> dict[str, list[str]]:
     """Stated errors of the metrics that they were stated of, and of these the parts of film tables."""
-    errors = {n: run.errors[n] for n, m in found.items() if n in run.errors and run.errors[n].value == m.value}
+    errors = {n: run.errors[n] for n, m in metrics_of.items() if n in run.errors and run.errors[n].value == m.value}
     return {n: [_error(e.stated, e.units), _error(e.film, e.units)] for n, e in errors.items()}
 
 
@@ -290,8 +290,8 @@ def _before(metric: Metric | None, units: str) -> str:
 
 def kept_metrics(run: Result) -> dict[str, Metric]:
     """The metrics that a sweep has kept in a run's file; none in the file of a run by itself."""
-    values, known = run.facts("metrics"), json.loads(run.facts("sweep").get("known", "{}"))
-    return {n: Metric(float(values[n]), *known[n]) for n in known if n in values}
+    values, described = run.facts("metrics"), json.loads(run.facts("sweep").get("known", "{}"))
+    return {n: Metric(float(values[n]), *described[n]) for n in described if n in values}
 
 
 def kept_channels(run: Result) -> list[str]:
@@ -312,14 +312,14 @@ def _ranges(run: Result) -> Markup:
 
 def _overview(page: Page, run: Result, settle: float | None) -> Markup:
     """The overview, or where it needs more channels than were kept, those that were."""
-    wanted, kept = overview_channels(run), kept_channels(run)
-    said = "Motion, drive, joint forces, energies, and journal paths of the joints with clearance"
+    wanted, present = overview_channels(run), kept_channels(run)
+    words = "Motion, drive, joint forces, energies, and journal paths of the joints with clearance"
     if joint_friction(run) and not run.clearances:
-        said = "Driving efforts, motion, energies, joint friction, reactions of the joints with friction, power lost"
-    drawn = page.picture(_needing(run, wanted, partial(plots.overview, run, settle=settle)), said, run.time.size)
-    if all(p in run for p in wanted) or not kept or run.time.size < 2:
+        words = "Driving efforts, motion, energies, joint friction, reactions of the joints with friction, power lost"
+    drawn = page.picture(_needing(run, wanted, partial(plots.overview, run, settle=settle)), words, run.time.size)
+    if all(p in run for p in wanted) or not present or run.time.size < 2:
         return drawn
-    instead = partial(histories, run, channels=kept[:MOST_PANELS])
+    instead = partial(histories, run, channels=present[:MOST_PANELS])
     return join([drawn, page.picture(instead, "Channels that were kept", run.time.size)])
 
 
@@ -339,32 +339,34 @@ def _rubbing(page: Page, run: Result) -> list[Markup]:
     rubbing, parts = joint_friction(run), []
     if drive_efforts(run) and (rubbing or not run.clearances):
         draw = _needing(run, [], partial(efforts, run))
-        said = "Driving torques and forces" + (", dashed without joint friction; what friction adds" if rubbing else "")
-        parts.append(page.picture(draw, said, run.time.size))
+        words = "Driving torques and forces" + (
+            ", dashed without joint friction; what friction adds" if rubbing else ""
+        )
+        parts.append(page.picture(draw, words, run.time.size))
     if rubbing:
-        said = "Friction of hinges and slides and its load along time, and friction over the rate of the joint"
-        parts.append(page.picture(_needing(run, [], partial(friction, run)), said, run.time.size))
+        words = "Friction of hinges and slides and its load along time, and friction over the rate of the joint"
+        parts.append(page.picture(_needing(run, [], partial(friction, run)), words, run.time.size))
     return parts
 
 
 def _joint(page: Page, run: Result, joint: str) -> list[Markup]:
     """Extremes, journal path, regimes and contacts of a joint with clearance."""
-    found, group = run.facts(f"joints/{joint}"), f"joints/{joint}"
-    known = [(what, quantity(float(found[name]), units)) for name, what, units in JOINT_FACTS if name in found]
-    parts = [element("div", element("p", "Over the whole run:"), facts(known))] if known else []
+    numbers, group = run.facts(f"joints/{joint}"), f"joints/{joint}"
+    rows = [(what, quantity(float(numbers[name]), units)) for name, what, units in JOINT_FACTS if name in numbers]
+    parts = [element("div", element("p", "Over the whole run:"), facts(rows))] if rows else []
     described = next(j for j in run.scene["joints"] if j["name"] == joint)
     if described["type"] == "ClearancePrismatic":
         draw = _needing(run, [f"{group}/{c}" for c in ("offset", "tilt")], partial(guides, run, joints=joint))
-        said = f"The block in guide {joint}, its offset and tilt, and what it touches with"
-        return [*parts, page.picture(draw, said, run.time.size), *_contacts(page, run, joint)]
+        words = f"The block in guide {joint}, its offset and tilt, and what it touches with"
+        return [*parts, page.picture(draw, words, run.time.size), *_contacts(page, run, joint)]
     if described["type"] != "ClearanceRevolute":
         return [*parts, *_contacts(page, run, joint)]
     mixed = described["transition"]
     channels = ["eccentricity_x", "eccentricity_y", *(sorted(plots.OF_STATES) if mixed else [])]
     draw = _needing(run, [f"{group}/{c}" for c in channels], partial(plots.orbits, run, joints=joint))
-    said = f"Path of the journal's centre in joint {joint}, over the clearance"
-    said += "; film thickness ratio, states and load on the solids over the last turns" if mixed else ""
-    drawn = page.picture(draw, said, run.time.size)
+    words = f"Path of the journal's centre in joint {joint}, over the clearance"
+    words += "; film thickness ratio, states and load on the solids over the last turns" if mixed else ""
+    drawn = page.picture(draw, words, run.time.size)
     parts = [*parts, drawn] if mixed else [element("div", *parts, drawn, class_="pair")]
     return [*parts, *(_contacts(page, run, joint) if joint in contact_joints(run) else [])]
 
@@ -410,9 +412,9 @@ def _phase(page: Page, run: Result) -> list[Markup]:
     if _turns(run) < (enough := SETTLE + PASSAGES - 1.0) - ROUNDING:
         text = f"A Poincaré section is drawn from {enough:g} turns on; this run has {number(_turns(run))}."
         return [*parts, missing(text)]
-    said = f"Poincaré section, once a turn of the drive, without the first {SETTLE:g} turns"
+    words = f"Poincaré section, once a turn of the drive, without the first {SETTLE:g} turns"
     journal = [f"joints/{j}/eccentricity_{axis}" for j in list(run.clearances)[:1] for axis in "xy"]
-    return [*parts, page.picture(_needing(run, moves + journal, partial(sections.poincare, run, settle=SETTLE)), said)]
+    return [*parts, page.picture(_needing(run, moves + journal, partial(sections.poincare, run, settle=SETTLE)), words)]
 
 
 def _spectrum(page: Page, run: Result) -> Markup:
@@ -420,10 +422,10 @@ def _spectrum(page: Page, run: Result) -> Markup:
     body, (settle, without) = plots.output_body(run.scene), _settle(run)
 
     def draw(path: Path) -> Path:
-        kept = [f"bodies/{body}/{c}" for c in ("ax", "ay") if f"bodies/{body}/{c}" in run]
-        if not kept:
+        channels = [f"bodies/{body}/{c}" for c in ("ax", "ay") if f"bodies/{body}/{c}" in run]
+        if not channels:
             raise ValueError("its channels ax and ay were not kept")
-        largest = max(kept, key=lambda p: float(np.ptp(run.values(p))) if run.time.size else 0.0)
+        largest = max(channels, key=lambda p: float(np.ptp(run.values(p))) if run.time.size else 0.0)
         return spectra(run, path, channels=largest, settle=settle)
 
     return page.picture(draw, f"Amplitude spectrum of the acceleration of {body}{without}", run.time.size)

@@ -75,17 +75,19 @@ def described(scene: dict) -> Markup:
 def tables(scene: dict) -> Markup:
     """Bodies, joints, what their friction and joints with clearance are made of, and loads."""
     parts = [bodies(scene), joints(scene)]
-    parts += [frictions(own)] if (own := rubbing_joints(scene)) else []
-    parts += [clearances(own)] if (own := [j for j in scene["joints"] if j.get("clearance") is not None]) else []
+    parts += [frictions(those)] if (those := rubbing_joints(scene)) else []
+    parts += [clearances(those)] if (those := [j for j in scene["joints"] if j.get("clearance") is not None]) else []
     parts += [loads(scene)] if scene["loads"] else []
     return join(parts)
 
 
 def bodies(scene: dict) -> Markup:
-    found = scene["bodies"]
-    (mass, kg), (inertia, kgm2) = (scaled(u, *(b[n] for b in found)) for n, u in (("mass", "kg"), ("inertia", "kg m2")))
+    entries = scene["bodies"]
+    (mass, kg), (inertia, kgm2) = (
+        scaled(u, *(b[n] for b in entries)) for n, u in (("mass", "kg"), ("inertia", "kg m2"))
+    )
     rows = []
-    for b in found:
+    for b in entries:
         marks = "; ".join(f"{name} {_place(xy)}" for name, xy in b["points"].items())
         start = [
             f"{name.replace('_', ' ')} {words(b[name], UNITS[name])}" for name in ("angular_velocity", "velocity")
@@ -130,12 +132,12 @@ def _end(end: dict) -> str:
     return f"{end['body']} {'' if end['point'].startswith('(') else end['point']} {place}".replace("  ", " ")
 
 
-def frictions(found: list[dict]) -> Markup:
+def frictions(joints: list[dict]) -> Markup:
     """Friction of hinges and slides, a column for all that have the same: law, the lengths that make its load."""
     alike: dict[str, list[dict]] = {}
-    for joint in found:
-        own = [joint["type"], joint["friction"], joint.get("self_aligning"), *(joint.get(n) for n in RUBS_BY)]
-        alike.setdefault(repr(own), []).append(joint)
+    for joint in joints:
+        cells = [joint["type"], joint["friction"], joint.get("self_aligning"), *(joint.get(n) for n in RUBS_BY)]
+        alike.setdefault(repr(cells), []).append(joint)
     first = [same[0] for same in alike.values()]
     rows = [[element("b", "friction"), *(_friction(j["friction"], j["type"] == "Prismatic") for j in first)]]
     for name in RUBS_BY:
@@ -151,25 +153,25 @@ def frictions(found: list[dict]) -> Markup:
 
 def _friction(law: dict, slides: bool) -> str:
     """A friction law of a hinge or slide; rates in the units in which they are given."""
-    known = law["law"].startswith(HERE)
-    said = []
+    ours = law["law"].startswith(HERE)
+    parts = []
     for name, value in law.items():
         if name != "law":
-            units = OF_FRICTION.get(name, ("", ""))[slides] if known else ""
+            units = OF_FRICTION.get(name, ("", ""))[slides] if ours else ""
             shown = f"{number(value)} {units}".strip() if isinstance(value, int | float) else words(value)
-            said.append(f"{name.replace('_', ' ')} {shown}")
-    return ": ".join(filter(None, (law["law"].rpartition(":")[2], ", ".join(said))))
+            parts.append(f"{name.replace('_', ' ')} {shown}")
+    return ": ".join(filter(None, (law["law"].rpartition(":")[2], ", ".join(parts))))
 
 
-def clearances(found: list[dict]) -> Markup:
+def clearances(joints: list[dict]) -> Markup:
     """Properties of the joints with clearance, a column each; laws with their parameters."""
     rows = []
     for name in MADE_OF:
-        values = [j.get(name) for j in found]
+        values = [j.get(name) for j in joints]
         unset = all(v is None or isinstance(v, list) and not any(v) for v in values)
-        if not unset and (name != "film_torques" or any(j.get("film") for j in found)):
+        if not unset and (name != "film_torques" or any(j.get("film") for j in joints)):
             rows.append([element("b", name.replace("_", " ")), *(words(v, UNITS.get(name, "1")) for v in values)])
-    return table(["", *(f"joint {j['name']}" for j in found)], rows, says="Joints with clearance")
+    return table(["", *(f"joint {j['name']}" for j in joints)], rows, says="Joints with clearance")
 
 
 def loads(scene: dict) -> Markup:
@@ -201,16 +203,16 @@ def _drive(drive: dict) -> str:
     slides = isinstance(drive["target"], dict) and drive["target"]["type"] == "Prismatic"
     angle, rate, effort = ("m", "m/s", "N") if slides else ("rad", "rad/s", "N m")
     if (speed := drive["speed"]) is not None:
-        said = f"at constant speed, {words(speed, rate)}" + ("" if slides else f" ({number(speed)} rad/s)")
+        text = f"at constant speed, {words(speed, rate)}" + ("" if slides else f" ({number(speed)} rad/s)")
     elif drive["motion"] is not None:
-        said = f"by a prescribed motion, {words(drive['motion'], angle)}"
+        text = f"by a prescribed motion, {words(drive['motion'], angle)}"
     else:
         what = "torque" if drive["torque"] is not None else "force"
-        said = f"by a {what}, {words(drive[what], effort)}"
+        text = f"by a {what}, {words(drive[what], effort)}"
     start = f", from {words(drive['start'], angle)}" if drive["start"] is not None else ""
     if drive.get("nominal") is not None:
-        said += f", nominally at {words(drive['nominal'], rate)}"
-    return said + start + (f" with {words(drive['speed_start'], rate)}" if drive["speed_start"] is not None else "")
+        text += f", nominally at {words(drive['nominal'], rate)}"
+    return text + start + (f" with {words(drive['speed_start'], rate)}" if drive["speed_start"] is not None else "")
 
 
 def _known(law: str) -> bool:
@@ -230,18 +232,21 @@ def words(value, units: str = "1") -> str:
         return ", ".join(words(v, units) for v in value) or "none"
     if isinstance(value, dict):
         name = value["law"].rpartition(":")[2] if "law" in value else value.get("name", "")
-        own = {n: v for n, v in value.items() if n not in ("law", "type", "name")}
+        entries = {n: v for n, v in value.items() if n not in ("law", "type", "name")}
         owner = (value.get("law") or value.get("type", "")).rpartition(":")[2]
-        listed = _listed(own, owner, "law" not in value or _known(value["law"]))
+        listed = _listed(entries, owner, "law" not in value or _known(value["law"]))
         return ": ".join(filter(None, (name, listed)))
     return str(value)
 
 
-def _listed(values: dict, owner: str, known: bool = True) -> str:
+def _listed(values: dict, owner: str, ours: bool = True) -> str:
     """Names and values with their units, where these are known; what is not given is left out."""
-    own = UNITS_IN.get(owner, {})
-    if "stiffness" in values and "stiffness" not in own:
-        own = {"stiffness": f"N/m^{values['exponent']:g}" if values.get("exponent", 1.0) != 1.0 else "N/m", **own}
-    units = {n: own.get(n, UNITS.get(n, "1")) if known else "1" for n in values}
+    units_here = UNITS_IN.get(owner, {})
+    if "stiffness" in values and "stiffness" not in units_here:
+        units_here = {
+            "stiffness": f"N/m^{values['exponent']:g}" if values.get("exponent", 1.0) != 1.0 else "N/m",
+            **units_here,
+        }
+    units = {n: units_here.get(n, UNITS.get(n, "1")) if ours else "1" for n in values}
     shown = {n: v for n, v in values.items() if v is not None and v != []}
     return ", ".join(f"{n.replace('_', ' ')} {words(v, units[n])}" for n, v in shown.items())

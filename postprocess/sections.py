@@ -116,8 +116,8 @@ def poincare(
             figures.note(axes, "no samples")
     target, how = drive_angle(records[0])[2], _how(records, pairs, angle, settle)
     turns = " / ".join(dict.fromkeys(str(n) for n in counts))
-    said = [f"{target} angle {np.degrees(angle):.4g}°", f"{turns} passages from turn {settle:g} on", *how]
-    return _saved(figure, panels, records, labels, ", ".join(said), path)
+    words = [f"{target} angle {np.degrees(angle):.4g}°", f"{turns} passages from turn {settle:g} on", *how]
+    return _saved(figure, panels, records, labels, ", ".join(words), path)
 
 
 def bifurcation(
@@ -176,13 +176,13 @@ def _table(parameter: float, values: np.ndarray, columns: int) -> np.ndarray:
 
 def _pairs(pairs: Iterable[Pair] | None) -> list[Pair]:
     """Pairs of channel names; one pair may stand by itself."""
-    found = list(pairs or [])
-    if len(found) == 2 and all(isinstance(p, str) for p in found):
-        found = [tuple(found)]
-    wrong = [p for p in found if isinstance(p, str) or len(p) != 2]
+    chosen = list(pairs or [])
+    if len(chosen) == 2 and all(isinstance(p, str) for p in chosen):
+        chosen = [tuple(chosen)]
+    wrong = [p for p in chosen if isinstance(p, str) or len(p) != 2]
     if wrong:
         raise ValueError(f"pairs must be of two channels (x, y), got {wrong[0]!r}")
-    return found
+    return chosen
 
 
 def _motion(record: Record) -> list[Pair]:
@@ -195,8 +195,8 @@ def _motion(record: Record) -> list[Pair]:
 def _journal(record: Record, joint: str | None) -> list[Pair]:
     """The journal's centre of the joint asked for, or of the first clearance joint there is."""
     if joint is not None and joint not in record.clearances:
-        known = ", ".join(record.clearances) or "none"
-        raise ValueError(f"joint {joint!r} is no clearance joint of {name_of(record)}; those are: {known}")
+        names = ", ".join(record.clearances) or "none"
+        raise ValueError(f"joint {joint!r} is no clearance joint of {name_of(record)}; those are: {names}")
     joints = [joint] if joint else list(record.clearances)[:1]
     return [(f"joints/{j}/epsilon_x", f"joints/{j}/epsilon_y") for j in joints]
 
@@ -212,19 +212,19 @@ def _sheet(count: int):
 
 
 def _path(axes, record: Record, pair: Pair, settle: float, style: dict) -> None:
-    found = kept(record, settle=settle)
-    x, y = (series(record, name)[0][found] for name in pair)
+    part = kept(record, settle=settle)
+    x, y = (series(record, name)[0][part] for name in pair)
     if record.time.size and not x.size:
         raise ValueError(f"{name_of(record)} has no sample after turn {settle:g}")
     figures.trajectory(axes, x, y, **style)
 
 
 def _points(axes, record: Record, pair: Pair, angle: float, settle: float, style: dict) -> int:
-    found = section(record, pair, angle, settle)
-    if record.time.size and not len(found):
+    points = section(record, pair, angle, settle)
+    if record.time.size and not len(points):
         raise ValueError(f"{name_of(record)} has no passage of the section after turn {settle:g}")
-    axes.plot(found[:, 0], found[:, 1], **style)
-    return len(found)
+    axes.plot(points[:, 0], points[:, 1], **style)
+    return len(points)
 
 
 def _dots(i: int, count: int) -> dict:
@@ -235,11 +235,11 @@ def _dots(i: int, count: int) -> dict:
 
 def _finish(axes, record: Record, pair: Pair) -> None:
     """Labels with units; the clearance circle where both axes are eccentricities over the clearance."""
-    found = [channel(record, name) for name in pair]
-    figures.finish(axes, axis_label(found[1].label, found[1].units, 3.0), legend=False)
-    axes.set_xlabel(axis_label(found[0].label, found[0].units, 3.0))
+    channels = [channel(record, name) for name in pair]
+    figures.finish(axes, axis_label(channels[1].label, channels[1].units, 3.0), legend=False)
+    axes.set_xlabel(axis_label(channels[0].label, channels[0].units, 3.0))
     axes.locator_params(axis="x", nbins=5)
-    if all(c.path.rpartition("/")[2].startswith("epsilon_") for c in found):
+    if all(c.path.rpartition("/")[2].startswith("epsilon_") for c in channels):
         turn = np.linspace(0.0, 2.0 * np.pi, 361)
         axes.plot(np.cos(turn), np.sin(turn), color="0.5", lw=0.8)
         axes.set_aspect("equal")
@@ -261,10 +261,10 @@ def _how(records: list[Record], pairs: list[Pair], angle: float, settle: float) 
     return list(dict.fromkeys(interpolation(r, name, t) for r, t in times if len(t) for pair in pairs for name in pair))
 
 
-def _saved(figure, panels: list, records: list[Record], labels: list[str], said: str, path: str | Path) -> Path:
+def _saved(figure, panels: list, records: list[Record], labels: list[str], words: str, path: str | Path) -> Path:
     """Title and, for several results, one legend."""
     width = figure.get_size_inches()[0]
-    figure.suptitle(headline(records, labels, said, width=width), fontsize="medium")
+    figure.suptitle(headline(records, labels, words, width=width), fontsize="medium")
     if len(records) > 1:
         figures.legend_below(figure, panels[0])
     return figures.save(figure, path)

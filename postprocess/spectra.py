@@ -61,8 +61,8 @@ def spectrum(record: Record, path: str, *, settle: float = 0.0, window: str = "h
         raise ValueError(f"window must be one of {', '.join(WINDOWS)}; got {window!r}")
     values, step, turns = _even(record, path, settle)
     window = "none" if turns == 1 else window
-    found = channel(record, path)
-    return Spectrum(*amplitudes(values, step, window), found.units, found.label, turns, window)
+    lines = channel(record, path)
+    return Spectrum(*amplitudes(values, step, window), lines.units, lines.label, turns, window)
 
 
 def amplitudes(values: np.ndarray, step: float, window: str = "hann") -> tuple[np.ndarray, np.ndarray]:
@@ -74,11 +74,11 @@ def amplitudes(values: np.ndarray, step: float, window: str = "hann") -> tuple[n
     count, mean = len(values), values.mean()
     # periodic, not symmetric: its transform is three lines exactly
     weights = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(count) / count) if window == "hann" else np.ones(count)
-    found = 2.0 * np.abs(np.fft.rfft((values - mean) * weights)) / weights.sum()
-    found[0] = abs(mean)
+    amplitude = 2.0 * np.abs(np.fft.rfft((values - mean) * weights)) / weights.sum()
+    amplitude[0] = abs(mean)
     if count % 2 == 0:
-        found[-1] /= 2.0
-    return np.fft.rfftfreq(count, step), found
+        amplitude[-1] /= 2.0
+    return np.fft.rfftfreq(count, step), amplitude
 
 
 def _even(record: Record, path: str, settle: float) -> tuple[np.ndarray, float, int | None]:
@@ -129,11 +129,11 @@ def spectra(
     labels, names = labels_of(records, labels), [channels] if isinstance(channels, str) else list(channels)
     if not names:
         raise ValueError("channels: give at least one")
-    found = [[spectrum(r, name, settle=settle, window=window) for r in records] for name in names]
+    rows = [[spectrum(r, name, settle=settle, window=window) for r in records] for name in names]
     figure = figures.sheet(7.0, 1.5 + 2.3 * len(names))
     panels = figure.subplots(len(names), sharex=True, squeeze=False)[:, 0]
-    end = highest or max(_end(s) for row in found for s in row)
-    for axes, row in zip(panels, found, strict=True):
+    end = highest or max(_end(s) for row in rows for s in row)
+    for axes, row in zip(panels, rows, strict=True):
         _panel(axes, row, labels, end)
     panels[-1].set_xlabel("frequency [Hz]")
     panels[-1].set_xlim(0.0, end)
@@ -142,7 +142,7 @@ def spectra(
         _orders(panels[0], turn)
     width = figure.get_size_inches()[0]
     figure.suptitle(
-        headline(records, labels, *_said(found[0], labels), *_doubts(found, labels), width=width), fontsize="medium"
+        headline(records, labels, *_said(rows[0], labels), *_doubts(rows, labels), width=width), fontsize="medium"
     )
     if len(records) > 1:
         figures.legend_below(figure, panels[0])
@@ -152,11 +152,11 @@ def spectra(
 def _panel(axes, row: list[Spectrum], labels: list[str], end: float) -> None:
     """The spectra of a channel of all results."""
     top = max(s.amplitude[1:].max() for s in row)
-    for i, (found, label) in enumerate(zip(row, labels, strict=True)):
+    for i, (one, label) in enumerate(zip(row, labels, strict=True)):
         style = figures.stroke(i, len(row)) | {"label": label}
-        few = np.count_nonzero(found.frequency <= end) <= 60
-        floor = np.maximum(found.amplitude[1:], 1e-30)
-        figures.line(axes, found.frequency[1:], floor, marker="." if few else "", **style)
+        few = np.count_nonzero(one.frequency <= end) <= 60
+        floor = np.maximum(one.amplitude[1:], 1e-30)
+        figures.line(axes, one.frequency[1:], floor, marker="." if few else "", **style)
     figures.finish(axes, axis_label(f"{row[0].label}, amplitude", row[0].units, 2.1), "", legend=False)
     if top > 0.0:
         axes.set_yscale("log")
@@ -170,30 +170,30 @@ def _orders(axes, turn: float) -> None:
     orders.set_xlabel("order of the drive [-]")
 
 
-def _doubts(found: list[list[Spectrum]], labels: list[str]) -> list[str]:
+def _doubts(rows: list[list[Spectrum]], labels: list[str]) -> list[str]:
     """Results whose samples are too far apart for their spectra."""
     coarse = dict.fromkeys(
-        label for row in found for s, label in zip(row, labels, strict=True) if s.unresolved > COARSE
+        label for row in rows for s, label in zip(row, labels, strict=True) if s.unresolved > COARSE
     )
     whose = f" of {'; '.join(coarse)}" if len(labels) > 1 else ""
     return [f"samples{whose} too coarse: content above half their rate is folded in"] if coarse else []
 
 
-def _end(found: Spectrum) -> float:
+def _end(lines: Spectrum) -> float:
     """Frequency [Hz] above which less than a millionth of the mean square about the mean is left."""
-    squares = found.amplitude[1:] ** 2
+    squares = lines.amplitude[1:] ** 2
     left = squares[::-1].cumsum()[::-1]
     last = np.flatnonzero(left > 1e-6 * left[0])
-    return float(found.frequency[1:][last[-1]] if last.size else found.frequency[-1])
+    return float(lines.frequency[1:][last[-1]] if last.size else lines.frequency[-1])
 
 
 def _said(row: list[Spectrum], labels: list[str]) -> list[str]:
     """Resolution, turns and window: a line, or one for each result where they differ."""
     texts = []
-    for found in row:
-        turns = "" if found.turns is None else f" ({found.turns} turn{'s' * (found.turns > 1)})"
-        window = "Hann window" if found.window == "hann" else "no window"
-        texts.append(f"resolution {found.resolution:.4g} Hz{turns}, {window}")
+    for one in row:
+        turns = "" if one.turns is None else f" ({one.turns} turn{'s' * (one.turns > 1)})"
+        window = "Hann window" if one.window == "hann" else "no window"
+        texts.append(f"resolution {one.resolution:.4g} Hz{turns}, {window}")
     if len(set(texts)) == 1:
         return texts[:1]
     return [f"{label}: {text}" for label, text in zip(labels, texts, strict=True)]

@@ -58,9 +58,9 @@ def sweep_page(sweep: Sweep, path: Path) -> Page:
 def _head(sweep: Sweep) -> Markup:
     """Case and counts; what failed where it cannot be missed."""
     counts = {s: int((sweep.status == s).sum()) for s in ("done", "failed", "lost", "missing")}
-    said = ", ".join(f"{n} {s}" for s, n in counts.items() if n or s == "done")
+    words = ", ".join(f"{n} {s}" for s, n in counts.items() if n or s == "done")
     title = element("h1", f"{sweep.definition.case}: sweep over {_axes(sweep)}")
-    state = box("good" if sweep.done.all() else "bad", element("b", f"{len(sweep)} points"), f": {said}")
+    state = box("good" if sweep.done.all() else "bad", element("b", f"{len(sweep)} points"), f": {words}")
     doubtful = int((sweep.costs["warnings"] > 0).sum())
     if doubtful:
         total = int(sweep.costs["warnings"].sum())
@@ -72,23 +72,23 @@ def _head(sweep: Sweep) -> Markup:
 
 def _axes(sweep: Sweep) -> str:
     """Swept quantities in a line."""
-    found = []
+    axes = []
     for names, count in sweep.definition.points.axes:
-        own = sweep.definition.points.varying(names)
-        drawn = f"{count} samples of {', '.join(own)}"
-        found.append(drawn if own != names else f"{' with '.join(own)} ({count})")
-    return " × ".join(found) or "one point"
+        varying = sweep.definition.points.varying(names)
+        drawn = f"{count} samples of {', '.join(varying)}"
+        axes.append(drawn if varying != names else f"{' with '.join(varying)} ({count})")
+    return " × ".join(axes) or "one point"
 
 
 def _swept(sweep: Sweep) -> list[Markup]:
     """Axes with their values, what all points share, and how they were run."""
     d, rows = sweep.definition, []
     for names, _ in d.points.axes:
-        own = d.points.varying(names)
-        drawn = own != names
-        for name in own:
+        varying = d.points.varying(names)
+        drawn = varying != names
+        for name in varying:
             values = list(dict.fromkeys(d.points.columns[name]))
-            together = ", ".join(n for n in own if n != name)
+            together = ", ".join(n for n in varying if n != name)
             how = "drawn" if drawn else _spacing(values) + (f", together with {together}" if together else "")
             units = d.units.get(name, "?")
             plain = f"{_values(values, '1')} {ALIKE.get(units, units)}".strip()
@@ -127,8 +127,8 @@ def _values(values: list, units: str) -> str:
 def _at(sweep: Sweep, i: int) -> str:
     """The parameters of a point in words."""
     units = sweep.definition.units
-    found = (f"{n} {_values([v], units.get(n, '?'))}" for n, v in sweep.definition.points[int(i)].items())
-    return ", ".join(part.replace(" ", NO_BREAK) for part in found) or "the only point"
+    parts = (f"{n} {_values([v], units.get(n, '?'))}" for n, v in sweep.definition.points[int(i)].items())
+    return ", ".join(part.replace(" ", NO_BREAK) for part in parts) or "the only point"
 
 
 def _bad(sweep: Sweep) -> list[Markup]:
@@ -156,8 +156,8 @@ def _extremes(sweep: Sweep) -> list[Markup]:
     if not rows:
         return [missing("No point has a metric yet.")]
     endless = [n for n, v in sweep.metrics.items() if np.isinf(v[sweep.done]).any()]
-    said = element("p", f"Infinite values are left out here, those of {', '.join(endless)}.") if endless else ""
-    return [said, table(["what", "units", "smallest", "at", "largest", "at"], rows, sortable=True)]
+    words = element("p", f"Infinite values are left out here, those of {', '.join(endless)}.") if endless else ""
+    return [words, table(["what", "units", "smallest", "at", "largest", "at"], rows, sortable=True)]
 
 
 def _pictures(page: Page, sweep: Sweep) -> list[Markup]:
@@ -192,8 +192,8 @@ def _cost(page: Page, sweep: Sweep) -> list[Markup]:
         ("longest run", f"{quantity(wall.max(), 's')}, at {_at(sweep, longest)}"),
     ]
     if steps.size:
-        said = f"{number(steps.min())} to {number(steps.max())}, median {number(float(np.median(steps)))}"
-        rows.append(("steps of a run that is done", said))
+        words = f"{number(steps.min())} to {number(steps.max())}, median {number(float(np.median(steps)))}"
+        rows.append(("steps of a run that is done", words))
     drawn = page.picture(partial(costs, sweep), "Wall time of the runs, and of it in the compiled loop")
     return [facts(rows), drawn]
 
@@ -220,23 +220,23 @@ def costs(sweep: Sweep, path: str | Path) -> Path:
 def _points(sweep: Sweep, path: Path) -> list[Markup]:
     """A row a point: parameters, status, telling metrics, cost, and a link to its run file."""
     shown = len(sweep) if len(sweep) <= MOST else FIRST
-    units, known = sweep.definition.units, {n: k[0] for n, k in sweep.known.items()}
-    told = any(np.isfinite(v[sweep.done]).any() for v in sweep.metrics.values())
-    names = chosen_metrics(sweep, None) if told else []
+    units, described = sweep.definition.units, {n: k[0] for n, k in sweep.known.items()}
+    measured = any(np.isfinite(v[sweep.done]).any() for v in sweep.metrics.values())
+    names = chosen_metrics(sweep, None) if measured else []
     values = {n: np.where(sweep.done, sweep.metrics[n], np.nan) for n in names}
     columns = [("point", [cell(i) for i in range(shown)])]
     columns += [_column(v, n, units.get(n, "?"), shown) for n, v in sweep.columns.items()]
     columns += [("status", [cell(_status(sweep, i, path)) for i in range(shown)])]
-    columns += [_column(v, n, known.get(n, "?"), shown) for n, v in values.items()]
+    columns += [_column(v, n, described.get(n, "?"), shown) for n, v in values.items()]
     columns += [_column(sweep.costs["wall"], "wall time", "s", shown)]
     columns += [("warnings", [cell(int(w)) for w in sweep.costs["warnings"][:shown]])]
     listed = table([head for head, _ in columns], zip(*(cells for _, cells in columns), strict=True), sortable=True)
     index = f"{sweep.folder.absolute().name}/sweep.h5"
-    said = f"All metrics of all points are in {index}."
+    words = f"All metrics of all points are in {index}."
     if shown < len(sweep):
-        said = f"The first {shown} of {len(sweep)} points; all of them, with all metrics, are in {index}."
+        words = f"The first {shown} of {len(sweep)} points; all of them, with all metrics, are in {index}."
     links = " A status that is a link leads to the file of its run." if sweep.definition.files else ""
-    return [element("p", said + links), listed]
+    return [element("p", words + links), listed]
 
 
 def _column(values: np.ndarray, name: str, units: str, shown: int) -> tuple[Markup, list[Cell]]:

@@ -114,17 +114,17 @@ def _wanted(records: list[Record], channels: str | Iterable[str]) -> list[str]:
     names = (
         [n.strip() for n in channels.split(",")] if isinstance(channels, str) else list(channels)
     )
-    found = []
+    paths = []
     for name in names:
         missing = []
         for record in records:
             try:
-                found += expand(record, name)
+                paths += expand(record, name)
             except ValueError as error:
                 missing.append(error)
         if len(missing) == len(records):
             raise missing[0]
-    return found
+    return paths
 
 
 def of_all(runs: list[Moving]) -> dict:

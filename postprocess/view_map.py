@@ -27,9 +27,9 @@ def of_sweep(sweep: Sweep, channels: str | Iterable[str] | None = None) -> tuple
     runs, blocks, where = _runs(sweep, channels)
     parameters = _parameters(sweep)
     wide = [p["name"] for p in parameters if len(p["values"]) > 1]
-    own = list(dict.fromkeys(p["axis"] for p in parameters if len(p["values"]) > 1))
+    axes = list(dict.fromkeys(p["axis"] for p in parameters if len(p["values"]) > 1))
     firsts = [
-        next(p for p in parameters if p["axis"] == axis and p["name"] in wide) for axis in own
+        next(p for p in parameters if p["axis"] == axis and p["name"] in wide) for axis in axes
     ]
     firsts = [p["name"] for p in sorted(firsts, key=lambda p: not p["numbers"])]
     if sweep.definition.points.drawn:
@@ -58,16 +58,16 @@ def _note(sweep: Sweep, count: int) -> str:
     """Number of runs in the page, and the place of the others, in words."""
     if not sweep.definition.files:
         return "This sweep keeps no files of its runs, only metrics."
-    said = "Click a point to open its run, shift and click to lay it over the others."
+    words = "Click a point to open its run, shift and click to lay it over the others."
     if count == len(sweep):
-        return said
+        return words
     share = f"{count} of {len(sweep)} runs are in this page"
-    return f"{said} {share}; clearance view shows each file in {sweep.folder.name}/runs."
+    return f"{words} {share}; clearance view shows each file in {sweep.folder.name}/runs."
 
 
 def _parameters(sweep: Sweep) -> list[dict]:
     """Swept parameters with their values in order, and the place of each point among them."""
-    found = []
+    entries = []
     for axis, (names, _) in enumerate(sweep.definition.points.axes):
         for name in sweep.definition.points.varying(names):
             column = sweep.columns[name]
@@ -82,7 +82,7 @@ def _parameters(sweep: Sweep) -> list[dict]:
                 values, unit = list(dict.fromkeys(map(str, column))), ""
                 place, text = np.array([values.index(str(v)) for v in column]), values
             label = name.replace("_", " ") + (f" [{unit}]" if unit else "")
-            found.append(
+            entries.append(
                 {
                     "name": name,
                     "label": label,
@@ -93,7 +93,7 @@ def _parameters(sweep: Sweep) -> list[dict]:
                     "place": place.tolist(),
                 }
             )
-    return found
+    return entries
 
 
 def _metric(sweep: Sweep, name: str) -> dict:

@@ -40,8 +40,8 @@ def with_error(value: float, error: float | None, units: str, after: str = "") -
         return f"{value:.6g}{after} {units}"
     error = rounded_up(error)
     decimals = -math.floor(math.log10(error))
-    whole = math.floor(math.log10(abs(value))) + 1 if value else 1
-    if decimals + whole > MOST_DIGITS:
+    digits = math.floor(math.log10(abs(value))) + 1 if value else 1
+    if decimals + digits > MOST_DIGITS:
         return f"{value:.{MOST_DIGITS}g}{after} {units} +- {prefixed(error, units)}"
     decimals = max(decimals, 0)
     return f"{value:.{decimals}f} +- {error:.{decimals}f}{after} {units}"
@@ -71,8 +71,8 @@ def document(errors) -> dict:
         for name, e in errors.items()
     }
     rtol, companion = errors.rtol
-    found = {"rtol": rtol, "companion_rtol": companion, "numbers": numbers, "channels": dict(errors.channels)}
-    return found | ({"asked": dict(errors.asked), "cannot": errors.cannot} if errors.asked else {})
+    document = {"rtol": rtol, "companion_rtol": companion, "numbers": numbers, "channels": dict(errors.channels)}
+    return document | ({"asked": dict(errors.asked), "cannot": errors.cannot} if errors.asked else {})
 
 
 def error_line(summary: dict) -> str:

@@ -49,8 +49,8 @@ def scene_of(options):
     scene.origin["command"] = getattr(options, "line", "")
     options.rtol, options.settle = options.of_file["rtol"], options.of_file["settle"]
     values = dict(scene.parameters)
-    known = {n: Parameter(n, type(v), v, "?", "") for n, v in values.items()}
-    return Case(scene.name, Path(options.case), lambda: scene, "", known), values, scene
+    parameters = {n: Parameter(n, type(v), v, "?", "") for n, v in values.items()}
+    return Case(scene.name, Path(options.case), lambda: scene, "", parameters), values, scene
 
 
 def output(options) -> Path:

@@ -33,18 +33,18 @@ class Chaotic:
         from clearance.simulation import SimulationError
 
         try:
-            found = self._run(options, scene)
+            result = self._run(options, scene)
         except SimulationError as error:
             return {"horizon": self.horizon}, f"statistics: {error}"
-        found.append(output)
-        summary = {"horizon": self.horizon, "turn_statistics": found.plain() | {"lines": found.lines()}}
+        result.append(output)
+        summary = {"horizon": self.horizon, "turn_statistics": result.plain() | {"lines": result.lines()}}
         summary["errors"] = {"reason": "of one chaotic run; see the statistics"}
         if options.plot:
             from clearance.postprocess.turn_peaks import turn_peaks
 
             picture = output.with_name(f"{output.stem}_turns.png")
             summary["statistics_plot"] = str(turn_peaks(output, picture))
-        return summary, None if found.reached else f"statistics: {found.verdict}"
+        return summary, None if result.reached else f"statistics: {result.verdict}"
 
     def _run(self, options, scene):
         from clearance.chaos import MOST_TURNS, STARTS, statistics
@@ -69,12 +69,12 @@ def recognised(options, scene) -> Chaotic | None:
     counted = options.max_turns is not None or options.starts is not None
     if options.steady is not None or options.error in (None, "state") and not counted:
         return None
-    found = _horizon(options, scene)
-    if found is not None and found.time is not None:
-        return Chaotic(asked_of(options.error), found.sentence(scene.turn))
+    limit = _horizon(options, scene)
+    if limit is not None and limit.time is not None:
+        return Chaotic(asked_of(options.error), limit.sentence(scene.turn))
     if counted:
-        said = "it has no dry impacts over turns" if found is None else found.sentence(scene.turn)
-        raise ValueError(f"--max-turns and --starts are for chaotic motion; of this one: {said}")
+        words = "it has no dry impacts over turns" if limit is None else limit.sentence(scene.turn)
+        raise ValueError(f"--max-turns and --starts are for chaotic motion; of this one: {words}")
     return None
 
 

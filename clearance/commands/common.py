@@ -126,20 +126,20 @@ def complain(options, message: str, status: int, **more) -> int:
     return status
 
 
-def given(options, known: dict) -> dict[str, str]:
+def given(options, names: dict) -> dict[str, str]:
     """Names and texts of all -p NAME=VALUE. Raises ValueError for a name the case has not got or that stands twice."""
-    found: dict[str, str] = {}
+    values: dict[str, str] = {}
     for item in options.parameters:
         name, equals, text = item.partition("=")
         if not equals:
             raise ValueError(f"-p {item}: expected NAME=VALUE")
-        if name not in known:
-            answer = f"{meant(name, known)}; it has {', '.join(known)}"
+        if name not in names:
+            answer = f"{meant(name, names)}; it has {', '.join(names)}"
             raise ValueError(f"the case has no parameter {name!r}{answer}")
-        if name in found:
-            raise ValueError(f"-p {item}: {name} is given twice, {found[name]} before")
-        found[name] = text
-    return found
+        if name in values:
+            raise ValueError(f"-p {item}: {name} is given twice, {values[name]} before")
+        values[name] = text
+    return values
 
 
 def quiet(options):
@@ -153,8 +153,8 @@ def scene_of(options):
 
     with quiet(options):
         case = find_case(options.case)
-    known = case.parameters
-    values = {name: known[name].value(text) for name, text in given(options, known).items()}
+    parameters = case.parameters
+    values = {name: parameters[name].value(text) for name, text in given(options, parameters).items()}
     with quiet(options):
         scene = case.scene(**values)
     scene.origin["command"] = getattr(options, "line", "")

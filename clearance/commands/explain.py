@@ -22,30 +22,30 @@ def run(options) -> int:
 
     case, values, scene = scene_of(options)
     parts = ablation.ablation(scene, options.cost, Line(options))
-    found = {"parameters_given": values, **explain(scene), "cost": ablation.plain(parts)}
+    report = {"parameters_given": values, **explain(scene), "cost": ablation.plain(parts)}
     if options.json:
-        print(json_text(found))
+        print(json_text(report))
         return DONE
-    print(f"{case.name}: {len(found['bodies'])} bodies, {len(found['states'])} states")
-    for name in found["states"]:
+    print(f"{case.name}: {len(report['bodies'])} bodies, {len(report['states'])} states")
+    for name in report["states"]:
         print(f"  state      {name}")
-    for name, joint in found["joints"].items():
+    for name, joint in report["joints"].items():
         laws = ", ".join(f"{k} {v}" for k, v in joint.items() if k not in ("kind", "reality"))
         print(f"  joint {name:<4} {joint['reality']} {joint['kind']}{': ' + laws if laws else ''}")
-    for group in found["plan"]:
+    for group in report["plan"]:
         print(f"  position   {group['bodies']} {group['solved']}")
-    for role, k in found["kernels"].items():
+    for role, k in report["kernels"].items():
         calls = f", calls {', '.join(k['calls'])}" if k["calls"] else ""
         print(
             f"  kernel     {role}: {k['operations']} operations{calls}"
         )
-    print(f"  numbers    {found['parameters']} parameters, {found['derived_parameters']} derived from them")
-    print(f"  outputs    {len(found['channels'])} channels")
-    packages = Counter(".".join(m.split(".")[:2]) for m in found["modules"])
+    print(f"  numbers    {report['parameters']} parameters, {report['derived_parameters']} derived from them")
+    print(f"  outputs    {len(report['channels'])} channels")
+    packages = Counter(".".join(m.split(".")[:2]) for m in report["modules"])
     print(_listed("modules", [f"{name} ({n})" if n > 1 else name for name, n in packages.items()]))
-    print(_listed("left out", found["left_out"]))
-    print(f"  store      {found['store']}")
-    for warning in found["warnings"]:
+    print(_listed("left out", report["left_out"]))
+    print(f"  store      {report['store']}")
+    for warning in report["warnings"]:
         print(f"  warning    {warning}")
     print("\n" + "\n".join(ablation.table(parts)))
     return DONE

@@ -65,16 +65,16 @@ def run(options) -> int:
     folder.mkdir(parents=True, exist_ok=True)
     with locked(folder, "drawing figures there"), terminable():
         try:
-            found = _draw(options, names, folder)
+            drawn = _draw(options, names, folder)
         finally:
             page = gallery.page(folder)
     seconds = time.perf_counter() - began
-    failed = [e.name for e in found if e.status != gallery.DONE]
+    failed = [e.name for e in drawn if e.status != gallery.DONE]
     if options.json:
         document = {"status": "failed" if failed else "complete", "folder": str(folder), "seconds": seconds}
-        print(json_text(document | {"figures": [dataclasses.asdict(e) for e in found]}))
+        print(json_text(document | {"figures": [dataclasses.asdict(e) for e in drawn]}))
     else:
-        print(f"{len(found) - len(failed)} of {len(found)} figures in {seconds:.0f} s; see {page}")
+        print(f"{len(drawn) - len(failed)} of {len(drawn)} figures in {seconds:.0f} s; see {page}")
     return FAILED if failed else DONE
 
 
@@ -142,12 +142,12 @@ def _listed(names: list[str]) -> list[str]:
     return lines[1:]
 
 
-def _chosen(patterns: list[str], known: list[str]) -> list[str]:
+def _chosen(patterns: list[str], names: list[str]) -> list[str]:
     """Names that a pattern fits, in the order of the patterns and then of the groups; all where none is given.
 
     Raises ValueError for a pattern that fits none.
     """
     for pattern in patterns:
-        if not any(fnmatch(n, pattern) for n in known):
-            raise ValueError(f"no figure {pattern!r}{meant(pattern, known)}; there are {', '.join(known)}")
-    return list(dict.fromkeys(n for p in patterns or ["*"] for n in known if fnmatch(n, p)))
+        if not any(fnmatch(n, pattern) for n in names):
+            raise ValueError(f"no figure {pattern!r}{meant(pattern, names)}; there are {', '.join(names)}")
+    return list(dict.fromkeys(n for p in patterns or ["*"] for n in names if fnmatch(n, p)))

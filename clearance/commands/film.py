@@ -58,9 +58,9 @@ _STATE = (
 
 
 def _mesh(text: str) -> tuple[int, int]:
-    if not (found := re.fullmatch(r"(\d+)x(\d+)", text)):
+    if not (match := re.fullmatch(r"(\d+)x(\d+)", text)):
         raise argparse.ArgumentTypeError(f"{text!r} is not a mesh such as 64x8")
-    return int(found[1]), int(found[2])
+    return int(match[1]), int(match[2])
 
 
 def run(options) -> int:
@@ -99,13 +99,13 @@ def _pressure(options) -> int:
         roughness=options.roughness,
     )  # fmt: skip
     state = options.eccentricity, options.rate, options.entrainment
-    found = solve_film(bearing, *state, solver=options.solver, mesh=options.mesh)
+    solved = solve_film(bearing, *state, solver=options.solver, mesh=options.mesh)
     title = f"L/D {bearing.slenderness:.3g}, eps {state[0]:g}, d(eps)/dt {state[1]:g} 1/s, w {state[2]:.4g} rad/s"
     title += f", {options.cavitation}" + (f", ambient {options.ambient / 1e3:g} kPa" if options.ambient else "")
     title += f", {len(options.groove)} groove(s)" if options.groove else ""
     return publish(
-        options, films.report(found), films.plain(found), lambda folder: films.save(found, folder),
-        lambda solution, path: film_pictures.pressure(solution, title, path), found, "film_pressure",
+        options, films.report(solved), films.plain(solved), lambda folder: films.save(solved, folder),
+        lambda solution, path: film_pictures.pressure(solution, title, path), solved, "film_pressure",
     )  # fmt: skip
 
 
@@ -113,11 +113,11 @@ def _map(options) -> int:
     from clearance.evidence import film_pictures, films
 
     bearing = _bearing(options, roughness=options.roughness)
-    found, table = films.force_map(bearing, options.nodes)
+    result, table = films.force_map(bearing, options.nodes)
     title = f"film table of L/D {bearing.slenderness:.3g}, {options.cavitation}, {options.nodes} nodes each way"
     return publish(
-        options, films.map_report(table, title), table.facts(), lambda folder: films.save_map(found, table, folder),
-        lambda shown, path: film_pictures.force_map(shown, title, path), found, "film_map",
+        options, films.map_report(table, title), table.facts(), lambda folder: films.save_map(result, table, folder),
+        lambda shown, path: film_pictures.force_map(shown, title, path), result, "film_map",
     )  # fmt: skip
 
 

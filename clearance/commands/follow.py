@@ -126,14 +126,14 @@ def _check(options) -> None:
 
 def _range(case, texts: dict[str, str]) -> tuple[str, tuple[float, float], dict]:
     """The parameter with a range, its ends, and the values of the others."""
-    known = case.parameters
-    ranged = [n for n, text in texts.items() if known[n].kind is float and text.count(":") == 1]
+    parameters = case.parameters
+    ranged = [n for n, text in texts.items() if parameters[n].kind is float and text.count(":") == 1]
     if len(ranged) != 1:
         count = f"{len(ranged)} have: {', '.join(ranged)}" if ranged else "none has"
         raise ValueError(f"one parameter needs a range, as -p speed=3000rpm:4100rpm; {count}")
     (name,) = ranged
-    ends = tuple(known[name].value(text) for text in texts[name].split(":"))
-    return name, ends, {n: known[n].value(text) for n, text in texts.items() if n != name}
+    ends = tuple(parameters[name].value(text) for text in texts[name].split(":"))
+    return name, ends, {n: parameters[n].value(text) for n, text in texts.items() if n != name}
 
 
 def _document(branch) -> dict:

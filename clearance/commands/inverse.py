@@ -62,8 +62,8 @@ def run(options) -> int:
     summary["wall_s"] = time.perf_counter() - began
     if failure is not None:
         summary.pop("status")
-        kept = f"{failure}; kept {result.time.size} samples before it in {path}"
-        return complain(options, kept, FAILED, **summary)
+        message = f"{failure}; kept {result.time.size} samples before it in {path}"
+        return complain(options, message, FAILED, **summary)
     print(json_text(summary) if options.json else "\n".join(_readable(summary)))
     return DONE
 
@@ -92,22 +92,22 @@ def _compare(options, case, values: dict, scene, length: dict) -> int:
 
 def _summary(scene, result) -> dict:
     """Result of inverse dynamics as plain data; only its size for a motion that ended before its first sample."""
-    found = {
+    summary = {
         "status": result.status, "file": str(result.path), "method": result.solver["method"],
         "samples": int(result.time.size), "solved_s": float(result.solver["wall_s"]),
         "loop_s": float(result.solver["loop_s"]), "until_s": float(result.time[-1]) if result.time.size else 0.0,
     }  # fmt: skip
     if not result.time.size:
-        return found
+        return summary
     from clearance.evidence.routes import power_residual
 
-    found["drives"] = {n: _largest(result, f"drives/{n}", DRIVE) for n in result.names("drives")}
-    found["joints"] = {n: _largest(result, f"joints/{n}", JOINT) for n in result.names("joints")}
+    summary["drives"] = {n: _largest(result, f"drives/{n}", DRIVE) for n in result.names("drives")}
+    summary["joints"] = {n: _largest(result, f"joints/{n}", JOINT) for n in result.names("joints")}
     if "friction/iterations" in result:
-        found["friction"] = {n: result.range(f"friction/{n}")[1] for n in ("iterations", "contraction")}
-    found["power_residual"] = float(abs(power_residual(scene, result)).max())
-    found["power"] = max(x["power"] for x in found["drives"].values())
-    return found
+        summary["friction"] = {n: result.range(f"friction/{n}")[1] for n in ("iterations", "contraction")}
+    summary["power_residual"] = float(abs(power_residual(scene, result)).max())
+    summary["power"] = max(x["power"] for x in summary["drives"].values())
+    return summary
 
 
 DRIVE = ("torque", "torque_ideal", "force", "force_ideal", "power")
@@ -116,14 +116,14 @@ JOINT = ("force", "moment", "axial_force", "bending", "friction", "power_loss")
 
 def _largest(result, group: str, names: tuple[str, ...]) -> dict[str, float]:
     """Largest absolute values of channels, or lengths of pairs, by name; of those that there are."""
-    found = {}
+    largest = {}
     for name in names:
         if f"{group}/{name}_x" in result:
             x, y = (result.values(f"{group}/{name}_{axis}") for axis in "xy")
-            found[name] = float((x * x + y * y).max() ** 0.5)
+            largest[name] = float((x * x + y * y).max() ** 0.5)
         elif f"{group}/{name}" in result:
-            found[name] = peak(result, f"{group}/{name}")
-    return found
+            largest[name] = peak(result, f"{group}/{name}")
+    return largest
 
 
 def _readable(summary: dict) -> list[str]:

@@ -45,8 +45,11 @@ def run(options) -> int:
     except NotSolved as error:
         return complain(options, str(error), FAILED)
     name = " ".join([case.name, *options.parameters])
-    found, wrapped = {name: exponent}, {textwrap.fill(name, 80): exponent}  # the picture has no room for longer lines
+    exponents, wrapped = (
+        {name: exponent},
+        {textwrap.fill(name, 80): exponent},
+    )  # the picture has no room for longer lines
     return publish(
-        options, lyapunov.table(found), lyapunov.plain(found), lambda folder: lyapunov.save(found, folder),
+        options, lyapunov.table(exponents), lyapunov.plain(exponents), lambda folder: lyapunov.save(exponents, folder),
         pictures.lyapunov, wrapped, "lyapunov",
     )  # fmt: skip

@@ -201,9 +201,9 @@ def _inputs(words: list[str]) -> tuple[list[Path], str | None]:
     folders = [p for p in named if p.is_dir()]
     if folders and len(paths) > 1:
         raise ValueError(f"{folders[0]} is a directory: a sweep has a picture of its own")
-    own, other, what = (OF_SWEEPS, OF_RUNS, "a sweep") if folders else (OF_RUNS, OF_SWEEPS, "a run file")
+    kinds, other, what = (OF_SWEEPS, OF_RUNS, "a sweep") if folders else (OF_RUNS, OF_SWEEPS, "a run file")
     if kind in other:
-        raise ValueError(f"{paths[0]} is {what}, of which there is no {kind}; there is {', '.join(own)}")
+        raise ValueError(f"{paths[0]} is {what}, of which there is no {kind}; there is {', '.join(kinds)}")
     if len(paths) > 1 and kind not in OF_SEVERAL:
         raise ValueError(f"several runs are for {', '.join(OF_SEVERAL)}, not for {kind or 'overview'}")
     return paths, kind
@@ -217,7 +217,7 @@ def _output(options, default: Path) -> Path | None:
 def _check(options, kind: str) -> None:
     for name in OPTIONS:
         if getattr(options, name) is not None and name not in KINDS[kind]:
-            belongs = ", ".join(k for k, own in KINDS.items() if name in own)
+            belongs = ", ".join(k for k, options_of in KINDS.items() if name in options_of)
             raise ValueError(f"--{name.replace('_', '-')} does not belong to {kind}; it belongs to {belongs}")
 
 
@@ -248,8 +248,8 @@ def _overview(options, records, output: Path) -> Path:
     try:
         return overview(records[0], output, **_given(options, "settle"))
     except (KeyError, AttributeError) as error:  # what a channel that was not kept raises
-        said = str(error.args[0]).partition(";")[0]
-        raise ValueError(f"overview needs more channels than were kept: {said}; draw a history") from None
+        reason = str(error.args[0]).partition(";")[0]
+        raise ValueError(f"overview needs more channels than were kept: {reason}; draw a history") from None
 
 
 def _history(options, records, output: Path) -> Path:
@@ -349,11 +349,11 @@ def _measured(options, records, output: Path) -> Path:
     if not options.measured:
         raise ValueError("measured needs a record: --measured FILE.csv")
     chosen = _given(options, "channels", "column", "shift", "settle")
-    found = compare(records[0], options.measured, **chosen)
+    compared = compare(records[0], options.measured, **chosen)
     if hasattr(options, "facts"):
         names = ("channel", "units", "shift", "rms", "largest", "share", "correlation")
-        options.facts |= {n: getattr(found, n) for n in names} | {"sentence": str(found)}
-    return overlay(records[0], output, found)
+        options.facts |= {n: getattr(compared, n) for n in names} | {"sentence": str(compared)}
+    return overlay(records[0], output, compared)
 
 
 def _animation(options, records, output: Path) -> Path:
@@ -401,7 +401,7 @@ def _at(sweep, texts: list[str]) -> dict:
     """Values at which swept parameters are held, SI."""
     from clearance.units import quantity
 
-    found = {}
+    values = {}
     for item in texts:
         name, equals, text = item.partition("=")
         if not equals:
@@ -413,9 +413,9 @@ def _at(sweep, texts: list[str]) -> dict:
         column = sweep.columns[name]
         try:
             if column.dtype.kind in "iuf":
-                found[name] = quantity(text, sweep.definition.units.get(name))
+                values[name] = quantity(text, sweep.definition.units.get(name))
             else:
-                found[name] = next((v for v in column.tolist() if str(v).lower() == text.lower()), text)
+                values[name] = next((v for v in column.tolist() if str(v).lower() == text.lower()), text)
         except ValueError as error:
             raise ValueError(f"--at {name}: {error}") from None
-    return found
+    return values

@@ -35,12 +35,12 @@ def run(options) -> int:
     source = Path(options.input)
     if not source.exists():
         raise FileNotFoundError(f"no file or directory {source}")
-    found = report(source, options.output or default(source), settle=options.settle, sections=_sections(options))
-    size = found.stat().st_size
+    path = report(source, options.output or default(source), settle=options.settle, sections=_sections(options))
+    size = path.stat().st_size
     if options.json:
-        print(json_text({"status": "complete", "report": str(found), "bytes": size}))
+        print(json_text({"status": "complete", "report": str(path), "bytes": size}))
     else:
-        print(f"wrote {found} ({size / 1e3:.0f} kB)")
+        print(f"wrote {path} ({size / 1e3:.0f} kB)")
     return DONE
 
 
@@ -48,13 +48,13 @@ def _sections(options) -> dict[str, tuple[float, ...]]:
     """Sizes [m] by body. Raises ValueError for what are none."""
     from clearance.units import quantity
 
-    found = {}
+    sections = {}
     for text in options.section:
         body, equals, sizes = text.partition("=")
         if not equals:
             raise ValueError(f"--section {text}: expected BODY=DIAMETER or BODY=WIDTHxHEIGHT")
-        found[body] = tuple(quantity(size, "m") for size in sizes.split("x"))
-    return found
+        sections[body] = tuple(quantity(size, "m") for size in sizes.split("x"))
+    return sections
 
 
 def default(source: Path) -> Path:

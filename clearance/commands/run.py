@@ -197,13 +197,13 @@ def _comparable(scene, result, rtol: float) -> dict:
     horizon = _horizon(scene, result, rtol)
     if horizon is None:
         return {}
-    said, chaotic = horizon
-    found = means(result) if chaotic else {}
-    if not found:
-        return {"horizon": said}
+    words, chaotic = horizon
+    numbers = means(result) if chaotic else {}
+    if not numbers:
+        return {"horizon": words}
     return {
-        "horizon": said, "statistics": {n: m.plain() for n, m in found.items()},
-        "statistics_turns": next(iter(found.values())).count, "statistics_left_out": TRANSIENT,
+        "horizon": words, "statistics": {n: m.plain() for n, m in numbers.items()},
+        "statistics_turns": next(iter(numbers.values())).count, "statistics_left_out": TRANSIENT,
     }  # fmt: skip
 
 
@@ -215,10 +215,10 @@ def _horizon(scene, result, rtol: float) -> tuple[str, bool] | None:
         return None
     until = float(result.file["time"][-1])
     try:
-        found = horizon(scene, until, rtol, str(result.solver["method"]).rpartition(", ")[2])
+        limit = horizon(scene, until, rtol, str(result.solver["method"]).rpartition(", ")[2])
     except NotSolved as reason:
         return f"not found: {reason}", True
-    return found.sentence(scene.turn), found.time is not None
+    return limit.sentence(scene.turn), limit.time is not None
 
 
 class ProgressBar:
@@ -317,8 +317,8 @@ def _stated(result, names: list[str], summary_name: str) -> dict:
     if not errors:
         return {}
     film = max(e.film for e in errors)
-    found = {f"{summary_name}_error": max(e.stated for e in errors)}
-    return found | ({f"{summary_name}_film_error": film} if film else {})
+    stated = {f"{summary_name}_error": max(e.stated for e in errors)}
+    return stated | ({f"{summary_name}_film_error": film} if film else {})
 
 
 SHARES = {"share_full_film": "full film", "share_mixed": "mixed", "share_dry": "dry"}
@@ -345,10 +345,10 @@ def _joints(result, begin: float, end: float) -> dict:
     from clearance.extremes import JOINT_EXTREMES
 
     roughness = {j["name"]: j.get("roughness") for j in result.scene["joints"]}
-    found = {}
+    joints = {}
     for name in result.names("joints"):
         group, facts = f"joints/{name}", result.facts(f"joints/{name}")
-        found[name] = mine = {n: float(facts[n]) for n in JOINT_FACTS if n in facts}
+        joints[name] = mine = {n: float(facts[n]) for n in JOINT_FACTS if n in facts}
         if not result.time.size:
             continue
         for extreme, summary_name in JOINT_EXTREMES.items():
@@ -359,7 +359,7 @@ def _joints(result, begin: float, end: float) -> dict:
         if f"{group}/friction" in result and f"{group}/gap" not in result:
             mine["peak_friction"] = peak(result, f"{group}/friction", begin, end)
             mine["friction_units"] = result.units(f"{group}/friction")
-    return found
+    return joints
 
 
 def _is_there(result, name: str) -> bool:
@@ -370,19 +370,19 @@ def _is_there(result, name: str) -> bool:
 
 def _drives(result, begin: float, end: float) -> dict:
     """Largest efforts of the drives, and of what they were without joint friction."""
-    found = {}
+    drives = {}
     located = [n.split("/")[1] for n in (result.located.names if result.located else ()) if n.startswith("drives/")]
     for name in dict.fromkeys([*result.names("drives"), *located]) if result.time.size else ():
         kinds = [k for k in EFFORTS if _is_there(result, f"drives/{name}/{k}_max")]
         for kind in kinds:
             path = f"drives/{name}/{kind}"
-            found[name] = {"units": EFFORTS[kind], "peak": peak(result, path, begin, end)}
-            found[name] |= _stated(result, [f"{path}_min", f"{path}_max"], "peak")
+            drives[name] = {"units": EFFORTS[kind], "peak": peak(result, path, begin, end)}
+            drives[name] |= _stated(result, [f"{path}_min", f"{path}_max"], "peak")
             if begin > 0.0:
-                found[name]["startup_peak"] = peak(result, path, 0.0, begin)
+                drives[name]["startup_peak"] = peak(result, path, 0.0, begin)
             if _is_there(result, f"{path}_ideal_max"):
-                found[name]["peak_ideal"] = peak(result, f"{path}_ideal", begin, end)
-    return found
+                drives[name]["peak_ideal"] = peak(result, f"{path}_ideal", begin, end)
+    return drives
 
 
 def _readable(summary: dict, parameters: list[str]) -> str:
@@ -441,8 +441,8 @@ def _counted(contacts: int | None) -> str:
 
 def _film_part(joint: dict) -> str:
     """Errors of the numbers before that the film table's error makes."""
-    found = [(joint.get(f"{name}_film_error"), units) for name, units in (("peak_force", "N"), ("smallest_gap", "m"))]
-    texts = [f"+- {prefixed(error, units)}" for error, units in found if error]
+    parts = [(joint.get(f"{name}_film_error"), units) for name, units in (("peak_force", "N"), ("smallest_gap", "m"))]
+    texts = [f"+- {prefixed(error, units)}" for error, units in parts if error]
     return f" of its force: {', '.join(texts)}" if texts else ""
 
 

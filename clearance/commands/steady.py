@@ -64,7 +64,7 @@ def solved(options, case, scene, output: Path):
         logging.getLogger("skfem").setLevel(logging.WARNING)
     line = Line(options)
     try:
-        found = steady(
+        result = steady(
             scene,
             options.steady,
             most_turns=options.most_turns,
@@ -81,7 +81,7 @@ def solved(options, case, scene, output: Path):
         return None, str(error)
     finally:
         line.clear()
-    return found.orbit, None
+    return result.orbit, None
 
 
 def summary(result) -> dict:

@@ -101,7 +101,7 @@ def run(options) -> int:
         options.turns = 2.0
     try:
         with quiet(options), terminable():
-            found = sweep(
+            result = sweep(
                 options.case, points, options.output or f"{case.name}_sweep", fixed=fixed,
                 channels=channel_patterns(options.channels), compression=options.compression, settle=options.settle,
                 metrics=options.metric, workers=options.workers, scheduler=options.scheduler,
@@ -111,19 +111,19 @@ def run(options) -> int:
                 max_steps=options.max_steps, samples_per_turn=options.samples_per_turn,
             )  # fmt: skip
     except SweepError as error:
-        failure, found = str(error), error.sweep
+        failure, result = str(error), error.sweep
     except KeyboardInterrupt:
         return complain(options, "interrupted; the same command goes on where this stopped", FAILED)
     finally:
         shown.close()
-    document = summary(found) | {"seconds": time.perf_counter() - began, "done_before": shown.before}
+    document = summary(result) | {"seconds": time.perf_counter() - began, "done_before": shown.before}
     if failure is not None:
         return complain(options, failure, FAILED, **{n: v for n, v in document.items() if n != "status"})
     if options.json:
         print(json_text(document))
     elif not options.quiet:
         print("\n".join(readable(document)))
-    return DONE if found.done.all() else FAILED
+    return DONE if result.done.all() else FAILED
 
 
 def _points(options, case):
@@ -148,10 +148,10 @@ def _points(options, case):
         if name not in values:
             raise ValueError(f"--zip: no -p gives values of {name!r}")
     points, seen = ONE, set()
-    for name, own in values.items():
+    for name, values_of in values.items():
         group = next((g for g in together if name in g), (name,))
-        if name not in seen and (len(own) > 1 or len(group) > 1):
-            points = points * (zipped(**{n: values[n] for n in group}) if len(group) > 1 else grid(**{name: own}))
+        if name not in seen and (len(values_of) > 1 or len(group) > 1):
+            points = points * (zipped(**{n: values[n] for n in group}) if len(group) > 1 else grid(**{name: values_of}))
         seen.update(group)
     return points, {n: v[0] for n, v in values.items() if n not in points.columns}
 
@@ -159,8 +159,8 @@ def _points(options, case):
 def _listed(case, texts: dict[str, str], name: str) -> str:
     """The text of a parameter; where values have commas themselves, such as joints=B,C, semicolons make lists."""
     text, parameter = texts[name], case.parameters[name]
-    whole = parameter.kind is str and ("comma list" in parameter.text or "," in str(parameter.default))
-    return f"{text};" if whole and ";" not in text else text
+    as_text = parameter.kind is str and ("comma list" in parameter.text or "," in str(parameter.default))
+    return f"{text};" if as_text and ";" not in text else text
 
 
 class _Progress:
@@ -208,33 +208,34 @@ class _Progress:
             self.bar.close()
 
 
-def summary(found) -> dict:
+def summary(result) -> dict:
     """A sweep as plain data: counts, extremes of each metric and where they are, what failed and why."""
     import numpy as np
 
     extremes = {}
-    for name, values in found.metrics.items():
+    for name, values in result.metrics.items():
         if np.isfinite(values).any():
             finite = np.where(np.isfinite(values), values, np.nan)
             low, high = int(np.nanargmin(finite)), int(np.nanargmax(finite))
             extremes[name] = {
-                "units": found.known.get(name, ("?",))[0], "min": float(values[low]), "max": float(values[high]),
-                "min_at": found.definition.points[low], "max_at": found.definition.points[high],
+                "units": result.known.get(name, ("?",))[0], "min": float(values[low]), "max": float(values[high]),
+                "min_at": result.definition.points[low], "max_at": result.definition.points[high],
             }  # fmt: skip
-    bad = [i for i in range(len(found)) if not found.done[i]]
+    bad = [i for i in range(len(result)) if not result.done[i]]
     return {
-        "status": "complete" if not bad else "incomplete", "case": found.definition.case, "folder": str(found.folder),
-        "points": len(found), "done": int(found.done.sum()), "failed": int(found.failed.sum()),
-        "lost": int((found.status == "lost").sum()), "missing": int((found.status == "missing").sum()),
-        "reasons": [_reason(found, i) for i in bad],
-        "metrics_missing": [_reason(found, i) for i in range(len(found)) if found.done[i] and found.reason[i]],
-        "loop_s": float(found.costs["loop"].sum()), "metrics": extremes, "index": str(Path(found.folder) / "sweep.h5"),
+        "status": "complete" if not bad else "incomplete", "case": result.definition.case, "folder": str(result.folder),
+        "points": len(result), "done": int(result.done.sum()), "failed": int(result.failed.sum()),
+        "lost": int((result.status == "lost").sum()), "missing": int((result.status == "missing").sum()),
+        "reasons": [_reason(result, i) for i in bad],
+        "metrics_missing": [_reason(result, i) for i in range(len(result)) if result.done[i] and result.reason[i]],
+        "loop_s": float(result.costs["loop"].sum()), "metrics": extremes,
+        "index": str(Path(result.folder) / "sweep.h5"),
     }  # fmt: skip
 
 
-def _reason(found, i: int) -> dict:
-    values, status = found.definition.points[i], str(found.status[i])
-    return {"point": i, "values": values, "status": status, "reason": str(found.reason[i])}
+def _reason(result, i: int) -> dict:
+    values, status = result.definition.points[i], str(result.status[i])
+    return {"point": i, "values": values, "status": status, "reason": str(result.reason[i])}
 
 
 def readable(document: dict) -> list[str]:

@@ -63,12 +63,12 @@ def run(options) -> int:
     for path in map(Path, options.inputs):
         if not path.exists():
             raise FileNotFoundError(f"no file or directory {path}")
-    found = view(
+    page = view(
         options.inputs, options.output, channels=listed(options.channels), settle=options.settle
     )
-    size = found.stat().st_size
+    size = page.stat().st_size
     if options.json:
-        print(json_text({"status": "complete", "page": str(found), "bytes": size}))
+        print(json_text({"status": "complete", "page": str(page), "bytes": size}))
     else:
-        print(f"wrote {found} ({size / 1e6:.2f} MB); open it in a browser")
+        print(f"wrote {page} ({size / 1e6:.2f} MB); open it in a browser")
     return DONE

@@ -89,15 +89,15 @@ def run(options) -> int:
 
 def _readable(name: str, life, table: list[dict], picture: str | None) -> list[str]:
     last = table[-1]
-    found = [f"{name}: {last['turns']:g} turns in {len(table)} stages, {life.path}"]
+    lines = [f"{name}: {last['turns']:g} turns in {len(table)} stages, {life.path}"]
     for joint in life.joints:
         for surface in life.asked["joints"][joint]["wears"]:
             depth, angle, volume = (last[f"{joint}_{surface}_{n}"] for n in ("depth", "angle_deg", "volume"))
-            found.append(
+            lines.append(
                 f"  {joint} {surface:<8} {1e6 * depth:.6g} um deep at {angle:.0f} deg "
                 f"(jumps: within {1e6 * last['error']:.2g} um), {1e9 * volume:.6g} mm3"
             )
         if "bearing" in life.asked["joints"][joint]["wears"] and len(life.load_path(joint)):
             form = 1e6 * life.closed_form(joint)[-1]
-            found.append(f"  {joint} bearing  {form:.6g} um for rigid bodies under the first load path alone")
-    return found + ([f"  picture      {picture}"] if picture else [])
+            lines.append(f"  {joint} bearing  {form:.6g} um for rigid bodies under the first load path alone")
+    return lines + ([f"  picture      {picture}"] if picture else [])

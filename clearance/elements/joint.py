@@ -102,8 +102,8 @@ class Joint(Element):
     @property
     def soft_coordinates(self) -> list[tuple[str, str]]:
         """Relative coordinates that are states, with the names of these."""
-        known = [(what, getattr(self, what)) for what in RELATIVE]
-        return [(what, one.state) for what, one in known if one is not FREE and one.state]
+        coordinates = [(what, getattr(self, what)) for what in RELATIVE]
+        return [(what, one.state) for what, one in coordinates if one is not FREE and one.state]
 
     @property
     def soft(self) -> bool:

@@ -57,22 +57,22 @@ class WornJournal(Journal):
         given = {n: m.number(joint, f"contact/{n}") for n in joint.contact.law.parameters}
         (damping,) = m.function(hysteresis, [rate, speed, given["damping"], given["grazing_speed"]])
         stiffness = share.contact * touching * given["layer_modulus"] * damping
-        whole = stiffness * given["length"] * given["radius"]
-        normal = whole * load
+        scale = stiffness * given["length"] * given["radius"]
+        normal = scale * load
         (radial,) = m.law(joint, "contact", [depth, self.outward, speed])
         radial = share.contact * radial
-        self.contact_force = trace.select(self.worn, whole * size, radial)
-        force = m.pose(joint.a.body).turned(whole * fx, whole * fy)
+        self.contact_force = trace.select(self.worn, scale * size, radial)
+        force = m.pose(joint.a.body).turned(scale * fx, scale * fy)
         round_force = self.vector(-radial, 0.0)
         force = tuple(trace.select(self.worn, a, b) for a, b in zip(force, round_force, strict=True))
-        twist = whole * moment if joint.journal_wears else 0.0
+        twist = scale * moment if joint.journal_wears else 0.0
         self._add(force, -twist, twist)
         tangential = self._rub(normal) if joint.friction is not None else 0.0
         self._add(self.vector(0.0, tangential), 0.0, 0.0)
         self._show(normal)
         if joint.wear or joint.wear_journal:
             speed = trace.function("fabs", self._sliding()[0])
-            values = self.clearance - lift, stiffness, speed, whole * fx, whole * fy, normal
+            values = self.clearance - lift, stiffness, speed, scale * fx, scale * fy, normal
             w.follow(joint, dict(zip(FOLLOWED, [*self.place, *values], strict=True)))
             self._wear(normal, speed)
 

@@ -118,5 +118,5 @@ def _modules(method: str) -> list[str]:
     """Modules imported after all imports that a run of this scene needs."""
     import_module("clearance.stepping.loop")
     import_module(f"clearance.stepping.{method}")
-    own = [m for m in sys.modules if m.startswith("clearance.") and "_case_" not in m]
-    return sorted(own) + [m for m in WATCHED if m in sys.modules]
+    ours = [m for m in sys.modules if m.startswith("clearance.") and "_case_" not in m]
+    return sorted(ours) + [m for m in WATCHED if m in sys.modules]

@@ -78,8 +78,8 @@ def is_closing(states: np.ndarray) -> np.ndarray:
 
 def errors_of(forces: np.ndarray, wanted: np.ndarray, states: np.ndarray) -> tuple[float, float]:
     """Largest relative error of the force where the journal closes in, and the median of all."""
-    found = np.hypot(*(forces - wanted).T) / np.hypot(*wanted.T)
-    return float(found[is_closing(states)].max()), float(np.median(found))
+    errors = np.hypot(*(forces - wanted).T) / np.hypot(*wanted.T)
+    return float(errors[is_closing(states)].max()), float(np.median(errors))
 
 
 def compiled_law(law: BoundLaw, slopes: bool) -> tuple[Callable, np.ndarray]:
@@ -137,24 +137,24 @@ def single_states(progress: Callable[[str], None], quick: bool = False) -> list[
     progress("reference")
     finest = bands.FastFilm(bearing, FAST[-1] if quick else REFERENCE)
     wanted = np.array([finest.outputs(*state)[:2] for state in states])
-    found = []
+    rungs = []
     for name in ("pinkus_sternlicht", "long", "short", "harmonic"):
         progress(name)
-        found.append(law_rung(name, "closed form", choices.FILMS[name](), states, wanted))
+        rungs.append(law_rung(name, "closed form", choices.FILMS[name](), states, wanted))
     for nodes in NODES[:3] if quick else NODES:
         progress(f"table of {nodes} nodes")
         law = table_film(nodes=nodes)
-        found.append(law_rung(f"table {nodes}x{nodes}", "table", law, states, wanted))
+        rungs.append(law_rung(f"table {nodes}x{nodes}", "table", law, states, wanted))
     for mesh in FAST[:2] if quick else FAST:
         progress(f"fast solver {mesh}")
         film = bands.FastFilm(bearing, mesh)
-        found.append(solver_rung(f"fast solver {mesh[0]}x{mesh[1]}", "fast solver", film, states, wanted))
+        rungs.append(solver_rung(f"fast solver {mesh[0]}x{mesh[1]}", "fast solver", film, states, wanted))
     for mesh in ELEMENTS[:2] if quick else ELEMENTS:
         progress(f"finite elements {mesh}")
-        found.append(
+        rungs.append(
             solver_rung(f"FEM {mesh[0]}x{mesh[1]}", "finite elements", fem.FemFilm(bearing, mesh), states, wanted)
         )
-    return found
+    return rungs
 
 
 # --- a whole run
@@ -169,13 +169,13 @@ def whole_runs(turns: float, progress: Callable[[str], None], quick: bool = Fals
         films[f"fast solver {mesh[0]}x{mesh[1]}"] = ("fast solver", choices.ONLINE_FILMS["fast"](mesh=mesh))
     for mesh in ELEMENTS[:1] if quick else ELEMENTS[:2]:
         films[f"FEM {mesh[0]}x{mesh[1]}"] = ("finite elements", choices.ONLINE_FILMS["fem"](mesh=mesh))
-    found = []
+    rungs = []
     for name, (kind, law) in films.items():
         progress(f"run with {name}")
         moved, seconds, steps = journal(with_film(case, law), turns, RUN_RTOL)
         error = float(np.sqrt(((moved - reference) ** 2).sum(axis=1).mean()))
-        found.append(Rung(name, kind, seconds, error, error, steps))
-    return found
+        rungs.append(Rung(name, kind, seconds, error, error, steps))
+    return rungs
 
 
 def with_film(case, law: BoundLaw):
@@ -235,7 +235,7 @@ def convergence(
     """Error of the force (rms over states) as the meshes are halved, for the fast solver and finite elements."""
     finest = bands.FastFilm(bearing, REFERENCE)
     wanted = np.array([finest.outputs(*state)[:2] for state in states])
-    found: list[Mesh] = []
+    points: list[Mesh] = []
     for solver, meshes, film in (
         ("fast solver, one grid", [(c, r) for c, r in zip((17, 33, 65, 129), (3, 5, 9, 17), strict=True)], None),
         ("fast solver, extrapolated", ((48, 6), (96, 12), (192, 24)), bands.FastFilm),
@@ -253,9 +253,9 @@ def convergence(
             each = np.hypot(*(forces - wanted).T) / np.hypot(*wanted.T)
             error = float(np.sqrt((each**2).mean()))
             order = math.log(last[0] / error) / math.log(mesh[0] / last[1]) if last else math.nan
-            found.append(Mesh(solver, f"{mesh[0]}x{mesh[1]}", solutions[0].unknowns, error, order, seconds))
+            points.append(Mesh(solver, f"{mesh[0]}x{mesh[1]}", solutions[0].unknowns, error, order, seconds))
             last = error, mesh[0]
-    return found
+    return points
 
 
 # --- reports

@@ -133,8 +133,10 @@ def ladder(study, path: str | Path) -> Path:
     left, right = figure.subplots(1, 2)
     for axes, rungs, unit in ((left, study.states, 1e6), (right, study.runs, 1e3)):
         for kind, (colour, marker) in KINDS.items():
-            own = [r for r in rungs if r.kind == kind]
-            axes.loglog([r.error for r in own], [unit * r.seconds for r in own], marker, color=colour, ms=6, label=kind)
+            of_kind = [r for r in rungs if r.kind == kind]
+            axes.loglog(
+                [r.error for r in of_kind], [unit * r.seconds for r in of_kind], marker, color=colour, ms=6, label=kind
+            )
         for r, name, shift in _rung_labels(rungs):
             side = "left" if shift[0] > 0 else "right"
             place = {"textcoords": "offset points", "ha": side, "va": "center", "fontsize": 7}
@@ -157,9 +159,9 @@ def convergence(meshes, path: str | Path) -> Path:
     figure = sheet(10.0, 4.4)
     panels = figure.subplots(1, 2, sharey=True)
     for solver in dict.fromkeys(m.solver for m in meshes):
-        own = [m for m in meshes if m.solver == solver]
-        panels[0].loglog([m.unknowns for m in own], [m.error for m in own], "o-", label=solver)
-        panels[1].loglog([1e3 * m.seconds for m in own], [m.error for m in own], "o-", label=solver)
+        of_solver = [m for m in meshes if m.solver == solver]
+        panels[0].loglog([m.unknowns for m in of_solver], [m.error for m in of_solver], "o-", label=solver)
+        panels[1].loglog([1e3 * m.seconds for m in of_solver], [m.error for m in of_solver], "o-", label=solver)
     for order, style in ((2, ":"), (4, "--")):
         first = meshes[0]
         x = np.array([first.unknowns, 40.0 * first.unknowns])

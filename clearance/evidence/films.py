@@ -32,7 +32,7 @@ def force_map(bearing: Bearing, nodes: int = 33) -> tuple[dict, Table]:
 
     Arrays over y = -ln(1 - eps) and the direction of (d(eps)/dt, eps w / 2).
     """
-    found = film_table(Key(bearing.slenderness, bearing.cavitation, bearing.thickness, nodes))
+    table = film_table(Key(bearing.slenderness, bearing.cavitation, bearing.thickness, nodes))
     y, angle = np.linspace(0.0, min(TOP, 5.3), 107), np.linspace(0.0, math.pi, 91)
     size, direction, shear = np.zeros((3, len(y), len(angle)))
     for i, height in enumerate(y):
@@ -41,14 +41,14 @@ def force_map(bearing: Bearing, nodes: int = 33) -> tuple[dict, Table]:
         for j, a in enumerate(angle):
             scaled = math.atan2(s * math.sin(a), math.cos(a))
             speed = math.hypot(math.cos(a), s * math.sin(a))
-            rest_r, rest_t, wet = looked_up(found.numbers, 0, height, scaled)
-            radial = speed * (rest_r - found.numbers[0] * math.cos(scaled)) / s**3
-            tangential = speed * (rest_t + found.numbers[0] * math.sin(scaled)) / s**2
+            rest_r, rest_t, wet = looked_up(table.numbers, 0, height, scaled)
+            radial = speed * (rest_r - table.numbers[0] * math.cos(scaled)) / s**3
+            tangential = speed * (rest_t + table.numbers[0] * math.sin(scaled)) / s**2
             size[i, j] = math.hypot(radial, tangential)
             against = math.atan2(tangential, -radial) - a
             direction[i, j] = (against + math.pi) % (2.0 * math.pi) - math.pi
             shear[i, j] = wet / (2.0 * math.pi)
-    return {"y": y, "angle": angle, "size": size, "direction": direction, "shear": shear}, found
+    return {"y": y, "angle": angle, "size": size, "direction": direction, "shear": shear}, table
 
 
 def snapshots(result: Result, joint: str | None = None, count: int = 6, mesh=None) -> list[Shot]:
@@ -63,10 +63,10 @@ def snapshots(result: Result, joint: str | None = None, count: int = 6, mesh=Non
     scene, name = result.scene, joint_with_film(result, joint)
     if count < 1:
         raise ValueError(f"count must be at least 1, got {count!r}")
-    found = next(j for j in scene["joints"] if j["name"] == name)
-    if found["film"]["law"].endswith(":conserving"):
+    entry = next(j for j in scene["joints"] if j["name"] == name)
+    if entry["film"]["law"].endswith(":conserving"):
         raise ValueError(f"{result.path}: joint {name} has a film with a memory, which a file does not keep")
-    states, oil = motion(result, found).tolist(), viscosities(result, found)
+    states, oil = motion(result, entry).tolist(), viscosities(result, entry)
     forces = result.joint(name).film_radial, result.joint(name).film_tangential
     times = result.time
     begin = np.searchsorted(times, times[-1] - _turn(scene, times))
@@ -75,7 +75,7 @@ def snapshots(result: Result, joint: str | None = None, count: int = 6, mesh=Non
     chosen = places[np.unique(np.linspace(-1, len(places) - 1, count + 1).astype(int)[1:])]
 
     def film(i: int) -> FilmSolution:
-        bearing = bearing_of(found, oil[i])
+        bearing = bearing_of(entry, oil[i])
         if fields is None:
             return solve_film(bearing, *states[i], mesh=mesh)
         return _from_file(bearing, fields, int(np.searchsorted(fields.instant, i)))
@@ -137,8 +137,8 @@ FACTS = (
 
 def plain(solution: FilmSolution) -> dict:
     """Results of a film as plain data."""
-    found = {name: float(getattr(solution, name)) for name, _, _ in FACTS}
-    return found | {"iterations": solution.iterations, "unknowns": solution.unknowns}
+    facts = {name: float(getattr(solution, name)) for name, _, _ in FACTS}
+    return facts | {"iterations": solution.iterations, "unknowns": solution.unknowns}
 
 
 def report(solution: FilmSolution) -> list[str]:
@@ -173,14 +173,14 @@ def map_report(table: Table, title: str) -> list[str]:
     ]  # fmt: skip
 
 
-def save_map(found: dict, table: Table, folder: str | Path) -> Path:
+def save_map(values: dict, table: Table, folder: str | Path) -> Path:
     """A force map as HDF5."""
     columns = {
-        "y": ("1", "-ln(1 - eccentricity ratio)", found["y"]),
-        "angle": ("rad", "direction of the motion (d(eps)/dt, eps w / 2)", found["angle"]),
-        "size": ("1", "force over mu L R^3 / c^2 |V| (y, angle)", found["size"]),
-        "direction": ("rad", "angle of the force against the motion (y, angle)", found["direction"]),
-        "shear": ("1", "wet share of the Couette drag (y, angle)", found["shear"]),
+        "y": ("1", "-ln(1 - eccentricity ratio)", values["y"]),
+        "angle": ("rad", "direction of the motion (d(eps)/dt, eps w / 2)", values["angle"]),
+        "size": ("1", "force over mu L R^3 / c^2 |V| (y, angle)", values["size"]),
+        "direction": ("rad", "angle of the force against the motion (y, angle)", values["direction"]),
+        "shear": ("1", "wet share of the Couette drag (y, angle)", values["shear"]),
     }
     return save_tables(Path(folder) / "film_map.h5", "clearance-film-map", table.facts(), {"map": ({}, columns)})
 

@@ -219,19 +219,19 @@ class _Companion(_Motion):
 
         Not while only one of the two is in a contact that both are about to have or have had.
         """
-        own, other, joints = self.run.state, motion.run.state, self.touching.size
-        apart = own.y - other.y
+        mine, other, joints = self.run.state, motion.run.state, self.touching.size
+        apart = mine.y - other.y
         lasted = other.time - other.contacts[:, SINCE]
         both = self.touching & motion.touching & (lasted < self.lasting)
-        memory = np.where(both, own.work[:joints] - other.work[:joints], 0.0)
+        memory = np.where(both, mine.work[:joints] - other.work[:joints], 0.0)
         d = math.sqrt(np.sum((apart / self.scale) ** 2) + np.sum((memory / self.speeds) ** 2))
         if not 0.0 < d < math.inf:
-            raise NotSolved(f"at t = {own.time:.6g} s: the companion is {d:g} away from the motion")
+            raise NotSolved(f"at t = {mine.time:.6g} s: the companion is {d:g} away from the motion")
         grown, self.last = math.log(d / self.last), d
         if np.array_equal(self.touching, motion.touching) or d > FAR:
             factor = self.distance / d
-            own.contacts[:] = other.contacts
-            own.work[:joints] = other.work[:joints] + factor * memory
+            mine.contacts[:] = other.contacts
+            mine.work[:joints] = other.work[:joints] + factor * memory
             self._restart(other.y + factor * apart)
             self.last = self.distance
         return grown
@@ -245,10 +245,10 @@ class _Companion(_Motion):
 
 
 # --- showing
-def table(found: dict[str, Exponent]) -> list[str]:
+def table(exponents: dict[str, Exponent]) -> list[str]:
     """Exponents by name, as Markdown."""
     lines = ["| motion | exponent per turn | per second | sampling | distance | turns | verdict |", "|---" * 7 + "|"]
-    for name, x in found.items():
+    for name, x in exponents.items():
         lines.append(
             f"| {name} | {x.per_turn:.4g} +- {x.error:.2g} | {x.per_second:.4g} +- {x.error_per_second:.2g} | "
             f"{x.sampling:.2g} | {x.effect:+.2g} | {x.turns} | {x.verdict} |"
@@ -256,7 +256,7 @@ def table(found: dict[str, Exponent]) -> list[str]:
     return lines
 
 
-def plain(found: dict[str, Exponent]) -> dict:
+def plain(exponents: dict[str, Exponent]) -> dict:
     """Exponents by name, as one JSON document."""
     return {
         name: {
@@ -265,14 +265,14 @@ def plain(found: dict[str, Exponent]) -> dict:
             "resolution": x.resolution, "verdict": x.verdict, "turn_s": x.turn, "turns": x.turns,
             "settle": x.settle, "distance": x.distance, "rtol": x.rtol, "growth": x.growth.tolist(),
         }
-        for name, x in found.items()
+        for name, x in exponents.items()
     }  # fmt: skip
 
 
-def save(found: dict[str, Exponent], folder: str | Path) -> Path:
+def save(exponents: dict[str, Exponent], folder: str | Path) -> Path:
     """Growth by turn and running estimate of every motion as HDF5."""
     tables = {}
-    for name, x in found.items():
+    for name, x in exponents.items():
         tables[name.replace("/", " ")] = (
             {"per_turn": x.per_turn, "error": x.error, "sampling_error": x.sampling, "distance_effect": x.effect,
              "verdict": x.verdict, "turn": x.turn, "settle": x.settle, "distance": x.distance, "rtol": x.rtol},

@@ -104,10 +104,10 @@ def _scipy(method: str, problem: Problem, phase: Phase, rtol: float):
         "max_step": biggest_step(problem),
     }
     if not problem.remembers:
-        found = solve_ivp(phase, (0.0, problem.until), problem.start(), t_eval=problem.times, **options)
-        if not found.success:
-            raise NotSolved(found.message)
-        return found.y.T, len(found.t)
+        solution = solve_ivp(phase, (0.0, problem.until), problem.start(), t_eval=problem.times, **options)
+        if not solution.success:
+            raise NotSolved(solution.message)
+        return solution.y.T, len(solution.t)
 
     def event(joint, direction):
         function = partial(phase.penetration, joint)
@@ -118,15 +118,15 @@ def _scipy(method: str, problem: Problem, phase: Phase, rtol: float):
     def leg(t, y, times):
         events = [event(j, -1.0 if phase.touching[j] else 1.0) for j in phase.joints]
         first = min(FIRST_STEP * (problem.scene.turn or problem.until), problem.until - t)
-        found = solve_ivp(phase, (t, problem.until), y, t_eval=times, events=events, first_step=first, **options)
-        if not found.success:
-            raise NotSolved(found.message)
-        states = np.reshape(found.y, (y.size, -1)).T  # an empty list where no output time was passed
-        hit = next((j for j, e in zip(phase.joints, found.t_events, strict=True) if e.size), None)
+        solution = solve_ivp(phase, (t, problem.until), y, t_eval=times, events=events, first_step=first, **options)
+        if not solution.success:
+            raise NotSolved(solution.message)
+        states = np.reshape(solution.y, (y.size, -1)).T  # an empty list where no output time was passed
+        hit = next((j for j, e in zip(phase.joints, solution.t_events, strict=True) if e.size), None)
         if hit is None:
             return problem.until, None, None, states
         index = phase.joints.index(hit)
-        return float(found.t_events[index][0]), found.y_events[index][0], hit, states
+        return float(solution.t_events[index][0]), solution.y_events[index][0], hit, states
 
     return _legs(problem, phase, leg), 0
 
@@ -156,10 +156,10 @@ def _cvode(method: str, problem: Problem, phase: Phase, rtol: float):
     if problem.contacts:
         options["max_step"] = biggest_step(problem)
     if not problem.remembers:
-        found = CVODE(right, **options).solve(problem.times, problem.start())
-        if not found.success:
-            raise NotSolved(str(found.message))
-        return found.y, int(found.nfev)
+        solution = CVODE(right, **options).solve(problem.times, problem.start())
+        if not solution.success:
+            raise NotSolved(str(solution.message))
+        return solution.y, int(solution.nfev)
 
     def roots(t, y, values):
         for i, j in enumerate(phase.joints):
@@ -172,14 +172,19 @@ def _cvode(method: str, problem: Problem, phase: Phase, rtol: float):
         solver = CVODE(right, eventsfn=roots, num_events=len(phase.joints), first_step=first, **options)
         grid = np.union1d([t], times)
         padded = grid if len(grid) > 2 else np.linspace(t, problem.until, 3)
-        found = solver.solve(padded, y)
-        if not found.success:
-            raise NotSolved(str(found.message))
-        wanted = np.isin(found.t, times)
-        if found.t_events is None or not len(found.t_events):
-            return problem.until, None, None, found.y[wanted]
-        hit = phase.joints[int(np.argmax(np.abs(found.i_events[0])))]
-        return float(found.t_events[0]), found.y_events[0], hit, found.y[wanted & (found.t < found.t_events[0])]
+        solution = solver.solve(padded, y)
+        if not solution.success:
+            raise NotSolved(str(solution.message))
+        wanted = np.isin(solution.t, times)
+        if solution.t_events is None or not len(solution.t_events):
+            return problem.until, None, None, solution.y[wanted]
+        hit = phase.joints[int(np.argmax(np.abs(solution.i_events[0])))]
+        return (
+            float(solution.t_events[0]),
+            solution.y_events[0],
+            hit,
+            solution.y[wanted & (solution.t < solution.t_events[0])],
+        )
 
     return _legs(problem, phase, leg), 0
 
@@ -194,10 +199,10 @@ def _ida(problem: Problem, phase: Phase, rtol: float):
         raise NotSolved("IDA is only asked for films here")
     solver = IDA(residual, rtol=rtol, atol=scales(problem, rtol), max_num_steps=10_000_000)
     start = problem.start()
-    found = solver.solve(problem.times, start, phase(0.0, start))
-    if not found.success:
-        raise NotSolved(str(found.message))
-    return found.y, int(found.nfev)
+    solution = solver.solve(problem.times, start, phase(0.0, start))
+    if not solution.success:
+        raise NotSolved(str(solution.message))
+    return solution.y, int(solution.nfev)
 
 
 # --- numbalsoda
@@ -222,12 +227,16 @@ class NumbaLsoda:
 
         @numba.cfunc(numbalsoda.lsoda_sig)
         def right(t, z, dz, data):
-            own = numba.carray(data, (inputs + 3 * size,))
+            inside = numba.carray(data, (inputs + 3 * size,))
             scaled, rates = numba.carray(z, (size,)), numba.carray(dz, (size,))
-            sizes, y, f = own[inputs : inputs + size], own[inputs + size : inputs + 2 * size], own[inputs + 2 * size :]
+            sizes, y, f = (
+                inside[inputs : inputs + size],
+                inside[inputs + size : inputs + 2 * size],
+                inside[inputs + 2 * size :],
+            )
             for i in range(size):
                 y[i] = scaled[i] * sizes[i]
-            kernel_at(place)(t, y, own[:numbers], own[numbers:inputs], f)
+            kernel_at(place)(t, y, inside[:numbers], inside[numbers:inputs], f)
             for i in range(size):
                 rates[i] = f[i] / sizes[i]
 
@@ -254,14 +263,14 @@ class NumbaLsoda:
 def silent():
     """Fortran prints straight to the standard output."""
     sys.stdout.flush()
-    kept = os.dup(1)
+    saved = os.dup(1)
     with open(os.devnull, "w") as nowhere:
         os.dup2(nowhere.fileno(), 1)
     try:
         yield
     finally:
-        os.dup2(kept, 1)
-        os.close(kept)
+        os.dup2(saved, 1)
+        os.close(saved)
 
 
 def _always(solve: Callable) -> Callable:

@@ -53,15 +53,15 @@ FRICTIONS_SHOWN = ("coulomb", "stribeck", "lugre")
 
 def ladder(case: Case, values: dict, contacts: Iterable[str] = CONTACTS) -> list[Choice]:
     """Choices of the case, coarse to fine; all are compared with the last."""
-    known = case.parameters
-    if "model" not in known:
+    parameters = case.parameters
+    if "model" not in parameters:
         raise ValueError(f"case {case.name} has no parameter model: there is no choice of physics to compare")
     chosen = ("model", "contact", "film", "film_torques", "friction", "transition")
     free = {k: v for k, v in values.items() if k not in chosen}
     finest = list(FILMS)[-1]
 
     def choice(name: str, model: str, **more) -> Choice:
-        return Choice(name, model, {k: v for k, v in (free | {"model": model} | more).items() if k in known})
+        return Choice(name, model, {k: v for k, v in (free | {"model": model} | more).items() if k in parameters})
 
     return [
         choice("ideal joints", "ideal"),
@@ -88,23 +88,23 @@ def compare(
         if value is not None:
             checks.positive(name, value)
     span = {"until": until} if until is not None else {"turns": 6.0 if turns is None else turns}
-    found = {}
+    rows = {}
     for choice in choices:
         progress(choice.name)
         try:
             scene = case.scene(**choice.parameters)
-            found[choice.name] = _reactions(scene, span)
+            rows[choice.name] = _reactions(scene, span)
             choice.seconds = _seconds(scene, span)
         except (SimulationError, ValueError) as reason:
             choice.note = str(reason)
     finest = choices[-1].name
-    if finest not in found:
+    if finest not in rows:
         raise ValueError(f"the finest choice cannot run: {choices[-1].note}")
-    size = np.sqrt((found[finest] ** 2).mean())
+    size = np.sqrt((rows[finest] ** 2).mean())
     for choice in choices:
-        if choice.name in found:
-            choice.distance = float(np.sqrt(((found[choice.name] - found[finest]) ** 2).mean()) / size)
-            choice.peak = float(np.abs(found[choice.name]).max())
+        if choice.name in rows:
+            choice.distance = float(np.sqrt(((rows[choice.name] - rows[finest]) ** 2).mean()) / size)
+            choice.peak = float(np.abs(rows[choice.name]).max())
     given = " ".join(f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in values.items())
     remarks = ["dry runs are chaotic: their distance is one sample of a statistical quantity"]
     return Comparison(

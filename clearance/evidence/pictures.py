@@ -39,14 +39,14 @@ def work_precision(study, path: str | Path) -> Path:
     """
     figure = sheet(12.0, 5.2)
     axes, beside = figure.subplots(1, 2, width_ratios=(3, 2))
-    own = other = 0
+    ours = other = 0
     for c in study.curves:
         if not c.seconds:
             continue
-        style = {"color": COLOURS[own % 4], "lw": 2.2, "marker": "o", "ms": 4}
+        style = {"color": COLOURS[ours % 4], "lw": 2.2, "marker": "o", "ms": 4}
         if not c.own:
             style = {"color": GREYS[other % 10], "lw": 1.0, "ls": "--", "marker": "sv^<>DPX*+"[other % 10], "ms": 4}
-        own, other = own + c.own, other + (not c.own)
+        ours, other = ours + c.own, other + (not c.own)
         axes.loglog(c.error, [1e3 * s for s in c.seconds], label=c.name, **style)
         if c.own:
             beside.loglog(c.error, c.stated, color=style["color"], lw=0.0, marker="o", ms=4)
@@ -118,17 +118,17 @@ def physics(study, path: str | Path) -> Path:
     return saved(figure, path)
 
 
-def lyapunov(found, path: str | Path) -> Path:
+def lyapunov(exponents, path: str | Path) -> Path:
     """Running estimate of each exponent over turns, with the band of its error."""
     figure = sheet(9.0, 4.6)
     axes = figure.add_subplot()
-    for i, (name, x) in enumerate(found.items()):
+    for i, (name, x) in enumerate(exponents.items()):
         turns, running, band = range(1, x.turns + 1), x.running, x.band
         colour = COLOURS[i] if i < 4 else GREYS[i % 10]
         axes.fill_between(turns, running - band, running + band, color=colour, alpha=0.18, lw=0)
         axes.plot(turns, running, color=colour, lw=1.4, label=f"{name}: {x}")
     axes.axhline(0.0, color="0.4", lw=0.8)
-    ends = [v for x in found.values() for v in (x.running[-1], x.running[x.turns // 4])]
+    ends = [v for x in exponents.values() for v in (x.running[-1], x.running[x.turns // 4])]
     room = 0.5 * (max(*ends, 0.0) - min(*ends, 0.0)) or 1.0
     axes.set_ylim(min(*ends, 0.0) - room, max(*ends, 0.0) + room)  # the first turns may lie far outside
     axes.set_xlabel("turns after the transient")

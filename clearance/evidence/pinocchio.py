@@ -28,7 +28,7 @@ def applied(scene: Scene, record: Record) -> np.ndarray:
     Force x, y, z and moment x, y, z about the centre of mass, along the fixed axes.
     """
     state, place = states(scene, record), {b: i for i, b in enumerate((*scene.bodies, ground))}
-    found = np.zeros((*state.shape[:2], 6))
+    wrenches = np.zeros((*state.shape[:2], 6))
 
     def arm(point: Point) -> np.ndarray:
         local, height = from_centre(point)
@@ -36,11 +36,11 @@ def applied(scene: Scene, record: Record) -> np.ndarray:
         return np.stack([turned.real, turned.imag, np.full(len(state), height)], axis=-1)
 
     def push(point: Point, force: np.ndarray) -> None:
-        found[:, place[point.body], :3] += force
-        found[:, place[point.body], 3:] += np.cross(arm(point), force)
+        wrenches[:, place[point.body], :3] += force
+        wrenches[:, place[point.body], 3:] += np.cross(arm(point), force)
 
     def turn(body: Body, moment) -> None:
-        found[:, place[body], 5] += moment
+        wrenches[:, place[body], 5] += moment
 
     for load in scene.loads:
         if isinstance(load, Force):
@@ -59,7 +59,7 @@ def applied(scene: Scene, record: Record) -> np.ndarray:
             moment = load.stiffness * (twisted[:, 2] - load.free_angle) + load.damping * twisted[:, 5]
             turn(load.a, moment)
             turn(load.b, -moment)
-    return found[:, :-1]
+    return wrenches[:, :-1]
 
 
 def spanning_tree(scene: Scene) -> tuple[list[tuple], list]:
@@ -123,7 +123,7 @@ class Model:
     def _attach(self, i: int, joint, parent: Body, child: Body) -> None:
         """The frame of a Pinocchio joint stands at the child's own joint point, along the child's axes."""
         forward = child is joint.b.body
-        at, own = (_place(p) for p in ((joint.a, joint.b) if forward else (joint.b, joint.a)))
+        at, of_joint = (_place(p) for p in ((joint.a, joint.b) if forward else (joint.b, joint.a)))
         turn, kind = 0.0, self.pin.JointModelRZ()
         if isinstance(joint, Prismatic):
             turn = joint.angle if forward else -joint.angle
@@ -133,9 +133,9 @@ class Model:
             self.signs[i] = -1.0
         placement = self.pin.SE3(turned(np.eye(3), turn).T, at - self.origins[parent])
         self.ids[child] = self.model.addJoint(self.ids[parent], kind, placement, joint.name)
-        self.origins[child] = own
+        self.origins[child] = of_joint
         self.chains[child] = [*self.chains[parent], *([] if isinstance(joint, Prismatic) else [i])]
-        com = np.array((*child.com, 0.0)[:3]) - own
+        com = np.array((*child.com, 0.0)[:3]) - of_joint
         inertia = self.pin.Inertia(child.mass, com, _inertia(child))
         self.model.appendBodyToJoint(self.ids[child], inertia, self.pin.SE3.Identity())
 
@@ -159,27 +159,27 @@ class Model:
     def coordinates(self, state: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Coordinates of the tree, their rates and accelerations (samples, tree), from the bodies' states."""
         place = {b: i for i, b in enumerate((*self.scene.bodies, ground))}
-        found = np.empty((3, len(state), len(self.tree)))
+        values = np.empty((3, len(state), len(self.tree)))
         for i, (joint, *_) in enumerate(self.tree):
             a, b = (state[:, place[body]] for body in joint.bodies())
             if not isinstance(joint, Prismatic):
-                found[:, :, i] = self.signs[i] * (b - a)[:, 2::3].T
+                values[:, :, i] = self.signs[i] * (b - a)[:, 2::3].T
                 continue
             axis = complex(*joint.axis) * np.exp(1j * a[:, 2])
             apart, speed, change = (y - x for x, y in zip(_moved(a, joint.a), _moved(b, joint.b), strict=True))
             slide = (axis.conj() * apart).real
-            found[:, :, i] = slide, (axis.conj() * speed).real, (axis.conj() * change).real + a[:, 5] ** 2 * slide
-        return found[0], found[1], found[2]
+            values[:, :, i] = slide, (axis.conj() * speed).real, (axis.conj() * change).real + a[:, 5] ** 2 * slide
+        return values[0], values[1], values[2]
 
     def outer(self, state: np.ndarray, wrenches: np.ndarray) -> np.ndarray:
         """Wrenches about the centres of mass (samples, bodies, 6) as Pinocchio takes them, in frames of the joints."""
         place = {b: i for i, b in enumerate(self.scene.bodies)}
-        found = np.zeros((len(state), len(self.tree) + 1, 6))
+        applied_ones = np.zeros((len(state), len(self.tree) + 1, 6))
         for _, _, body in self.tree:
             force, moment = (turned(wrenches[:, place[body], k : k + 3], -state[:, place[body], 2]) for k in (0, 3))
             arm = np.array((*body.com, 0.0)[:3]) - self.origins[body]
-            found[:, self.ids[body]] = np.concatenate([force, moment + np.cross(arm, force)], axis=1)
-        return found
+            applied_ones[:, self.ids[body]] = np.concatenate([force, moment + np.cross(arm, force)], axis=1)
+        return applied_ones
 
 
 def inverse_in_loop(
@@ -191,21 +191,21 @@ def inverse_in_loop(
     Jacobians of the two points of each cut, and one dense solve of as many equations as the tree has joints.
     """
     pin, m, data, size = model.pin, model.model, model.data, 2 * len(model.cuts)
-    found, matrix, loads = np.empty(q.shape), np.empty(q.shape[1:] * 2), _Loads(model, outer)
+    efforts, matrix, loads = np.empty(q.shape), np.empty(q.shape[1:] * 2), _Loads(model, outer)
     matrix[:, size:], aligned = model.columns, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
     for s in range(len(q)):
         tau = pin.rnea(m, data, q[s], v[s], a[s], *loads(s))
         if not size:
-            found[s] = tau
+            efforts[s] = tau
             continue
         pin.computeJointJacobians(m, data, q[s])
         for k, ends in enumerate(model.ends):
             on_a, on_b = (pin.getFrameJacobian(m, data, end, aligned)[:2].T if end else 0.0 for end in ends)
             matrix[:, 2 * k : 2 * k + 2] = on_b - on_a
-        found[s] = np.linalg.solve(matrix, tau)
+        efforts[s] = np.linalg.solve(matrix, tau)
     if not size:
-        found = np.linalg.solve(model.columns, found.T).T
-    return found[:, size:], found[:, :size].reshape(len(q), -1, 2)
+        efforts = np.linalg.solve(model.columns, efforts.T).T
+    return efforts[:, size:], efforts[:, :size].reshape(len(q), -1, 2)
 
 
 def reactions_in_loop(model: Model, q: np.ndarray, v: np.ndarray, a: np.ndarray, outer: np.ndarray) -> np.ndarray:
@@ -214,12 +214,12 @@ def reactions_in_loop(model: Model, q: np.ndarray, v: np.ndarray, a: np.ndarray,
     Pinocchio called from Python, sample by sample: rnea with the forces of the cuts among the outer ones, and data.f.
     """
     pin, m, data, loads = model.pin, model.model, model.data, _Loads(model, outer)
-    found = np.empty((*q.shape, 6))
+    reactions = np.empty((*q.shape, 6))
     for s in range(len(q)):
         pin.rnea(m, data, q[s], v[s], a[s], *loads(s))
         for i in range(q.shape[1]):
-            found[s, i] = data.f[i + 1].vector
-    return found
+            reactions[s, i] = data.f[i + 1].vector
+    return reactions
 
 
 class _Loads:
@@ -251,27 +251,27 @@ def inverse(scene: Scene, record: Record, model: Model | None = None) -> dict[st
             wrenches[:, scene.bodies.index(drive.target), 5] += efforts[:, k]
     outer = model.outer(state, wrenches) + of_cuts(model, state, forces)
     carried = reactions_in_loop(model, q, v, a, outer)
-    found = {}
+    channels = {}
     for drive, effort in zip(model.drives, efforts.T, strict=True):
-        found[f"drives/{drive.name}/{drive.effort_kind}"] = effort
+        channels[f"drives/{drive.name}/{drive.effort_kind}"] = effort
     for i, (joint, _, child) in enumerate(model.tree):
-        found |= _channels(joint, child, state[:, scene.bodies.index(child), 2], q[:, i], carried[:, i])
+        channels |= _channels(joint, child, state[:, scene.bodies.index(child), 2], q[:, i], carried[:, i])
     for joint, force in zip(model.cuts, forces.swapaxes(0, 1), strict=True):
-        found |= _named(joint, np.pad(force, [(0, 0), (0, 4)]))
-    return found
+        channels |= _named(joint, np.pad(force, [(0, 0), (0, 4)]))
+    return channels
 
 
 def of_cuts(model: Model, state: np.ndarray, forces: np.ndarray) -> np.ndarray:
     """Outer wrenches that stand for the forces of the cut hinges (samples, cuts, 2), in frames of the joints."""
-    found = np.zeros((len(state), len(model.tree) + 1, 6))
+    wrenches = np.zeros((len(state), len(model.tree) + 1, 6))
     for k, joint in enumerate(model.cuts):
         for sign, point in ((-1.0, joint.a), (1.0, joint.b)):
             if point.body is not ground:
                 angle = state[:, model.scene.bodies.index(point.body), 2]
                 force = turned(sign * np.pad(forces[:, k], [(0, 0), (0, 1)]), -angle)
                 arm = _place(point) - model.origins[point.body]
-                found[:, model.ids[point.body]] += np.concatenate([force, np.cross(arm, force)], axis=1)
-    return found
+                wrenches[:, model.ids[point.body]] += np.concatenate([force, np.cross(arm, force)], axis=1)
+    return wrenches
 
 
 def _channels(joint, child: Body, angle: np.ndarray, q: np.ndarray, carried: np.ndarray) -> dict[str, np.ndarray]:

@@ -132,7 +132,7 @@ def _own(study: RouteStudy, solver: Explicit, record: Record) -> list[tuple]:
     """The explicit route: its compiled loop, and the call around it."""
     everything = "motion, friction, all efforts and reactions, all channels"
     count, first = record.time.size, record.time[:COUNTED]
-    needed, whole = (
+    needed, complete = (
         counted_operations(solver, first, c) for c in (needed_channels(solver), range(len(solver.channels)))
     )
     study.remarks.append(f"explicit: operations are counted while its code runs the first {first.size} samples")
@@ -143,7 +143,7 @@ def _own(study: RouteStudy, solver: Explicit, record: Record) -> list[tuple]:
 
     call = _timed(lambda: inverse_dynamics(solver.scene, time=record.time))
     return [
-        (Route("explicit", f"{everything}; compiled loop", count, needed, whole, 0.0, 0.0), loop),
+        (Route("explicit", f"{everything}; compiled loop", count, needed, complete, 0.0, 0.0), loop),
         (Route("explicit, whole call", f"{everything}; inverse_dynamics, record in memory", count), call),
     ]
 
@@ -157,8 +157,8 @@ def _multipliers(study: RouteStudy, record: Record, scene: Scene, progress) -> l
     _agreement(everything, multipliers.inverse(scene, record.time, poses), record, scene, ideal=False)
     what = f"efforts and reactions in the plane of a known motion without friction: {study.equations} equations, LAPACK"
     solve = Route("multipliers, solve alone", what, record.time.size, formula)
-    matrices, right, found = dense_system(scene, record, poses)
-    _agreement(solve, found, record, scene)
+    matrices, right, channels = dense_system(scene, record, poses)
+    _agreement(solve, channels, record, scene)
     study.remarks.append(
         f"multipliers: operations by formula, turning points and inertia, LU factors of n = {study.equations} and one "
         "solution; the time of the solve is that of numpy.linalg.solve on matrices that are there already"
@@ -176,21 +176,21 @@ def _pinocchio(study: RouteStudy, record: Record, scene: Scene) -> list[tuple]:
     except ValueError as reason:
         study.remarks.append(f"Pinocchio: {reason}")
         return []
-    kept = slice(None, None, math.ceil(record.time.size / IN_PYTHON))
+    part = slice(None, None, math.ceil(record.time.size / IN_PYTHON))
     state = pinocchio.states(scene, record)
-    outer = model.outer(state, pinocchio.applied(scene, record))[kept]
-    q, v, a = (x[kept] for x in model.coordinates(state))
+    outer = model.outer(state, pinocchio.applied(scene, record))[part]
+    q, v, a = (x[part] for x in model.coordinates(state))
     solved = " frame Jacobians and a dense solve," if model.cuts else ""
     forces = " and cut forces" if model.cuts else ""
     short = Route(
         "Pinocchio", f"efforts{forces} of a known motion without friction: rnea,{solved} a loop in Python", len(q)
     )
     full = Route("Pinocchio, reactions", "the same, and with a second rnea a sample all reactions", len(q))
-    found = pinocchio.inverse(scene, record, model)
+    channels = pinocchio.inverse(scene, record, model)
     for route in (short, full):
-        _agreement(route, found, record, scene)
+        _agreement(route, channels, record, scene)
     short.reactions = math.nan
-    cut = outer + pinocchio.of_cuts(model, state[kept], pinocchio.inverse_in_loop(model, q, v, a, outer)[1])
+    cut = outer + pinocchio.of_cuts(model, state[part], pinocchio.inverse_in_loop(model, q, v, a, outer)[1])
 
     def both() -> None:
         pinocchio.inverse_in_loop(model, q, v, a, outer)
@@ -210,10 +210,10 @@ def _reactions_are_ideal(scene: Scene) -> bool:
     return all(j in driven for j in scene.rubbing_joints)
 
 
-def _agreement(route: Route, found: dict, record: Record, scene: Scene, ideal: bool = True) -> None:
+def _agreement(route: Route, channels: dict, record: Record, scene: Scene, ideal: bool = True) -> None:
     """Note the largest differences of efforts and reactions; ideal: what is found knows no friction."""
-    efforts = {p: v for p, v in found.items() if p.startswith("drives/") and p.endswith(("/torque", "/force"))}
-    reactions = {p: v for p, v in found.items() if p.startswith("joints/") and p.rpartition("/")[2] in REACTIONS}
+    efforts = {p: v for p, v in channels.items() if p.startswith("drives/") and p.endswith(("/torque", "/force"))}
+    reactions = {p: v for p, v in channels.items() if p.startswith("joints/") and p.rpartition("/")[2] in REACTIONS}
     if ideal:
         efforts = {f"{p}_ideal" if f"{p}_ideal" in record else p: v for p, v in efforts.items()}
     route.efforts = largest_difference(efforts, record)
@@ -225,13 +225,13 @@ def _agreement(route: Route, found: dict, record: Record, scene: Scene, ideal: b
 REACTIONS = ("force_x", "force_y", "moment", "axial_force", "bending_x", "bending_y")
 
 
-def largest_difference(found: dict[str, np.ndarray], record: Record) -> float:
+def largest_difference(channels: dict[str, np.ndarray], record: Record) -> float:
     """From the record's channels, over the largest value of all that have the same unit."""
-    worst, shared = 0.0, [p for p in found if p in record]
+    worst, shared = 0.0, [p for p in channels if p in record]
     for units in {record.units(p) for p in shared}:
         paths = [p for p in shared if record.units(p) == units]
         size = max(np.abs(record.values(p)).max() for p in paths)
-        apart = max(np.abs(found[p] - record.values(p)).max() for p in paths)
+        apart = max(np.abs(channels[p] - record.values(p)).max() for p in paths)
         share = float(apart / size) if size > 0.0 else math.inf if apart > 0.0 else 0.0
         worst = max(worst, math.inf if math.isnan(share) else share)
     return worst
@@ -269,15 +269,15 @@ def dense_system(scene: Scene, record: Record, poses: np.ndarray) -> tuple[np.nd
     relative = np.zeros((len(state), 3 * pairs.a.size))
     relative[:, pairs.held] = np.linalg.solve(matrices, right)[..., 0]
     force = (relative[:, 0::3] + 1j * relative[:, 1::3]) * geometry.axis
-    found = {}
+    channels = {}
     for i, joint in enumerate(scene.joints):
         here = f"joints/{joint.name}"
-        found |= {f"{here}/force_x": force[:, i].real, f"{here}/force_y": force[:, i].imag}
+        channels |= {f"{here}/force_x": force[:, i].real, f"{here}/force_y": force[:, i].imag}
         if isinstance(joint, Prismatic):
-            found[f"{here}/moment"] = relative[:, 3 * i + 2]
+            channels[f"{here}/moment"] = relative[:, 3 * i + 2]
     for drive, place in zip(pairs.drives, pairs.driven, strict=True):
-        found[f"drives/{drive.name}/{drive.effort_kind}"] = relative[:, place]
-    return matrices, right, found
+        channels[f"drives/{drive.name}/{drive.effort_kind}"] = relative[:, place]
+    return matrices, right, channels
 
 
 def dense_operations(bodies: int, joints: int) -> Operations:
@@ -416,10 +416,10 @@ def save(study: RouteStudy, folder: str | Path) -> Path:
     """Times of all repeats, operations and differences as HDF5, a group a route."""
     tables = {}
     for r in study.routes:
-        own = {"computes": r.computes, "samples": r.samples, "efforts": r.efforts, "reactions": r.reactions}
-        for name, found in (("operations", r.operations), ("output_operations", r.output_operations)):
-            own |= {f"{name}_{kind}": number for kind, number in (_listed(found) or {}).items()}
-        tables[r.name] = (own, {"seconds": ("s", "run time a sample, of each repeat", np.array(r.seconds))})
+        facts = {"computes": r.computes, "samples": r.samples, "efforts": r.efforts, "reactions": r.reactions}
+        for name, counts in (("operations", r.operations), ("output_operations", r.output_operations)):
+            facts |= {f"{name}_{kind}": number for kind, number in (_listed(counts) or {}).items()}
+        tables[r.name] = (facts, {"seconds": ("s", "run time a sample, of each repeat", np.array(r.seconds))})
     attributes = {
         "title": study.title, "samples": study.samples, "equations": study.equations,
         "remarks": "; ".join(study.remarks),
@@ -436,8 +436,8 @@ def picture(study: RouteStudy, path: str | Path) -> Path:
     names, times = [r.name for r in study.routes], [1e6 * r.per_sample for r in study.routes]
     axes.barh(names, times, color=[COLOURS[0] if n.startswith("explicit") else GREYS[0] for n in names])
     for i, r in enumerate(study.routes):
-        said = f" {times[i]:.3g} us" + (f", {r.operations.total:.0f} operations" if r.operations else "")
-        axes.annotate(said, (times[i], i), va="center", fontsize=8)
+        label = f" {times[i]:.3g} us" + (f", {r.operations.total:.0f} operations" if r.operations else "")
+        axes.annotate(label, (times[i], i), va="center", fontsize=8)
     axes.set_xscale("log")
     axes.set_xlim(0.3 * min(times), 30.0 * max(times))
     axes.invert_yaxis()

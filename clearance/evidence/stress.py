@@ -88,8 +88,8 @@ def matrix(case: str | None = None, quick: bool = False) -> list[Cell]:
     """All cells, or those of one case; `quick` takes a seventh of them and shorter runs."""
     cells = [c for c in [*_cells(), *_random_cells()] if case is None or c.case == case]
     if not cells:
-        known = ", ".join([*CASES, "random"])
-        raise ValueError(f"the stress matrix knows {known}; got {case!r}")
+        names = ", ".join([*CASES, "random"])
+        raise ValueError(f"the stress matrix knows {names}; got {case!r}")
     if quick:
         cells = [dataclasses.replace(c, turns=min(c.turns, 0.5)) for c in cells[::7]]
     return cells
@@ -164,12 +164,12 @@ def altered(scene: Scene, changes: dict, laws: dict, masses: float, gravity) -> 
     def joint(j: Joint) -> Joint:
         if not isinstance(j, ClearanceRevolute):
             return j
-        own = dict(changes)
-        if "eccentricity" in own:
-            own["eccentricity"] = tuple(k * own["eccentricity"] * j.clearance for k in (0.6, -0.8))
+        values = dict(changes)
+        if "eccentricity" in values:
+            values["eccentricity"] = tuple(k * values["eccentricity"] * j.clearance for k in (0.6, -0.8))
         if laws and j.contact is not None:
-            own["contact"] = j.contact.law(**(j.contact.parameters | laws))
-        return dataclasses.replace(j, **own)
+            values["contact"] = j.contact.law(**(j.contact.parameters | laws))
+        return dataclasses.replace(j, **values)
 
     return scene.rebuilt(body=body, element=joint, gravity=gravity)
 
@@ -264,14 +264,14 @@ def _numbers(result: Result | None) -> dict:
 
     result.file.visititems(look)
     solver = result.solver
-    found = {
+    numbers = {
         "energy": float(solver["energy_residual_share"]), "closure": closure(result), "steps": int(solver["steps"]),
         "contacts": len(result.file["events/time"]), "warnings": tuple(result.warnings), "finite": finite,
     }  # fmt: skip
     if not result.complete:
-        found.pop("finite")
+        numbers.pop("finite")
     result.close()
-    return found
+    return numbers
 
 
 def closure(result: Result) -> float:
@@ -347,7 +347,7 @@ def table(verdicts: list[Verdict]) -> list[str]:
     """The matrix as Markdown: energy residual share of what was done, or the number of a reason below the table."""
     rows, columns = list(dict.fromkeys(v.row for v in verdicts if "random" not in v.row)), []
     columns = list(dict.fromkeys(v.column for v in verdicts if "random" not in v.row))
-    found = {(v.row, v.column): v for v in verdicts}
+    cells = {(v.row, v.column): v for v in verdicts}
     reasons: list[str] = []
 
     def shown(v: Verdict | None) -> str:
@@ -361,7 +361,7 @@ def table(verdicts: list[Verdict]) -> list[str]:
     lines = []
     if rows:
         lines = ["| energy residual | " + " | ".join(columns) + " |", "|---" * (len(columns) + 1) + "|"]
-        lines += [f"| {r} | " + " | ".join(shown(found.get((r, c))) for c in columns) + " |" for r in rows]
+        lines += [f"| {r} | " + " | ".join(shown(cells.get((r, c))) for c in columns) + " |" for r in rows]
     random = [v for v in verdicts if "random" in v.row]
     if random:
         lines += ["", "Random scenes: " + ", ".join(shown(v) for v in random)]
@@ -381,5 +381,5 @@ def save(verdicts: list[Verdict], folder: str | Path) -> Path:
         "closure": ("1", "largest gap of a joint over the mechanism's size"), "seconds": ("s", "run time"),
         "steps": ("1", "accepted steps"), "contacts": ("1", "contacts"),
     }  # fmt: skip
-    columns = {n: (*said, np.array([getattr(v, n) for v in verdicts])) for n, said in names.items()}
+    columns = {n: (*meaning, np.array([getattr(v, n) for v in verdicts])) for n, meaning in names.items()}
     return save_tables(Path(folder) / "stress.h5", "clearance-stress", {}, {"cells": ({}, columns)})

@@ -9,18 +9,18 @@ from clearance.scene import Scene
 
 def reduced(scene: Scene) -> dict[str, Scene]:
     """The scene, and what is left of it when parts are taken out, the smallest last: what each part costs."""
-    found = {"as it is": scene}
+    scenes = {"as it is": scene}
     clearances = scene.clearance_joints
     if any(j.friction is not None for j in scene.joints):
-        found["without friction"] = scene.rebuilt(element=_smooth)
+        scenes["without friction"] = scene.rebuilt(element=_smooth)
     if any(j.film is not None and j.film_torques for j in clearances):
-        found["without film torques"] = scene.rebuilt(element=_without_film_torques)
+        scenes["without film torques"] = scene.rebuilt(element=_without_film_torques)
     if len(clearances) > 1:
         first = clearances[0].name
-        found[f"clearance in {first} only"] = scene.rebuilt(element=lambda e: e if e.name == first else _ideal(e))
+        scenes[f"clearance in {first} only"] = scene.rebuilt(element=lambda e: e if e.name == first else _ideal(e))
     if clearances:
-        found["ideal joints"] = idealised(scene)
-    return found
+        scenes["ideal joints"] = idealised(scene)
+    return scenes
 
 
 def idealised(scene: Scene) -> Scene:

@@ -114,8 +114,8 @@ def work_precision(
     statistics: dict[float, dict[str, Mean]] = {}
     if problem.contacts:
         progress("horizon")
-        whole, problem = problem, _comparable(problem, remarks)
-        if problem is not whole:
+        full, problem = problem, _comparable(problem, remarks)
+        if problem is not full:
             statistics = _statistics(scene, progress)
     progress("reference")
     doubt = problem.doubt
@@ -149,7 +149,7 @@ def _moving(scene: Scene) -> None:
 
 def _statistics(scene: Scene, progress: Callable[[str], None]) -> dict[float, dict[str, Mean]]:
     """Comparable numbers beyond the horizon: means over turns at several tolerances."""
-    found = {}
+    rows = {}
     for rtol in STATISTICS_RTOLS if scene.turn else ():
         progress(f"statistics over {STATISTICS_TURNS} turns at {rtol:.0e}")
         try:
@@ -158,9 +158,9 @@ def _statistics(scene: Scene, progress: Callable[[str], None]) -> dict[float, di
             if reason.result is None:
                 raise
             result = reason.result
-        found[rtol] = means(result)
+        rows[rtol] = means(result)
         result.close()
-    return found
+    return rows
 
 
 def _comparable(problem: Problem, remarks: list[str]) -> Problem:
@@ -189,8 +189,8 @@ def _add_peer(solvers: list, name: str, module: str, prepare: Callable, remarks:
         solvers.append((name, False, prepare))
 
 
-def _curve(problem: Problem, name: str, own: bool, prepare: Callable, progress: Callable[[str], None]) -> Curve:
-    curve = Curve(name, own)
+def _curve(problem: Problem, name: str, ours: bool, prepare: Callable, progress: Callable[[str], None]) -> Curve:
+    curve = Curve(name, ours)
     began = time.perf_counter()
     try:
         solve = prepare(problem)
@@ -219,16 +219,16 @@ def _curve(problem: Problem, name: str, own: bool, prepare: Callable, progress: 
 
 def _point(problem: Problem, curve: Curve, solve: Callable, rtol: float, looser: np.ndarray | None) -> np.ndarray:
     """Add the point of a tolerance, and return its states; looser: those at ten times the tolerance, where known."""
-    found, began = [], time.perf_counter()
-    while len(found) < REPEATS and (not found or time.perf_counter() - began < ENOUGH):
-        found.append(solve(problem, rtol))
-    seconds = statistics.median(s.seconds for s in found)
-    error = problem.error(found[0].states)
+    points, began = [], time.perf_counter()
+    while len(points) < REPEATS and (not points or time.perf_counter() - began < ENOUGH):
+        points.append(solve(problem, rtol))
+    seconds = statistics.median(s.seconds for s in points)
+    error = problem.error(points[0].states)
     if not error < NONSENSE:
         raise NotSolved(f"its answer is {error:.2g} away, which is no answer")
-    states = found[0].states
+    states = points[0].states
     stated = math.nan if looser is None else THROUGHOUT * float(problem.distance(states, looser).max())
-    curve.add(rtol, error, seconds, found[0].evaluations, stated)
+    curve.add(rtol, error, seconds, points[0].evaluations, stated)
     return states
 
 
@@ -248,12 +248,12 @@ def _exudyn(problem: Problem, remarks: list[str], progress: Callable[[str], None
     for steps in EXUDYN_STEPS:
         progress(f"Exudyn with {steps} steps a turn")
         try:
-            found = solver(steps)
+            result = solver(steps)
         except NotSolved as reason:
             curve.notes.append(f"{steps} steps a turn: {reason}")
             continue
-        curve.add(1.0 / steps, problem.error(found.states), found.seconds, found.evaluations)
-        if found.seconds > PATIENCE:
+        curve.add(1.0 / steps, problem.error(result.states), result.seconds, result.evaluations)
+        if result.seconds > PATIENCE:
             break
     return [curve]
 
@@ -321,8 +321,8 @@ def plain(study: Study) -> dict:
         "title": study.title, "measure": study.measure, "until_s": study.until, "turns": study.turns,
         "reference": list(study.reference), "reference_doubt": study.doubt, "remarks": study.remarks,
         "statistics": [
-            {"rtol": r, "means": {n: m.plain() for n, m in found.items()}}
-            for r, found in study.statistics.items()
+            {"rtol": r, "means": {n: m.plain() for n, m in row.items()}}
+            for r, row in study.statistics.items()
         ],
         "curves": [
             {"name": c.name, "own": c.own, "prepared_s": c.prepared_s, "rtol": c.rtol, "error": c.error,

@@ -181,13 +181,13 @@ def factor_and_solve(band, x, reach):
             for k in range(start, j):
                 total -= band[i, reach + k - i] * band[j, reach + k - j]
             band[i, reach + j - i] = total / band[j, reach]
-        total, known = band[i, reach], x[i]
+        total, right = band[i, reach], x[i]
         for k in range(first, i):
             low = band[i, reach + k - i]
             total -= low * low
-            known -= low * x[k]
+            right -= low * x[k]
         band[i, reach] = math.sqrt(total)
-        x[i] = known / band[i, reach]
+        x[i] = right / band[i, reach]
     for i in range(x.size - 1, -1, -1):
         x[i] /= band[i, reach]
         for k in range(max(0, i - reach), i):
@@ -275,7 +275,7 @@ def measures(cells, width, link, source, lowest, pressure, state):
     end = 0.5
     for k in range(rows):
         end -= width[k]
-    found = np.zeros(4)
+    integrals = np.zeros(4)
     for j in range(count):
         total, wet, last = 0.0, 0.0, rows - 1
         for k in range(rows):
@@ -284,13 +284,13 @@ def measures(cells, width, link, source, lowest, pressure, state):
                 wet += width[k]
         if lowest < 0.0 or state[j, last] == WET or state[j, last] == GIVEN:  # the end itself is at ambient pressure
             wet += end
-            found[3] += max(cells[CUBE, j] * link[last] * pressure[j, last] - source[j] * end, 0.0)
-        found[0] += cells[COS, j] * total
-        found[1] += cells[SIN, j] * total
-        found[2] += cells[SHEAR, j] * wet
-    found[:3] *= 2.0
-    found[3] /= 6.0
-    return found
+            integrals[3] += max(cells[CUBE, j] * link[last] * pressure[j, last] - source[j] * end, 0.0)
+        integrals[0] += cells[COS, j] * total
+        integrals[1] += cells[SIN, j] * total
+        integrals[2] += cells[SHEAR, j] * wet
+    integrals[:3] *= 2.0
+    integrals[3] /= 6.0
+    return integrals
 
 
 @njit(cache=True, error_model="numpy")
@@ -333,8 +333,8 @@ def start(cells, source, lowest, pressure, state, coarse):
             if coarse.size == 1:
                 dry = source[j] > 0.0
             else:
-                known = coarse[j // 2 % coarse.shape[0], k // 2]
-                dry = known in (DRY, CUT)
+                guess = coarse[j // 2 % coarse.shape[0], k // 2]
+                dry = guess in (DRY, CUT)
             if dry:
                 state[j, k], pressure[j, k] = DRY, lowest
     if cut < 0 and lowest == 0.0 and not (state == GIVEN).any():
@@ -405,7 +405,7 @@ def film(
     coarse = np.zeros((1, 1), np.int64)
     last, total = np.zeros(4), 0
     for level in range(levels, -1, -1):
-        found, solutions, pressure, state, theta, zeta = on_grid(
+        result, solutions, pressure, state, theta, zeta = on_grid(
             count >> level,
             rows >> level,
             eps,
@@ -421,8 +421,8 @@ def film(
             even,
         )
         total += solutions
-        best = found if level == levels else found + (found - last) / 3.0
-        last, coarse = found, state
+        best = result if level == levels else result + (result - last) / 3.0
+        last, coarse = result, state
     return best, total, pressure, state, theta, zeta
 
 
@@ -454,9 +454,9 @@ class FastFilm:
     def _film(self, eccentricity_ratio: float, radial_rate: float, entrainment: float):
         eps, vr, vt = check_state(eccentricity_ratio, radial_rate, entrainment)
         b = self.bearing
-        found = film(*self.mesh, eps, b.axial, vr, vt, b.lowest, b.thickness, CODES[b.cavitation], self._grooves)
-        check_settled(found[1])
-        return found
+        solved = film(*self.mesh, eps, b.axial, vr, vt, b.lowest, b.thickness, CODES[b.cavitation], self._grooves)
+        check_settled(solved[1])
+        return solved
 
     def outputs(self, eccentricity_ratio: float, radial_rate: float, entrainment: float) -> np.ndarray:
         """radial, tangential [N], shear, side flow [m3/s]."""

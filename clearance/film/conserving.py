@@ -59,15 +59,15 @@ def floored(gap):
 
 
 @inlined
-def join(own, mid, far, own_slope, mid_slope, far_slope, sizes, face):
+def join(here, mid, far, own_slope, mid_slope, far_slope, sizes, face):
     """Conductance and gap of one face: exact for a one-dimensional film between the middles of its two cells.
 
     With the flow q = 6 spin H - H^3 P' constant between them, q = 6 spin gap - conductance (P_next - P_this), where
     conductance = 1 / I3, gap = I2 / I3 and I_k is the integral of H^-k (Simpson); both times the cells' axial size.
     """
     width, depth = sizes[0], sizes[1]
-    (own, own_on), (mid, mid_on), (far, far_on) = floored(own), floored(mid), floored(far)
-    a, b, d = 1.0 / own, 1.0 / mid, 1.0 / far
+    (here, own_on), (mid, mid_on), (far, far_on) = floored(here), floored(mid), floored(far)
+    a, b, d = 1.0 / here, 1.0 / mid, 1.0 / far
     third = width / 6.0 * (a * a * a + 4.0 * b * b * b + d * d * d)
     second = width / 6.0 * (a * a + 4.0 * b * b + d * d)
     face[COND] = depth / third
@@ -98,21 +98,21 @@ def stiffen(least, drag, face):
 
 
 @inlined
-def fill(before, own, beyond, mean, before_slope, own_slope, beyond_slope, mean_slope, sizes, cell):
+def fill(before, here, beyond, mean, before_slope, own_slope, beyond_slope, mean_slope, sizes, cell):
     """Axial conductance (integral of H^3), volume and integral of 1 / H of one cell (Simpson over its width)."""
     width, depth, weight = sizes[0], sizes[1], sizes[2]
-    (before, before_on), (own, own_on), (beyond, beyond_on) = floored(before), floored(own), floored(beyond)
+    (before, before_on), (here, own_on), (beyond, beyond_on) = floored(before), floored(here), floored(beyond)
     mean, mean_on = floored(mean)
     third, area = weight * width / (6.0 * depth), width * depth
-    cell[AXIAL] = third * (before**3 + 4.0 * own**3 + beyond**3)
+    cell[AXIAL] = third * (before**3 + 4.0 * here**3 + beyond**3)
     cell[VOLUME] = area * mean
-    cell[SHEAR] = area / 6.0 * (1.0 / before + 4.0 / own + 1.0 / beyond)
+    cell[SHEAR] = area / 6.0 * (1.0 / before + 4.0 / here + 1.0 / beyond)
     for m in range(3):
         db, do, de = before_on * before_slope[m], own_on * own_slope[m], beyond_on * beyond_slope[m]
-        cell[AXIAL + 1 + m] = 3.0 * third * (before**2 * db + 4.0 * own**2 * do + beyond**2 * de)
+        cell[AXIAL + 1 + m] = 3.0 * third * (before**2 * db + 4.0 * here**2 * do + beyond**2 * de)
         # by the pressure always: a liner that the journal has passed must still answer its pressure
         cell[VOLUME + 1 + m] = area * (mean_on if m < 2 else 1.0) * mean_slope[m]
-        cell[SHEAR + 1 + m] = -area / 6.0 * (db / before**2 + 4.0 * do / own**2 + de / beyond**2)
+        cell[SHEAR + 1 + m] = -area / 6.0 * (db / before**2 + 4.0 * do / here**2 + de / beyond**2)
 
 
 @compiled
@@ -134,15 +134,15 @@ def measure(ex, ey, drag, soft, lowest, p, ring, worn, sizes, face, cell):
         mid_slope = (-cf, -sf, 0.5 * soft, 0.5 * soft)
         before_slope, beyond_slope = (-cb, -sb, soft), (-cf, -sf, soft)
         mean_slope = (-mean * c, -mean * s, soft)
-        own, far = 1.0 - ex * c - ey * s + worn[i, 0], 1.0 - ex * cj - ey * sj + worn[j, 0]
+        here, far = 1.0 - ex * c - ey * s + worn[i, 0], 1.0 - ex * cj - ey * sj + worn[j, 0]
         mid, before = 1.0 - ex * cf - ey * sf + worn[i, 1], 1.0 - ex * cb - ey * sb + worn[i - 1, 1]
         average = 1.0 - mean * (ex * c + ey * s) + worn[i, 2]
         for k in range(face.shape[1]):
             y, z = soft * (p[i, k] + lowest), soft * (p[j, k] + lowest)
-            join(own + y, mid + 0.5 * (y + z), far + z, own_slope, mid_slope, far_slope, sizes, face[i, k])
+            join(here + y, mid + 0.5 * (y + z), far + z, own_slope, mid_slope, far_slope, sizes, face[i, k])
             if soft > 0.0:
                 stiffen(0.5 * soft * sizes[1], drag, face[i, k])
-            fill(before + y, own + y, mid + y, average + y,
+            fill(before + y, here + y, mid + y, average + y,
                  before_slope, own_slope[:3], beyond_slope, mean_slope, sizes, cell[i, k])  # fmt: skip
 
 

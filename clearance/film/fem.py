@@ -85,18 +85,18 @@ def flow_factors(bearing: Bearing, gap: np.ndarray) -> tuple[np.ndarray, ...]:
 
 def mesh_lines(start: float, end: float, edges: list[float], cells: int) -> np.ndarray:
     """cells + 1 mesh lines from start to end, on every edge, with the widest cell as narrow as that allows."""
-    kept = [start]
+    chosen = [start]
     for edge in sorted(edges):
-        if edge > kept[-1] + SAME and edge < end - SAME:
-            kept.append(edge)
-    arcs = np.diff([*kept, end])
+        if edge > chosen[-1] + SAME and edge < end - SAME:
+            chosen.append(edge)
+    arcs = np.diff([*chosen, end])
     if len(arcs) > cells:
         raise ValueError(f"mesh: {cells} cells are too coarse for the grooves, whose edges make {len(arcs)} arcs")
     counts = np.ones(len(arcs), dtype=int)
     for _ in range(cells - len(arcs)):
         counts[np.argmax(arcs / counts)] += 1
     return np.concatenate(
-        [a + np.arange(n) * (length / n) for a, n, length in zip(kept, counts, arcs, strict=True)] + [[end]]
+        [a + np.arange(n) * (length / n) for a, n, length in zip(chosen, counts, arcs, strict=True)] + [[end]]
     )
 
 
@@ -299,9 +299,9 @@ class _Film:
 
     def _leaving(self, wet: np.ndarray, flux: np.ndarray, source: np.ndarray) -> np.ndarray:
         """Flow out of both ends by node: the consistent fluxes A P - b, without b where no film feeds them."""
-        kept = wet[self.parts.end]
-        fed = flux[self.parts.end] * (kept if self.cut else 1.0)
-        return -(fed - kept * source[self.parts.end]) / 6.0
+        at_end = wet[self.parts.end]
+        fed = flux[self.parts.end] * (at_end if self.cut else 1.0)
+        return -(fed - at_end * source[self.parts.end]) / 6.0
 
     def outputs(self, field: _Field, eps: float) -> np.ndarray:
         """W_r, W_t, shear and side flow, in the bearing's units."""
@@ -482,14 +482,14 @@ class _Conserving(_Film):
             if systems == MOST:
                 raise ValueError(f"film: no oil content found in {MOST} linear systems; {NO_CONTENT}")
             factor = self._factor(inner @ sp.diags_array(1.0 * full) + moved @ sp.diags_array(1.0 * ~full))
-            found, systems = factor.solve(right), systems + 1
-            changed = np.where(full, found >= -ROUNDING * np.abs(found[full]).max(initial=0.0), found > ROUNDING)
-        if not np.all(found[~full] >= -1.0 - SLACK):
+            change, systems = factor.solve(right), systems + 1
+            changed = np.where(full, change >= -ROUNDING * np.abs(change[full]).max(initial=0.0), change > ROUNDING)
+        if not np.all(change[~full] >= -1.0 - SLACK):
             raise ValueError(f"film: no oil content between 0 and 1 found; {NO_CONTENT}")
         self.known = full
         pressure, content, wet = base.copy(), everywhere, np.ones(parts.count, dtype=bool)
-        pressure[free[full]] += found[full]
-        content[free[~full]] += found[~full]
+        pressure[free[full]] += change[full]
+        content[free[~full]] += change[~full]
         wet[free] = full
         return _Field(pressure, content, self.wet_ends(wet), matrix, source, free, factor, systems)
 
@@ -530,8 +530,8 @@ class _Conserving(_Film):
         field = self.balance(matrix, moved + sp.diags_array(12.0 / step * room), 12.0 / step * held, True)
         field.source = self.carriers(state)[0] @ -np.ones(parts.count)
         supplied = step / 12.0 * np.sum((matrix @ field.pressure + moved @ field.content)[parts.fixed])
-        kept = np.sum((room * field.content)[self.free])
-        self.defect = float(kept - np.sum(held[self.free]) - supplied) / np.sum(room[self.free])
+        stored = np.sum((room * field.content)[self.free])
+        self.defect = float(stored - np.sum(held[self.free]) - supplied) / np.sum(room[self.free])
         return field
 
 

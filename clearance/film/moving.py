@@ -144,7 +144,7 @@ def terms_of(state, grid):
 def flows(pressure, terms, grid):
     """A P: what flows out of each node."""
     columns, rows = pressure.shape
-    found = np.zeros((columns, rows), pressure.dtype)
+    flow = np.zeros((columns, rows), pressure.dtype)
     held, driven = np.zeros((2, columns, rows), pressure.dtype)
     for j in range(columns):
         for k in range(rows):
@@ -157,9 +157,9 @@ def flows(pressure, terms, grid):
             for j in range(3):
                 column = (2 * e + j) % columns
                 for k in range(rows):
-                    found[row, k] += terms.along[e, i, j] * held[column, k]
-                    found[row, k] += terms.across[e, i, j] * driven[column, k]
-    return found
+                    flow[row, k] += terms.along[e, i, j] * held[column, k]
+                    flow[row, k] += terms.across[e, i, j] * driven[column, k]
+    return flow
 
 
 @njit(cache=True, error_model="numpy")
@@ -171,13 +171,13 @@ def dryness(pressure, terms, grid, j, k):
 @njit(cache=True, error_model="numpy")
 def imbalance(pressure, terms, grid):
     """A P - b - lambda."""
-    found = flows(pressure, terms, grid)
+    flow = flows(pressure, terms, grid)
     for j in range(pressure.shape[0]):
         for k in range(pressure.shape[1]):
-            found[j, k] += terms.source[j] * grid.load[k]
+            flow[j, k] += terms.source[j] * grid.load[k]
             if grid.kind == REYNOLDS:
-                found[j, k] -= terms.positive[j] * grid.load[k] * dryness(pressure, terms, grid, j, k)
-    return found
+                flow[j, k] -= terms.positive[j] * grid.load[k] * dryness(pressure, terms, grid, j, k)
+    return flow
 
 
 @njit(cache=True, error_model="numpy")
@@ -204,16 +204,16 @@ def seen(pressure, terms, grid):
 def measures(pressure, terms, grid):
     """W_r, W_t, integral of 1/H over the wet area, side flow."""
     shown, wet = seen(pressure, terms, grid)
-    found, out, last = np.zeros(4, pressure.dtype), flows(shown, terms, grid), grid.load.size - 1
+    integrals, out, last = np.zeros(4, pressure.dtype), flows(shown, terms, grid), grid.load.size - 1
     for j in range(pressure.shape[0]):
         for k in range(pressure.shape[1]):
-            found[0] += 2.0 * grid.load[k] * terms.cos[j] * shown[j, k]
-            found[1] += 2.0 * grid.load[k] * terms.sin[j] * shown[j, k]
-            found[2] += 2.0 * grid.load[k] * terms.shear[j] * wet[j, k]
+            integrals[0] += 2.0 * grid.load[k] * terms.cos[j] * shown[j, k]
+            integrals[1] += 2.0 * grid.load[k] * terms.sin[j] * shown[j, k]
+            integrals[2] += 2.0 * grid.load[k] * terms.shear[j] * wet[j, k]
         leaving = -(out[j, last] + wet[j, last] * terms.source[j] * grid.load[last]) / 6.0
         if leaving.real > 0.0:
-            found[3] += leaving
-    return found
+            integrals[3] += leaving
+    return integrals
 
 
 @njit(cache=True, error_model="numpy")
@@ -326,7 +326,7 @@ def correction(factors, field, grid):
     columns, inner = field.shape[0], field.shape[1] - 1
     last = (columns - 1) * inner
     reach = factors.band.shape[1] - 1
-    x, found = np.zeros(last + reach + inner), np.zeros(field.shape)
+    x, change = np.zeros(last + reach + inner), np.zeros(field.shape)
     for j in range(columns):
         place = (j + 1) % columns * inner
         place += reach if place == last else 0
@@ -337,8 +337,8 @@ def correction(factors, field, grid):
         place = (j + 1) % columns * inner
         place += reach if place == last else 0
         for k in range(inner):
-            found[j, k] = x[place + k]
-    return found
+            change[j, k] = x[place + k]
+    return change
 
 
 @njit(cache=True, error_model="numpy")
@@ -372,8 +372,8 @@ def slopes_of(state, pressure, terms, grid, factors):
     """Measures of a settled film and their slopes by eps, v_r and w, (4, 4); slopes of its pressure, (3, ...)."""
     assemble(factors, pressure, terms, grid)
     factorise(factors)
-    found = np.zeros((4, 4))
-    found[:, 0] = measures(pressure, terms, grid)
+    slopes = np.zeros((4, 4))
+    slopes[:, 0] = measures(pressure, terms, grid)
     responses = np.zeros((3, *pressure.shape))
     for i in range(3):
         moved = state + 0.0j
@@ -381,8 +381,8 @@ def slopes_of(state, pressure, terms, grid, factors):
         there = terms_of(moved, grid)
         push = imbalance(pressure + 0.0j, there, grid).imag / STEP
         responses[i] = -correction(factors, push, grid)
-        found[:, i + 1] = measures(pressure + STEP * 1.0j * responses[i], there, grid).imag / STEP
-    return found, responses
+        slopes[:, i + 1] = measures(pressure + STEP * 1.0j * responses[i], there, grid).imag / STEP
+    return slopes, responses
 
 
 def error_of(cells: int, eccentricity_ratio: float, slenderness: float) -> float:
@@ -515,8 +515,8 @@ class MovingFilm:
     ) -> np.ndarray:
         """Outputs and their slopes by the three arguments, (4, 4): exact ones."""
         state, terms = self._settled(eccentricity_ratio, radial_rate, entrainment)
-        found, self.responses = slopes_of(state, self.pressure, terms, self.grid, self.factors)
-        return found * self.scales[:, None]
+        slopes, self.responses = slopes_of(state, self.pressure, terms, self.grid, self.factors)
+        return slopes * self.scales[:, None]
 
     def doubt(self, eccentricity_ratio: float) -> str | None:
         """Objection to this mesh at an eccentricity."""

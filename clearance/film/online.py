@@ -137,8 +137,8 @@ class MemoryAnswer(Answerer):
             self.now, self.asked = time, None
             return None
         if state != self.asked:
-            found = self.film.trial(*motion, max(time - self.now, 0.0), angle)
-            self.found = [[*row, 0.0, 0.0] for row in found]  # Newton's method moves neither angle nor time
+            solved = self.film.trial(*motion, max(time - self.now, 0.0), angle)
+            self.found = [[*row, 0.0, 0.0] for row in solved]  # Newton's method moves neither angle nor time
             self.asked = list(state)
         return self.found
 

@@ -157,8 +157,8 @@ def scaled_film(key: Key, y: float, angle: float, tau: float, mesh: tuple[int, i
     """(w_r, w_t, K) at one state, by the fast solver."""
     eps = -math.expm1(-y)
     s = math.sqrt(1.0 - eps * eps)
-    found = _film(key, eps, (math.cos(angle), math.sin(angle) / s), tau, s**-4, mesh, 0.0)
-    return found[:PARTS] * np.array([s**3, s * s, s])
+    result = _film(key, eps, (math.cos(angle), math.sin(angle) / s), tau, s**-4, mesh, 0.0)
+    return result[:PARTS] * np.array([s**3, s * s, s])
 
 
 def scaled_flow(key: Key, y: float, angle: float, tau: float, mesh: tuple[int, int]) -> float:
@@ -174,11 +174,11 @@ def _film(key: Key, eps: float, motion, tau: float, scale: float, mesh, even: fl
         code = bands.FULL
     elif tau > 0.0:
         lowest = -HALF_WAY * tau / (1.0 - tau) * scale
-    found, solutions, *_ = bands.film(
+    result, solutions, *_ = bands.film(
         *mesh, eps, key.axial, *motion, lowest, key.thickness, code, np.zeros((0, 4)), even
     )
     bands.check_settled(solutions)
-    return found
+    return result
 
 
 def centre(key: Key, tau: float, mesh: tuple[int, int]) -> tuple[float, float, float]:
@@ -249,10 +249,10 @@ def spline(values: np.ndarray, begin, end) -> np.ndarray:
     begin, end: "even" or "odd" about the first or last node, "free" (not-a-knot), or the slopes (m) per spacing.
     """
     n = len(values)
-    matrix, known = np.zeros((n + 2, n + 2)), np.zeros((n + 2, values.shape[1]))
+    matrix, right = np.zeros((n + 2, n + 2)), np.zeros((n + 2, values.shape[1]))
     for i in range(n):
         matrix[i, i : i + 3] = 1 / 6, 4 / 6, 1 / 6
-    known[:n] = values
+    right[:n] = values
     third = np.array([-1.0, 3.0, -3.0, 1.0])  # jump of the third derivative
     for row, condition, at in ((n, begin, slice(0, 5)), (n + 1, end, slice(n - 3, n + 2))):
         if isinstance(condition, str) and condition == "free":
@@ -262,8 +262,8 @@ def spline(values: np.ndarray, begin, end) -> np.ndarray:
             matrix[row, outer], matrix[row, inner] = 1.0, -1.0 if condition == "even" else 1.0
         else:
             matrix[row, 0], matrix[row, 2] = -0.5, 0.5
-            known[row] = condition
-    return np.linalg.solve(matrix, known)
+            right[row] = condition
+    return np.linalg.solve(matrix, right)
 
 
 def taus(layers: int) -> np.ndarray:
@@ -299,7 +299,7 @@ def _axes(nodes: int, layers: int) -> list[float]:
 def _errors(key: Key, numbers: np.ndarray) -> tuple[float, ...]:
     """The errors of a table, see `Table`, at states between the nodes."""
     draw = np.random.default_rng(1)
-    found = []
+    errors_here = []
     for first, last, top, mesh in CHECKED * CHECKS:
         y, angle = draw.uniform(0.0, top), math.pi * draw.uniform(first, last)
         tau = draw.uniform() if key.layers > 1 else 0.0
@@ -315,8 +315,8 @@ def _errors(key: Key, numbers: np.ndarray) -> tuple[float, ...]:
             leaves = looked_up_flow(numbers, 0, y, angle)
         off = w[0] - size * math.cos(angle) - radial, w[1] + size * math.sin(angle) - tangential
         error = math.hypot(off[0], off[1] * s) / math.hypot(radial, tangential * s)
-        found.append((error, abs(w[2] / shear - 1.0), abs(leaves / flow - 1.0)))
-    force, shear, flow = np.array(found).reshape(CHECKS, len(CHECKED), 3).T
+        errors_here.append((error, abs(w[2] / shear - 1.0), abs(leaves / flow - 1.0)))
+    force, shear, flow = np.array(errors_here).reshape(CHECKS, len(CHECKED), 3).T
     errors = force[0].max(), np.median(force[:2]), shear.max(), flow.max(), force[1:].max()
     return tuple(float(e) for e in errors)
 
@@ -341,14 +341,14 @@ def table(key: Key) -> Table:
     """
     path = path_of(key)
     for place in (SHIPPED / path.name, path):
-        if (found := _read(place, key)) is not None:
-            return found
+        if (made := _read(place, key)) is not None:
+            return made
     with store.alone(path):
-        found = _read(path, key, told=True)
-        if found is None:
-            found = key.build()
-            _write(path, key, found)
-    return found
+        made = _read(path, key, warned=True)
+        if made is None:
+            made = key.build()
+            _write(path, key, made)
+    return made
 
 
 @lru_cache(maxsize=64)
@@ -362,12 +362,12 @@ def between(key: Key) -> Table:
     corners = [(1.0, key)]
     for name in ("slenderness", "thickness"):
         corners = [corner for share, k in corners for corner in neighbours(share, k, name)]
-    found = [(share, table(k)) for share, k in corners]
-    if len(found) == 1:
-        return found[0][1]
-    numbers = sum(share * t.numbers for share, t in found)
-    numbers[1:HEAD] = found[0][1].numbers[1:HEAD]
-    return Table(numbers, *(max(e) + 0.5 * BESIDE**2 for e in zip(*(t.errors for _, t in found), strict=True)))
+    made = [(share, table(k)) for share, k in corners]
+    if len(made) == 1:
+        return made[0][1]
+    numbers = sum(share * t.numbers for share, t in made)
+    numbers[1:HEAD] = made[0][1].numbers[1:HEAD]
+    return Table(numbers, *(max(e) + 0.5 * BESIDE**2 for e in zip(*(t.errors for _, t in made), strict=True)))
 
 
 def neighbours(share: float, key: Key, name: str) -> list[tuple[float, Key]]:
@@ -381,19 +381,19 @@ def neighbours(share: float, key: Key, name: str) -> list[tuple[float, Key]]:
     return list(zip((share * (low + 1 - place), share * (place - low)), pair, strict=True))
 
 
-def _read(path: Path, key: Key, told: bool = False) -> Table | None:
-    """The table in a file, None where there is none or it is damaged (told: and that has been said)."""
+def _read(path: Path, key: Key, warned: bool = False) -> Table | None:
+    """The table in a file, None where there is none or it is damaged (warned: with a warning before)."""
     if not path.exists():
         return None
     try:
         with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
-            found = key.made(file["numbers"], *(float(e) for e in file["errors"]))
-            whole = str(file["digest"]) == digest(key, found)
-        if found.numbers.shape != (key.size,) or not whole:
+            made = key.made(file["numbers"], *(float(e) for e in file["errors"]))
+            intact = str(file["digest"]) == digest(key, made)
+        if made.numbers.shape != (key.size,) or not intact:
             raise ValueError("not what its key makes")
-        return found
+        return made
     except Exception as reason:  # noqa: BLE001 - whatever is wrong with the file, it can be made again
-        if not told:
+        if not warned:
             LOG.warning(f"film table {path} is damaged or of another film ({type(reason).__name__}); it is built again")
         return None
 
@@ -404,13 +404,13 @@ def digest(key: Key, made: Table) -> str:
     return hashlib.sha256(key.name().encode() + content).hexdigest()
 
 
-def _write(path: Path, key: Key, found: Table) -> None:
+def _write(path: Path, key: Key, made: Table) -> None:
     """Under a temporary name first, so that nobody ever reads half a table. A store that is full costs time only."""
     temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with open(temporary, "wb") as file:
-            np.savez(file, numbers=found.numbers, errors=found.errors, digest=digest(key, found))
+            np.savez(file, numbers=made.numbers, errors=made.errors, digest=digest(key, made))
         os.replace(temporary, path)
     except OSError as reason:
         with suppress(OSError):

@@ -83,14 +83,14 @@ class Joint:
 
     def torques(self, rate: np.ndarray, angle: np.ndarray, step: float, every: int = 1, level: float = 1.0):
         """Torque (n / every, 3) [N m] at every so many samples of rate and angle (n, 3) a step [s] apart, from rest."""
-        found = np.zeros((-(-len(rate) // every), 3))
+        torques = np.zeros((-(-len(rate) // every), 3))
         numbers = (
             self.ratio, self.stribeck, self.asymmetry, self.seat, 2.0 * math.pi / self.seat_wave, self.warm_up,
             self.warm_up_time, self.damping, self.viscosity, level,
         )  # fmt: skip
         elements = np.array(self.break_away), np.array(self.shares) / sum(self.shares)
-        _torques(rate, angle, step, every, np.array(self.torque), *elements, numbers, found)
-        return found
+        _torques(rate, angle, step, every, np.array(self.torque), *elements, numbers, torques)
+        return torques
 
 
 def bench(
@@ -171,8 +171,8 @@ def _trial(position, name, role, parts, joint, preload, random, scatter, noise, 
     facts = {"position": position, "preload": preload}
     if len(parts) == 1:
         _, amplitude, pace, cycles = next(iter(parts.values()))
-        own = {"speed": pace * DEGREE} if kind == "triangle" else {"frequency": pace}
-        facts |= {"amplitude": amplitude * DEGREE, **own, "cycles": cycles}
+        pace_facts = {"speed": pace * DEGREE} if kind == "triangle" else {"frequency": pace}
+        facts |= {"amplitude": amplitude * DEGREE, **pace_facts, "cycles": cycles}
     return Trial(
         name, kind if len(parts) == 1 else "mixed", axis if len(parts) == 1 else "mixed", role,
         time[::every], rate[::every], torque, tuple(i in [AXIS[a] for a in parts] for i in range(3)), facts,
@@ -210,7 +210,7 @@ def sine(time: np.ndarray, amplitude: float, frequency: float, cycles: int) -> n
 
 # --- the joint
 @njit(cache=True, error_model="numpy")
-def _torques(rate, angle, step, every, steady, break_away, shares, numbers, found):
+def _torques(rate, angle, step, every, steady, break_away, shares, numbers, torques):
     """See `Joint.torques`; each element is a LuGre element of constant rate over a step, solved exactly."""
     ratio, stribeck, asymmetry, seat, wave, warm_up, warm_up_time, damping, viscosity, level = numbers
     bristles, w, torque = np.zeros((break_away.size, 3)), np.zeros(3), np.zeros(3)
@@ -229,7 +229,7 @@ def _torques(rate, angle, step, every, steady, break_away, shares, numbers, foun
         keep = n % every == 0
         for i in range(3):
             if keep:
-                found[n // every, i] = viscosity * rate[n, i]
+                torques[n // every, i] = viscosity * rate[n, i]
             if w[i] == 0.0 and bristles[0, i] == 0.0:
                 continue
             for j in range(break_away.size):
@@ -240,4 +240,4 @@ def _torques(rate, angle, step, every, steady, break_away, shares, numbers, foun
                     bristles[j, i] += w[i] * reach - gone * bristles[j, i]
                 if keep:
                     slip = w[i] - k * bristles[j, i]
-                    found[n // every, i] += shares[j] * (steady[i] / break_away[j] * bristles[j, i] + damping * slip)
+                    torques[n // every, i] += shares[j] * (steady[i] / break_away[j] * bristles[j, i] + damping * slip)

@@ -19,7 +19,7 @@ WIDER = 1.5  # factor from which intervals are said to be too narrow
 
 def of_records(trials: Sequence) -> tuple[str, ...]:
     """Axes about which the joint gives energy over a trial: the sign of torque or rate is wrong."""
-    found = []
+    doubts = []
     for i, axis in enumerate(AXES):
         works = {}
         for trial in (t for t in trials if t.measured[i] and t.rate[:, i].any()):
@@ -28,11 +28,11 @@ def of_records(trials: Sequence) -> tuple[str, ...]:
         giving = {name: work for name, (work, size) in works.items() if work < -GIVES * size}
         if giving:
             first, count = next(iter(giving)), f"{len(giving)} of {len(works)} trials"
-            found.append(
+            doubts.append(
                 f"torque_{axis}: the joint gives energy in {count} ({-giving[first]:.3g} J in {first}), which "
                 f"friction cannot; is the sign of torque_{axis} or rate_{axis} flipped?"
             )
-    return tuple(found)
+    return tuple(doubts)
 
 
 def of_scores(scores: Mapping[str, float], trials: Sequence) -> tuple[str, ...]:
@@ -81,16 +81,16 @@ def of_short_damping(model, values: Mapping[str, float], trials: Sequence) -> tu
     """
     if not trials or getattr(model, "lag", True):
         return ()
-    half, found = 0.5 * max(t.step for t in trials), []
+    half, doubts = 0.5 * max(t.step for t in trials), []
     moved = {a for t in trials for a in range(3) if t.rate[:, a].any()}
     for group in dict.fromkeys(g for a, g in enumerate(model.groups) if a in moved):
         name, stiffness = f"{group}_damping", values.get(f"{group}_stiffness")
         if name in values and stiffness is not None and values[name] < half * stiffness:
-            found.append(
+            doubts.append(
                 f"{name}: {values[name]:.3g} N m s/rad is less than half a sample between torque and rate would make "
                 f"({half * stiffness:.3g}): it means nothing unless both are measured at the same time"
             )
-    return tuple(found)
+    return tuple(doubts)
 
 
 def of_lag(facts: Mapping, trials: Sequence) -> tuple[str, ...]:

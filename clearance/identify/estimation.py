@@ -102,7 +102,7 @@ def in_group(name: str, group: str) -> bool:
 def bound_doubts(model: Model, values: np.ndarray, sizes: np.ndarray, still: Sequence[str]) -> tuple[str, ...]:
     """Axes that never move; parameters that samples (slopes of these sizes) do not see, or that end at a bound."""
     doubts = [f"{group}: no trial moves it, its parameters are not fitted" for group in still]
-    known = dict(zip((p.name for p in model.parameters), values, strict=True))
+    by_name = dict(zip((p.name for p in model.parameters), values, strict=True))
     for p, value, size in zip(model.parameters, values, sizes, strict=True):
         if any(in_group(p.name, group) for group in still):
             continue
@@ -111,7 +111,7 @@ def bound_doubts(model: Model, values: np.ndarray, sizes: np.ndarray, still: Seq
             doubts.append(f"{p.name}: the trials say nothing about it")
         elif not p.low * (1.0 + 1e-3) < value < p.high * (1.0 - 1e-3) and p.low >= 0.0:
             doubts.append(f"{p.name}: ends at a bound, {value:.4g} {p.units}")
-        elif lower != p.name and value < known[lower] * (1.0 + 1e-3):
+        elif lower != p.name and value < by_name[lower] * (1.0 + 1e-3):
             doubts.append(f"{p.name}: ends at {lower}, below which it cannot go")
     return tuple(doubts)
 
@@ -165,11 +165,11 @@ class Search:
 
     def chained(self, slopes: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Slopes (m, p) by natural coordinates, as such by searched ones."""
-        found = slopes.copy()
+        chain = slopes.copy()
         for k, s in self.pairs:
-            found[:, k] = slopes[:, k] * (min(self.high[k], y[s]) - self.low[k])
-            found[:, s] = slopes[:, s] + (y[k] * slopes[:, k] if y[s] < self.high[k] else 0.0)
-        return found
+            chain[:, k] = slopes[:, k] * (min(self.high[k], y[s]) - self.low[k])
+            chain[:, s] = slopes[:, s] + (y[k] * slopes[:, k] if y[s] < self.high[k] else 0.0)
+        return chain
 
 
 class Thinned(NamedTuple):
@@ -216,11 +216,11 @@ class Passes:
                 given = ", ".join(f"{p.name} {v:.4g}" for p, v in zip(self.model.parameters, values, strict=True))
                 raise ValueError(f"trial {trial.name!r}: the modelled torque is beyond all numbers at {given}")
         self.evaluations += 1
-        found = triangle(self.slopes[:, : values.size], self.torque - self.measured)
-        found[:, :-1] *= self.search.slopes(x)
-        found = np.vstack([found, np.column_stack([self.smooth[:, :-1], self.smooth @ np.append(x, 1.0)])])
-        self.last = x.copy(), found
-        return found
+        compressed = triangle(self.slopes[:, : values.size], self.torque - self.measured)
+        compressed[:, :-1] *= self.search.slopes(x)
+        compressed = np.vstack([compressed, np.column_stack([self.smooth[:, :-1], self.smooth @ np.append(x, 1.0)])])
+        self.last = x.copy(), compressed
+        return compressed
 
     def cost(self, x: np.ndarray) -> float:
         """Half the sum of squares at natural coordinates, without slopes."""
@@ -243,17 +243,17 @@ class Passes:
             return moved, self.reduced(search.natural(moved))
 
         def jacobian(free_ones):
-            y, found = whole(free_ones)
-            history.append(0.5 * float(found[:, -1] @ found[:, -1]))
-            return search.chained(found[:, :-1], y)[:, free]
+            y, slopes = whole(free_ones)
+            history.append(0.5 * float(slopes[:, -1] @ slopes[:, -1]))
+            return search.chained(slopes[:, :-1], y)[:, free]
 
-        found = least_squares(
+        solution = least_squares(
             lambda y: whole(y)[1][:, -1], begin[free], jacobian, search.bounds[:, free], "trf", change, change, 1e-12,
             "jac", max_nfev=most,
         )  # fmt: skip
         point = begin.copy()
-        point[free] = found.x
-        return Solved(point, float(found.cost), history, self.evaluations - before, found.status > 0)
+        point[free] = solution.x
+        return Solved(point, float(solution.cost), history, self.evaluations - before, solution.status > 0)
 
 
 def lagged(passes: Passes, x: np.ndarray) -> tuple[float, float, np.ndarray]:
@@ -326,16 +326,16 @@ def parts(model: LuGre, search: Search, trials: Sequence) -> list[Part]:
     label = np.arange(p)
     for row in model.roughness[0]:
         _join(label, row != 0.0)
-    found = []
+    pieces = []
     for trial in trials:
         for axis in axes_of(trial):
             slopes = Passes(model, search, [trial], [np.array([axis])]).samples(search.typical)[:, :-1]
             seen = np.linalg.norm(slopes, axis=0) > 0.0
             _join(label, seen)
-            found.append((trial, axis, seen))
-    there = [(trial, axis, label[seen][0]) for trial, axis, seen in found if seen.any()]
-    own = {name: [(t, a) for t, a, n in there if n == name] for name in dict.fromkeys(n for *_, n in there)}
-    return [Part(label == name, *_by_trial(units)) for name, units in own.items()]
+            pieces.append((trial, axis, seen))
+    there = [(trial, axis, label[seen][0]) for trial, axis, seen in pieces if seen.any()]
+    by_axis = {name: [(t, a) for t, a, n in there if n == name] for name in dict.fromkeys(n for *_, n in there)}
+    return [Part(label == name, *_by_trial(units)) for name, units in by_axis.items()]
 
 
 def _join(label: np.ndarray, together: np.ndarray) -> None:
@@ -366,26 +366,26 @@ class Found:
 
 def _solve(model: LuGre, search: Search, part: Part, begins: list[np.ndarray], tell: Callable[[], None]) -> Found:
     """The best of several starts: all on few samples, the best of those on all, and the best one to the end."""
-    whole = Passes(model, search, part.trials, part.axes)
-    looks = whole if len(begins) == 1 else Passes(model, search, [_thinned(t) for t in part.trials], part.axes)
+    all_passes = Passes(model, search, part.trials, part.axes)
+    looks = all_passes if len(begins) == 1 else Passes(model, search, [_thinned(t) for t in part.trials], part.axes)
     looked = []
     for begin in begins:
         looked.append(looks.solved(begin, part.free, LOOK, MOST_LOOKS))
         tell()
     passes, points = np.array([s.evaluations for s in looked]), [s.point for s in looked]
-    costs = np.array([whole.cost(search.natural(y)) for y in points])
-    scale = (np.linalg.norm(whole.measured) / np.linalg.norm(looks.measured)) ** 2
+    costs = np.array([all_passes.cost(search.natural(y)) for y in points])
+    scale = (np.linalg.norm(all_passes.measured) / np.linalg.norm(looks.measured)) ** 2
     histories = [[scale * cost for cost in s.history] for s in looked]
-    for n in np.argsort(costs, kind="stable")[:FOLLOWED] if looks is not whole else ():
-        further = whole.solved(points[n], part.free, LOOK, MOST_LOOKS)
+    for n in np.argsort(costs, kind="stable")[:FOLLOWED] if looks is not all_passes else ():
+        further = all_passes.solved(points[n], part.free, LOOK, MOST_LOOKS)
         points[n], costs[n] = further.point, further.cost
         histories[n] += further.history
         passes[n] += further.evaluations
     best = int(np.argmin(costs))
-    end = whole.solved(points[best], part.free, FINISH_NETWORK if model.network else FINISH, MOST)
+    end = all_passes.solved(points[best], part.free, FINISH_NETWORK if model.network else FINISH, MOST)
     history = [*histories[best], *end.history[1:]]
     return Found(
-        end, history, costs, passes, points, int(passes.sum()) + end.evaluations, np.linalg.norm(whole.measured)
+        end, history, costs, passes, points, int(passes.sum()) + end.evaluations, np.linalg.norm(all_passes.measured)
     )
 
 
@@ -396,69 +396,70 @@ def _estimate_lugre(model: LuGre, trials: Sequence, *, starts: int, seed: int, p
     if model.lag:
         for begin in begins:
             begin[-1] = typical[-1]
-    split, told = parts(model, search, trials), []
+    split, reports = parts(model, search, trials), []
 
     def tell():
-        told.append(None)
-        progress(len(told) / (len(split) * (starts + 1)))
+        reports.append(None)
+        progress(len(reports) / (len(split) * (starts + 1)))
 
-    found, points, end = [], np.tile(typical, (starts, 1)), typical.copy()
+    solutions, points, end = [], np.tile(typical, (starts, 1)), typical.copy()
     for part in split:
-        found.append(_solve(model, search, part, [np.where(part.free, b, typical) for b in begins], tell))
-        end[part.free] = found[-1].end.point[part.free]
-        points[:, part.free] = np.array(found[-1].points)[:, part.free]
+        solutions.append(_solve(model, search, part, [np.where(part.free, b, typical) for b in begins], tell))
+        end[part.free] = solutions[-1].end.point[part.free]
+        points[:, part.free] = np.array(solutions[-1].points)[:, part.free]
         tell()
     x = search.natural(end)
-    whole = Passes(model, search, trials, [axes_of(t) for t in trials])
-    values, samples = search.values(x), whole.samples(x)
+    passes = Passes(model, search, trials, [axes_of(t) for t in trials])
+    values, samples = search.values(x), passes.samples(x)
     cost = 0.5 * float(samples[:, -1] @ samples[:, -1])
-    covariance, wide, noise = spread(whole.reduced(x)[:, :-1], cost, whole.measured.size)
+    covariance, wide, noise = spread(passes.reduced(x)[:, :-1], cost, passes.measured.size)
     slopes = search.slopes(x)
     names = [q.name for q in model.parameters]
     sizes = np.linalg.norm(samples[:, :-1], axis=0)
     still = still_axes(model, names, sizes)
-    said = bound_doubts(model, values, sizes, still) + _start_doubts(found)
-    delay = {} if model.lag else _delay(whole, x, values, names)
-    longest = max(len(f.history) for f in found)
-    history = sum(np.array(f.history + [f.history[-1]] * (longest - len(f.history))) for f in found)
-    blind = whole.cost(x) - sum(f.end.cost for f in found)  # of axes that no parameter moves
+    doubts = bound_doubts(model, values, sizes, still) + _start_doubts(solutions)
+    delay = {} if model.lag else _delay(passes, x, values, names)
+    longest = max(len(f.history) for f in solutions)
+    history = sum(np.array(f.history + [f.history[-1]] * (longest - len(f.history))) for f in solutions)
+    blind = passes.cost(x) - sum(f.end.cost for f in solutions)  # of axes that no parameter moves
     return Estimate(
         values,
         *(search.values(np.clip(e, search.low, search.high)) for e in (x - wide, x + wide)),
         covariance * np.outer(slopes, slopes),
         history + blind,
         {
-            "cost": sum(f.costs for f in found) + blind,
-            "evaluations": sum(f.passes for f in found),
+            "cost": sum(f.costs for f in solutions) + blind,
+            "evaluations": sum(f.passes for f in solutions),
             "values": np.array([search.values(search.natural(y)) for y in points]),
         },
         {
-            "noise": noise, "evaluations": sum(f.evaluations for f in found), "agreeing": min(map(agreeing, found)),
-            "converged": all(f.end.converged for f in found), "still": still,
+            "noise": noise, "evaluations": sum(f.evaluations for f in solutions),
+            "agreeing": min(map(agreeing, solutions)),
+            "converged": all(f.end.converged for f in solutions), "still": still,
             **delay,
         },
-        said,
+        doubts,
     )  # fmt: skip
 
 
-def agreeing(found: Found) -> int:
+def agreeing(solutions: Found) -> int:
     """Number of starts that came near the least cost."""
-    errors = np.sqrt(2.0 * np.append(found.costs, found.end.cost)) / found.size
+    errors = np.sqrt(2.0 * np.append(solutions.costs, solutions.end.cost)) / solutions.size
     return int(np.sum(errors[:-1] <= errors[-1] + NEAR))
 
 
-def _start_doubts(found: Sequence[Found]) -> tuple[str, ...]:
-    said = []
-    starts = len(found[0].costs)
-    fewest = min(map(agreeing, found))
+def _start_doubts(solutions: Sequence[Found]) -> tuple[str, ...]:
+    doubts = []
+    starts = len(solutions[0].costs)
+    fewest = min(map(agreeing, solutions))
     if starts >= 5 and fewest < ENOUGH * starts:
-        said.append(
+        doubts.append(
             f"only {fewest} of {starts} starts came within an NRMSE of {NEAR:g} of the best one: a better one may "
             "have been missed; try more starts or another seed"
         )
-    if not all(f.end.converged for f in found):
-        said.append(f"the fit was still improving after {MOST} passes over the samples")
-    return tuple(said)
+    if not all(f.end.converged for f in solutions):
+        doubts.append(f"the fit was still improving after {MOST} passes over the samples")
+    return tuple(doubts)
 
 
 # --- characteristic curve
@@ -480,10 +481,10 @@ def _estimate_curve(model: Curve, trials: Sequence, *, starts: int, seed: int, p
     table = {"cost": np.array([cost]), "evaluations": np.array([1]), "values": values[None]}
     sizes = np.linalg.norm(reduced[:, :-1], axis=0)
     still = still_axes(model, [q.name for q in model.parameters], sizes)
-    said = bound_doubts(model, values, sizes, still)
+    doubts = bound_doubts(model, values, sizes, still)
     facts = {"noise": noise, "evaluations": 1, "converged": bool(result.success), "still": still}
     ends = (np.clip(x, *bounds) for x in (values - wide, values + wide))
-    return Estimate(values, *ends, covariance, np.array([cost]), table, facts, said)
+    return Estimate(values, *ends, covariance, np.array([cost]), table, facts, doubts)
 
 
 ESTIMATES = {LuGre: _estimate_lugre, Curve: _estimate_curve}

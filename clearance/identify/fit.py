@@ -118,26 +118,26 @@ class Fit:
             raise ValueError(f"law: this {self.model.name} is no LuGre law of constant parameters")
         if axis not in self.model.groups:
             raise ValueError(f"law: axis must be one of {', '.join(dict.fromkeys(self.model.groups))}, got {axis!r}")
-        own = {n: self.values[f"{axis}_{n}"] for n in ("static", "kinetic", "stiffness", "damping", "viscous")}
+        numbers = {n: self.values[f"{axis}_{n}"] for n in ("static", "kinetic", "stiffness", "damping", "viscous")}
         speed = self.values[f"{axis}_stribeck_speed"]
         more = {"stribeck_rate": speed, "exponent": self.model.exponent}
         if self.model.load == "fixed":
-            return joint_lugre(**own, **more)
+            return joint_lugre(**numbers, **more)
         if arm is None:
             raise ValueError("law: the torque follows the preload: give arm [m], by which the preload makes the load")
         load = self.model.preload * positive("law: arm", arm)
-        return joint_lugre_loaded(**{n: v / load for n, v in own.items()}, **more)
+        return joint_lugre_loaded(**{n: v / load for n, v in numbers.items()}, **more)
 
     def save(self, path: str | Path) -> Path:
         """All of it as HDF5 (format clearance-friction-fit), for `open_fit`."""
         names, parameters = list(self.values), {p.name: p for p in self.model.parameters}
-        known = [parameters[n] for n in names]
+        columns = [parameters[n] for n in names]
         table = {
             "name": ("1", "parameter", names),
-            "units": ("1", "its units", [p.units for p in known]),
+            "units": ("1", "its units", [p.units for p in columns]),
             "value": ("as units say", "value", np.array(list(self.values.values()))),
-            "lower_bound": ("as units say", "least value tried", np.array([p.low for p in known])),
-            "upper_bound": ("as units say", "largest value tried", np.array([p.high for p in known])),
+            "lower_bound": ("as units say", "least value tried", np.array([p.low for p in columns])),
+            "upper_bound": ("as units say", "largest value tried", np.array([p.high for p in columns])),
         }
         if self.low:
             table["low"] = ("as units say", "lower end of the 95 % interval", np.array(list(self.low.values())))
@@ -237,26 +237,28 @@ def fit(
         _check(trial)
     began = time.perf_counter()
     how = {"starts": starts, "seed": seed, "progress": progress or (lambda share: None)}
-    known = type(model) in ESTIMATES
-    found = ESTIMATES[type(model)](model, trials, **how) if known else model.estimate(trials, **how)
+    ours = type(model) in ESTIMATES
+    estimate = ESTIMATES[type(model)](model, trials, **how) if ours else model.estimate(trials, **how)
     took = time.perf_counter() - began
     names = [p.name for p in model.parameters]
-    values, low, high = (dict(zip(names, v.tolist(), strict=False)) for v in (found.values, found.low, found.high))
+    values, low, high = (
+        dict(zip(names, v.tolist(), strict=False)) for v in (estimate.values, estimate.low, estimate.high)
+    )
     scores = {r: _score(model, values, [t for t in measurement.trials if t.role == r]) for r in there}
     fastest = max((float(np.linalg.norm(t.rate, axis=1).max()) for t in driven), default=0.0)
     facts = {
         "roles": list(roles), "trials": [t.name for t in trials], "samples": sum(t.samples for t in trials),
         "starts": starts, "seed": int(seed), "seconds": took, "fastest": fastest,
-        "synthetic": bool(getattr(measurement, "facts", {}).get("synthetic", False)), **found.facts,
+        "synthetic": bool(getattr(measurement, "facts", {}).get("synthetic", False)), **estimate.facts,
     }  # fmt: skip
-    said = *doubts.of_records(driven), *doubts.of_scores(scores, driven), *doubts.of_loads(model, driven)
-    said = *said, *found.doubts, *model.doubts(values, fastest)
+    remarks = *doubts.of_records(driven), *doubts.of_scores(scores, driven), *doubts.of_loads(model, driven)
+    remarks = *remarks, *estimate.doubts, *model.doubts(values, fastest)
     if low:
         facts |= _correlated(model, values, trials)
         samples = sum(model.observed(t).size for t in trials)
-        said = *said, *doubts.of_lag(facts, trials), *doubts.of_short_damping(model, values, driven)
-        said = *said, *doubts.of_intervals(facts["widening"], samples, facts["independent_samples"])
-    return Fit(model, values, low, high, found.covariance, scores, found.history, found.starts, facts, said)
+        remarks = *remarks, *doubts.of_lag(facts, trials), *doubts.of_short_damping(model, values, driven)
+        remarks = *remarks, *doubts.of_intervals(facts["widening"], samples, facts["independent_samples"])
+    return Fit(model, values, low, high, estimate.covariance, scores, estimate.history, estimate.starts, facts, remarks)
 
 
 def _correlated(model: Model, values: dict[str, float], trials: Sequence) -> dict[str, float]:

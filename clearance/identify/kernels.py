@@ -150,13 +150,13 @@ def coefficients(layout, values, axis, w, e):
 
 
 @compiled
-def functions(layout, values, speeds, found):
+def functions(layout, values, speeds, out):
     """T, sigma0, sigma1, sigma2 of each axis at each speed, into `found` (3, 4, speeds)."""
     for axis in range(3):
         for n in range(speeds.size):
-            found[axis, TORQUE, n] = envelope(layout, values, axis, speeds[n])[0]
+            out[axis, TORQUE, n] = envelope(layout, values, axis, speeds[n])[0]
             for function in range(STIFFNESS, VISCOUS + 1):
-                found[axis, function, n] = tabulated(layout, values, axis, function, speeds[n])[0]
+                out[axis, function, n] = tabulated(layout, values, axis, function, speeds[n])[0]
 
 
 # --- bristles
@@ -273,9 +273,9 @@ def add_tabulated(layout, values, axis, function, speed, factor, row):
     if layout.hidden > 0 and function != VISCOUS and not layout.static:
         add_network(layout, values, axis, function, speed, factor, row)
         return
-    found = tabulated(layout, values, axis, function, speed)
-    row[found[1]] += factor * found[2]
-    row[found[1] + 1] += factor * found[3]
+    value = tabulated(layout, values, axis, function, speed)
+    row[value[1]] += factor * value[2]
+    row[value[1] + 1] += factor * value[3]
 
 
 @compiled
@@ -289,10 +289,10 @@ def add_relaxation(layout, values, axis, w, e, k, stiffness, factor, row):
         add_envelope(layout, values, axis, e[axis], -factor / e[axis][0], row)
         return
     add_envelope(layout, values, axis, e[axis], -2.0 * factor / e[axis][0], row)
-    whole = strength(layout, axis, w, e)
+    total = strength(layout, axis, w, e)
     for j in range(3):
         if w[j] != 0.0:
-            share = e[j][0] * w[j] / whole
+            share = e[j][0] * w[j] / total
             add_envelope(layout, values, j, e[j], factor * share * share / e[j][0], row)
 
 

@@ -71,8 +71,8 @@ def advance(layout, weights, state, rate):
         for j in range(wide):
             gates[j] += value * weights[k * wide + j]
     for n in range(hidden):
-        kept = sigmoid(gates[n + hidden]) * state[UNITS + hidden + n]
-        cell = kept + sigmoid(gates[n]) * math.tanh(gates[n + 2 * hidden])
+        memory = sigmoid(gates[n + hidden]) * state[UNITS + hidden + n]
+        cell = memory + sigmoid(gates[n]) * math.tanh(gates[n + 2 * hidden])
         state[UNITS + hidden + n] = cell
         state[UNITS + n] = sigmoid(gates[n + 3 * hidden]) * math.tanh(cell)
     at += wide
@@ -207,14 +207,14 @@ class LSTM(Model):
         Raises ValueError where the extra `learn` is missing, or trials give too few windows, no motion or no torque.
         """
         windows = Windows.of(self, trials)
-        known = _train(self, windows, seed, progress)
-        best, squares = int(np.argmin(known.others)), known.counted * windows.size**2
+        trained = _train(self, windows, seed, progress)
+        best, squares = int(np.argmin(trained.others)), trained.counted * windows.size**2
         facts = {
-            "starts": 1, "epochs": len(known.losses), "best_epoch": best, "windows": len(windows.rate),
-            "windows_held_out": known.held, "held_out_nrmse": [float(f"{math.sqrt(e):.4g}") for e in known.others],
+            "starts": 1, "epochs": len(trained.losses), "best_epoch": best, "windows": len(windows.rate),
+            "windows_held_out": trained.held, "held_out_nrmse": [float(f"{math.sqrt(e):.4g}") for e in trained.others],
             "squares": squares, "precision": "float32",
         }  # fmt: skip
-        values, none, history = _exported(windows, known), np.empty(0), 0.5 * np.array(known.losses) * squares
+        values, none, history = _exported(windows, trained), np.empty(0), 0.5 * np.array(trained.losses) * squares
         table = {"cost": history[[best]], "evaluations": np.array([len(history)]), "values": values[None]}
         return Estimate(values, none, none, np.empty((0, 0)), history, table, facts)
 
@@ -251,11 +251,11 @@ class Windows:
         reach = float(abs(rate).max())
         if not size or not reach:
             raise ValueError(f"the lstm cannot learn from trials without {'motion' if size else 'torque'}")
-        whole = np.zeros((len(trials), max(len(r) for r, _ in sampled), 3), np.float32)
-        for row, (own, _) in zip(whole, sampled, strict=True):
-            row[: len(own)] = own / reach
+        series = np.zeros((len(trials), max(len(r) for r, _ in sampled), 3), np.float32)
+        for row, (rates, _) in zip(series, sampled, strict=True):
+            row[: len(rates)] = rates / reach
         scaled = (a.astype(np.float32) for a in (rate / reach, torque / size, begun, counts))
-        return Windows(*scaled, owner, before, whole, reach, size)
+        return Windows(*scaled, owner, before, series, reach, size)
 
 
 def _sampled(model: LSTM, trial) -> tuple[np.ndarray, np.ndarray]:
@@ -304,9 +304,9 @@ def _train(model: LSTM, windows: Windows, seed: int, progress: Callable[[float],
     random = np.random.default_rng(seed)
     order = random.permutation(len(windows.rate))
     held = order[: max(1, round(model.held_out * len(order)))]
-    kept = order[len(held) :]
-    size = min(model.batch, len(kept))
-    used = len(kept) // size * size
+    training = order[len(held) :]
+    size = min(model.batch, len(training))
+    used = len(training) // size * size
     rate = optax.cosine_decay_schedule(model.rate, model.epochs * PASSES * used // size, RATE_LEFT)
     adam = optax.chain(optax.clip_by_global_norm(CLIP), optax.adam(rate))
     data = tuple(jax.numpy.asarray(d) for d in (windows.rate, windows.begun, windows.torque, windows.counts))
@@ -328,7 +328,7 @@ def _train(model: LSTM, windows: Windows, seed: int, progress: Callable[[float],
     network = best = _network(model, jax.random.PRNGKey(seed))
     state, losses, others = adam.init(eqx.filter(network, eqx.is_array)), [], []
     while len(losses) < model.epochs and len(losses) - int(np.argmin(others or [0.0])) <= model.patience:
-        batches = np.concatenate([random.permutation(kept)[:used] for _ in range(PASSES)]).reshape(-1, size)
+        batches = np.concatenate([random.permutation(training)[:used] for _ in range(PASSES)]).reshape(-1, size)
         before = network
         network, state, error, other = epoch(network, state, batches)
         losses.append(float(error))
@@ -338,7 +338,7 @@ def _train(model: LSTM, windows: Windows, seed: int, progress: Callable[[float],
         progress(len(losses) / model.epochs)
     cell, out = best
     weights = (np.asarray(w, float) for w in (cell.weight_ih, cell.weight_hh, cell.bias, out.weight, out.bias))
-    return Trained(*weights, losses, others, len(held), float(windows.counts[kept].sum()))
+    return Trained(*weights, losses, others, len(held), float(windows.counts[training].sum()))
 
 
 def _network(model: LSTM, key):
@@ -379,16 +379,16 @@ def _mean_square(network, begin, rate, begun, torque, counts):
     """Mean square of the error of windows where it counts."""
     import jax
 
-    found = jax.vmap(lambda *piece: _run(network, *piece)[0])(begin, rate, begun)
-    return (counts * (found - torque) ** 2).sum() / counts.sum()
+    predicted = jax.vmap(lambda *piece: _run(network, *piece)[0])(begin, rate, begun)
+    return (counts * (predicted - torque) ** 2).sum() / counts.sum()
 
 
-def _exported(windows: Windows, known: Trained) -> np.ndarray:
+def _exported(windows: Windows, trained: Trained) -> np.ndarray:
     """Weights for inputs and torques in SI, in the order of the parameters; no torque where none was measured."""
-    read_out, offset = known.read_out * windows.size, known.offset * windows.size
+    read_out, offset = trained.read_out * windows.size, trained.offset * windows.size
     unknown = windows.counts.sum(axis=(0, 1)) == 0
     read_out[unknown], offset[unknown] = 0.0, 0.0
-    parts = known.by_input.T / windows.reach, known.by_unit.T, known.bias, read_out, offset
+    parts = trained.by_input.T / windows.reach, trained.by_unit.T, trained.bias, read_out, offset
     return np.concatenate([p.ravel() for p in parts])
 
 

@@ -128,9 +128,9 @@ class Model:
             for p in parameters
         )
 
-    def _check_names(self, given, known: Sequence[str], what: str) -> None:
-        if unknown := [n for n in given if n not in known]:
-            raise ValueError(f"{what}: {self.name} has no parameter {unknown[0]!r}; it has {', '.join(known)}")
+    def _check_names(self, given, names: Sequence[str], what: str) -> None:
+        if unknown := [n for n in given if n not in names]:
+            raise ValueError(f"{what}: {self.name} has no parameter {unknown[0]!r}; it has {', '.join(names)}")
 
     def array(self, values: Values) -> np.ndarray:
         """Values in the order of the parameters (p,). Raises ValueError for wrong names, numbers and values."""
@@ -275,18 +275,18 @@ class LuGre(Model):
         """Fitted parameters, in the order of their vector."""
         groups, functions = dict.fromkeys(self.groups), [*self._units, *itertools.chain(*self._functions)]
         functions += [FOLLOWS] * (self.load == "power")
-        own = [replace(p, name=f"{g}_{p.name}") for g in groups for p in functions]
-        return self.bounded([*own, *([LAG] * self.lag)], 1e-12)
+        parameters = [replace(p, name=f"{g}_{p.name}") for g in groups for p in functions]
+        return self.bounded([*parameters, *([LAG] * self.lag)], 1e-12)
 
     @cached_property
     def layout(self) -> Layout:
         """Places of the numbers in the values of the kernels."""
         sizes = [len(f) for f in self._functions]
         inner = len(self._units)
-        own, groups = inner + sum(sizes) + (self.load == "power"), list(dict.fromkeys(self.groups))
-        places, behind = np.empty((3, 4), np.int64), own * len(groups) + self.lag
+        count, groups = inner + sum(sizes) + (self.load == "power"), list(dict.fromkeys(self.groups))
+        places, behind = np.empty((3, 4), np.int64), count * len(groups) + self.lag
         for axis, group in enumerate(self.groups):
-            first = [own * groups.index(group) + inner + sum(sizes[:f]) for f in range(len(sizes))]
+            first = [count * groups.index(group) + inner + sum(sizes[:f]) for f in range(len(sizes))]
             if self.static:
                 places[axis] = first[0], behind, behind + 1, first[1]
             else:
@@ -380,9 +380,9 @@ class LuGre(Model):
     def functions(self, values: Values, speeds: np.ndarray) -> np.ndarray:
         """T [N m], sigma0 [N m/rad], sigma1, sigma2 [N m s/rad] of the axes at speeds (n,) [rad/s], (3, 4, n)."""
         speeds = np.ascontiguousarray(speeds, float)
-        found = np.empty((3, 4, speeds.size))
-        kernels.functions(self.layout, self.packed(values), speeds, found)
-        return found
+        values_of = np.empty((3, 4, speeds.size))
+        kernels.functions(self.layout, self.packed(values), speeds, values_of)
+        return values_of
 
     def passive_rate(self, values: Values) -> float:
         """Rate [rad/s] up to which no axis gives off more energy than its bristles hold, inf where that never happens.
@@ -391,8 +391,8 @@ class LuGre(Model):
         whatever the deflection; uncoupled and started at rest (|sigma0 z| <= max T) also where sigma2 >= sigma1
         (max T / T - 1). A stiffness that changes with the speed does work that is not counted. Rounded down by 0.6 %.
         """
-        found = self.functions(values, SPEEDS)
-        torque, damping, viscous = found[:, TORQUE], found[:, DAMPING], found[:, VISCOUS]
+        values_at = self.functions(values, SPEEDS)
+        torque, damping, viscous = values_at[:, TORQUE], values_at[:, DAMPING], values_at[:, VISCOUS]
         strongest = torque.max(axis=0) if self.coupled else torque
         fine = strongest * SPEEDS / torque**2 * damping**2 <= 4.0 * (damping + viscous)
         if not self.coupled:
@@ -457,15 +457,15 @@ class Curve(Model):
 
     def hats(self, rate: np.ndarray) -> np.ndarray:
         """Slopes of the torque by the parameters (n, 3, p) at rates (n, 3) [rad/s]."""
-        knots, found = self.layout.knots, np.zeros((len(rate), 3, len(self.parameters) + 1))
+        knots, hats = self.layout.knots, np.zeros((len(rate), 3, len(self.parameters) + 1))
         speed, sign, rows = np.abs(rate), np.sign(rate), np.arange(len(rate))
         for axis in range(3):
             m = np.clip(np.searchsorted(knots, speed[:, axis]) - 1, 0, len(knots) - 2)
             share = np.clip((speed[:, axis] - knots[m]) / (knots[m + 1] - knots[m]), 0.0, 1.0)
             place = self.layout.places[axis, TORQUE] + m
-            found[rows, axis, place] = share * sign[:, axis]
-            found[rows, axis, np.where(m > 0, place - 1, -1)] = (1.0 - share) * sign[:, axis]
-        return found[:, :, :-1]
+            hats[rows, axis, place] = share * sign[:, axis]
+            hats[rows, axis, np.where(m > 0, place - 1, -1)] = (1.0 - share) * sign[:, axis]
+        return hats[:, :, :-1]
 
     def passive_rate(self, values: Values) -> float:
         """Rate [rad/s] up to which it brakes, inf where it always does."""

@@ -105,9 +105,9 @@ class Trial(Sampled):
 
     def __post_init__(self):
         identifier("trial name", self.name)
-        for label, known in LABELS.items():
-            if (value := getattr(self, label)) not in known:
-                raise ValueError(f"trial {self.name!r}: {label} must be one of {', '.join(known)}, got {value!r}")
+        for label, choices in LABELS.items():
+            if (value := getattr(self, label)) not in choices:
+                raise ValueError(f"trial {self.name!r}: {label} must be one of {', '.join(choices)}, got {value!r}")
         measured = tuple(map(bool, self.measured))
         if len(measured) != 3 or not any(measured):
             raise ValueError(f"trial {self.name!r}: measured must be three flags, at least one of them set")
@@ -151,8 +151,8 @@ class Series(Sampled):
     def __post_init__(self):
         identifier("trial name", self.name)
         if self.role not in LABELS["role"]:
-            known = ", ".join(LABELS["role"])
-            raise ValueError(f"trial {self.name!r}: role must be one of {known}, got {self.role!r}")
+            choices = ", ".join(LABELS["role"])
+            raise ValueError(f"trial {self.name!r}: role must be one of {choices}, got {self.role!r}")
         time = np.array(self.time, float)
         columns = {n: np.array(v, float) for n, v in self.columns.items()}
         for name, values in columns.items():
@@ -193,11 +193,11 @@ class Measurement:
 
     def of(self, *roles: str) -> "Measurement":
         """The trials of these roles. Raises ValueError where there is none."""
-        found = [t for t in self.trials if t.role in roles]
-        if not found:
+        trials = [t for t in self.trials if t.role in roles]
+        if not trials:
             there = ", ".join(dict.fromkeys(t.role for t in self.trials))
             raise ValueError(f"no trial has the role {' or '.join(map(repr, roles))}; there are {there}")
-        return Measurement(tuple(found), self.facts)
+        return Measurement(tuple(trials), self.facts)
 
     def named(self, name: str) -> Trial:
         """A trial by its name. Raises KeyError for an unknown one."""
@@ -253,26 +253,26 @@ def check_units(measurement: Measurement, row: Callable[[str], Where] = lambda t
     about an axis that turns (a dead sensor). Small motions in degrees pass: they look like large ones in radians.
     """
     for trial in measurement.trials:
-        said = f"trial {trial.name!r}"
+        place = f"trial {trial.name!r}"
         if trial.step > LONGEST_STEP:
             raise ValueError(
-                f"{said}, column time: steps of {trial.step:g} s; is it in ms? {CALL.format('time_ms', 'ms')}"
+                f"{place}, column time: steps of {trial.step:g} s; is it in ms? {CALL.format('time_ms', 'ms')}"
             )
         for i, axis in enumerate(AXES):
             rate, angle = abs(trial.rate[:, i]), trial.angle[:, i]
             hint = f"is it in degrees? {CALL.format(f'rate_{axis}_deg_s', 'deg/s')}"
             if rate.max() > HIGHEST_RATE:
-                where = f"{said}, {row(trial.name)(int(rate.argmax()))}, column rate_{axis}"
+                where = f"{place}, {row(trial.name)(int(rate.argmax()))}, column rate_{axis}"
                 raise ValueError(f"{where}: {rate.max():g} rad/s is more than {HIGHEST_RATE:g} rad/s; {hint}{TRUST}")
             widest = WIDEST_SPIN if axis == "z" else WIDEST_TILT
             if (swept := float(np.ptp(angle))) > widest:
-                where = f"{said}, {row(trial.name)(int(angle.argmax()))}, column rate_{axis}"
+                where = f"{place}, {row(trial.name)(int(angle.argmax()))}, column rate_{axis}"
                 raise ValueError(
                     f"{where}: it turns through {swept:.4g} rad, more than {widest:.4g} rad; {hint}{TRUST}"
                 )
             if trial.measured[i] and rate.any() and not np.ptp(trial.torque[:, i]):
                 raise ValueError(
-                    f"{said}, column torque_{axis}: {trial.torque[0, i]:g} N m in all rows; nothing measured?"
+                    f"{place}, column torque_{axis}: {trial.torque[0, i]:g} N m in all rows; nothing measured?"
                 )
     peaks = [abs(t.torque).max() for t in measurement.trials]
     trial, peak = measurement.trials[int(np.argmax(peaks))], max(peaks)
@@ -326,15 +326,15 @@ def _trial(name: str, columns: dict[str, np.ndarray], labels: dict, facts: dict,
         raise ValueError(f"trial {name!r} has no column time; it has {', '.join(columns) or 'none'}")
     if not any(measured):
         raise ValueError(f"trial {name!r} has no column torque_x, torque_y or torque_z that is filled")
-    for axis, known in zip(AXES, measured, strict=True):
-        if known and f"rate_{axis}" not in columns:
+    for axis, measured_here in zip(AXES, measured, strict=True):
+        if measured_here and f"rate_{axis}" not in columns:
             raise ValueError(f"trial {name!r} has a column torque_{axis} but no column rate_{axis}")
     check(name, columns, row)
     still = np.zeros(len(time))
     rate, torque = (np.stack([columns.get(f"{q}_{a}", still) for a in AXES], axis=1) for q in ("rate", "torque"))
     spins, tilts = bool(rate[:, 2].any()), bool(rate[:, :2].any())
-    own = {"kind": "other", "role": "training", "axis": "mixed" if spins and tilts else "spin" if spins else "tilt"}
-    return Trial(name, **own | labels, time=time, rate=rate, torque=torque, measured=measured, facts=facts)
+    usual = {"kind": "other", "role": "training", "axis": "mixed" if spins and tilts else "spin" if spins else "tilt"}
+    return Trial(name, **usual | labels, time=time, rate=rate, torque=torque, measured=measured, facts=facts)
 
 
 def _series(name: str, columns: dict, units: dict, labels: dict, facts: dict, predicts: Mapping, row=None) -> Series:
@@ -366,8 +366,8 @@ def _read_hdf5(file: Reader, predicts: Mapping[str, str] | None = None) -> Measu
     names = sorted(names, key=lambda name: (about[name].get("order", 0), name))
     make = _hdf5_series if predicts else _hdf5_trial
     trials = [make(file, name, about[name], *([predicts] if predicts else [])) for name in names]
-    own = {*provenance(), "format"}
-    return Measurement(tuple(trials), {k: plain(v) for k, v in file.attributes().items() if k not in own})
+    ours = {*provenance(), "format"}
+    return Measurement(tuple(trials), {k: plain(v) for k, v in file.attributes().items() if k not in ours})
 
 
 def _hdf5_trial(file: Reader, name: str, about: dict) -> Trial:
@@ -375,13 +375,13 @@ def _hdf5_trial(file: Reader, name: str, about: dict) -> Trial:
     columns, present = {}, file.names(f"trials/{name}")
     for column in (c for q in UNITS for c in ([q] if q == "time" else [f"{q}_{a}" for a in AXES]) if c in present):
         place, where = f"trials/{name}/{column}", f"trial {name!r}, column {column}"
-        units, known = file.attributes(place).get("units", ""), UNITS[column.partition("_")[0]]
-        if units not in known:
-            raise ValueError(f"{where}: its units must be {' or '.join(known)}, got {units!r}")
+        units, expected = file.attributes(place).get("units", ""), UNITS[column.partition("_")[0]]
+        if units not in expected:
+            raise ValueError(f"{where}: its units must be {' or '.join(expected)}, got {units!r}")
         values = file.column(place)
         if values.ndim != 1 or values.dtype.kind not in "iuf":
             raise ValueError(f"{where} must be one row of numbers, got {values.dtype} of shape {values.shape}")
-        columns[column] = np.asarray(values, float) * known[units]
+        columns[column] = np.asarray(values, float) * expected[units]
     lengths = {c: len(v) for c, v in columns.items()}
     if len(set(lengths.values())) > 1:
         raise ValueError(f"trial {name!r} has columns of different length: {lengths}")
@@ -420,23 +420,23 @@ def _read_csv(path: Path, rows: dict[str, Where], predicts: Mapping[str, str] | 
         raise ValueError(f"not a text file: {error}") from None
     if any("\0" in t for t in lines):
         raise ValueError("not a text file: it has a NUL character")
-    kept = [(i, t) for i, t in enumerate(lines, 1) if t.strip() and not t.startswith("#")]
-    if len(kept) < 2:
-        raise ValueError("there are no samples" if kept else "the file is empty")
-    header = kept[0][1]
+    content = [(i, t) for i, t in enumerate(lines, 1) if t.strip() and not t.startswith("#")]
+    if len(content) < 2:
+        raise ValueError("there are no samples" if content else "the file is empty")
+    header = content[0][1]
     mark = next((m for m in ";\t" if m in header), ",")
-    names = [n.strip() for n in _csv_cells([header], mark, [kept[0][0]])[0]]
-    known = _csv_series(names) if predicts else _csv_columns(names)
-    numbers = np.array([i for i, _ in kept[1:]])
-    cells = _csv_cells([t for _, t in kept[1:]], mark, numbers)
-    for line, found in zip(numbers, cells, strict=True):
-        if len(found) != len(names):
-            raise ValueError(f"line {line}: {len(found)} cells under a header of {len(names)}")
+    names = [n.strip() for n in _csv_cells([header], mark, [content[0][0]])[0]]
+    columns = _csv_series(names) if predicts else _csv_columns(names)
+    numbers = np.array([i for i, _ in content[1:]])
+    cells = _csv_cells([t for _, t in content[1:]], mark, numbers)
+    for line, row in zip(numbers, cells, strict=True):
+        if len(row) != len(names):
+            raise ValueError(f"line {line}: {len(row)} cells under a header of {len(names)}")
     table = dict(zip(names, zip(*cells, strict=True), strict=True))
-    facts, own = _csv_facts(t for t in lines if t.startswith("#"))
-    left = [n for n in names if n not in known and n not in ("trial", *LABELS)]
+    facts, by_trial = _csv_facts(t for t in lines if t.startswith("#"))
+    left = [n for n in names if n not in columns and n not in ("trial", *LABELS)]
     trials = [
-        _csv_trial(name, part, table, known, numbers, own, rows, predicts)
+        _csv_trial(name, part, table, columns, numbers, by_trial, rows, predicts)
         for name, part in _parts(path, table, numbers)
     ]
     return Measurement(tuple(trials), facts | ({"columns_left_aside": left} if left else {}))
@@ -458,25 +458,25 @@ def _csv_cells(texts: list[str], mark: str, numbers: Sequence[int]) -> list[list
 
 def _csv_columns(names: list[str]) -> dict[str, tuple[str, float]]:
     """Columns of numbers by their heading: SI name, and factor to SI. Raises ValueError for those that cannot be."""
-    known = {}
+    columns = {}
     for quantity, units in UNITS.items():
         for stem in ["time"] if quantity == "time" else [f"{quantity}_{a}" for a in AXES]:
-            known[stem] = stem, 1.0
-            known |= {f"{stem}_{u.replace('/', '_').replace(' ', '_')}": (stem, f) for u, f in units.items()}
+            columns[stem] = stem, 1.0
+            columns |= {f"{stem}_{u.replace('/', '_').replace(' ', '_')}": (stem, f) for u, f in units.items()}
     if twice := [n for n in names if names.count(n) > 1]:
         raise ValueError(f"column {twice[0]!r} comes twice")
     for name in names:
-        if name not in known and name.lower().startswith(tuple(UNITS)):
-            raise ValueError(f"column {name!r} is not known; known are trial, {', '.join([*LABELS, *known])}")
-    found = {n: known[n] for n in names if n in known}
-    stems = [stem for stem, _ in found.values()]
+        if name not in columns and name.lower().startswith(tuple(UNITS)):
+            raise ValueError(f"column {name!r} is not known; known are trial, {', '.join([*LABELS, *columns])}")
+    present = {n: columns[n] for n in names if n in columns}
+    stems = [stem for stem, _ in present.values()]
     if twice := [s for s in stems if stems.count(s) > 1]:
         raise ValueError(f"column {twice[0]} comes twice, in different units")
     for quantity in UNITS:
         if not any(s.startswith(quantity) for s in stems):
             wanted = quantity if quantity == "time" else f"{quantity}_x, {quantity}_y or {quantity}_z"
             raise ValueError(f"there is no column {wanted}; there are {', '.join(names)}")
-    return found
+    return present
 
 
 def _csv_series(names: list[str]) -> dict[str, tuple[str, float, str]]:
@@ -484,30 +484,30 @@ def _csv_series(names: list[str]) -> dict[str, tuple[str, float, str]]:
 
     Raises ValueError for a name that comes twice.
     """
-    found = {}
+    series = {}
     for heading in names:
         stem, bracket, units = heading.partition("[")
         if stem.strip() in ("trial", *LABELS):
             continue
         kind, factor = _si(units.rstrip("] ")) if bracket else ("", 1.0)
-        found[heading] = stem.strip(), factor, kind
-    stems = [stem for stem, *_ in found.values()]
+        series[heading] = stem.strip(), factor, kind
+    stems = [stem for stem, *_ in series.values()]
     if twice := [s for s in stems if stems.count(s) > 1]:
         raise ValueError(f"column {twice[0]!r} comes twice")
-    return found
+    return series
 
 
 def _csv_facts(comments: Iterable[str]) -> tuple[dict, dict[str, dict]]:
     """Facts of the measurement, and of trials by their names, out of lines "# name = value"."""
     facts: dict = {}
-    own: dict[str, dict] = {}
+    by_trial: dict[str, dict] = {}
     for text in comments:
         name, equals, value = text.lstrip("# ").partition("=")
         trial, dot, short = name.strip().rpartition(".")
         if not equals or not short:
             continue
-        (own.setdefault(trial, {}) if dot else facts)[short] = _value(value.strip())
-    return facts, own
+        (by_trial.setdefault(trial, {}) if dot else facts)[short] = _value(value.strip())
+    return facts, by_trial
 
 
 def _value(text: str):
@@ -531,22 +531,22 @@ def _parts(path: Path, table: dict, numbers: np.ndarray) -> list[tuple[str, slic
         return [(path.stem.replace(".", "_").replace(" ", "_"), slice(None))]
     labels = np.array(table["trial"])
     starts = np.flatnonzero(np.append(True, labels[1:] != labels[:-1]))
-    found: dict[str, slice] = {}
+    parts: dict[str, slice] = {}
     for begin, end in zip(starts, [*starts[1:], len(labels)], strict=True):
         name = str(labels[begin]).strip()
-        if name in found:
+        if name in parts:
             raise ValueError(f"line {numbers[begin]}: trial {name!r} comes a second time")
-        found[name] = slice(begin, end)
-    return list(found.items())
+        parts[name] = slice(begin, end)
+    return list(parts.items())
 
 
 def _csv_trial(
-    name: str, part: slice, table: dict, known: dict, numbers, own: dict, rows: dict, predicts: Mapping | None
+    name: str, part: slice, table: dict, meaning: dict, numbers, by_trial: dict, rows: dict, predicts: Mapping | None
 ) -> Trial | Series:
     lines = numbers[part]
     rows[name] = lambda i: f"line {lines[i]}"
     columns = {}
-    for heading, (stem, factor, *_) in known.items():
+    for heading, (stem, factor, *_) in meaning.items():
         texts = table[heading][part]
         if stem != "time" and not any(t.strip() for t in texts):
             continue
@@ -554,14 +554,14 @@ def _csv_trial(
     labels = {}
     for label in LABELS:
         if label in table:
-            found = {t.strip() for t in table[label][part]}
-            if len(found) > 1:
-                raise ValueError(f"trial {name!r} has several {label}s: {', '.join(sorted(found))}")
-            labels[label] = found.pop()
+            values = {t.strip() for t in table[label][part]}
+            if len(values) > 1:
+                raise ValueError(f"trial {name!r} has several {label}s: {', '.join(sorted(values))}")
+            labels[label] = values.pop()
     if predicts:
-        units = {stem: unit for stem, _, unit in known.values()}
-        return _series(name, columns, units, labels, own.get(name, {}), predicts, rows[name])
-    return _trial(name, columns, labels, own.get(name, {}), rows[name])
+        units = {stem: unit for stem, _, unit in meaning.values()}
+        return _series(name, columns, units, labels, by_trial.get(name, {}), predicts, rows[name])
+    return _trial(name, columns, labels, by_trial.get(name, {}), rows[name])
 
 
 def _numbers(trial: str, column: str, texts, lines: np.ndarray) -> np.ndarray:
@@ -573,8 +573,8 @@ def _numbers(trial: str, column: str, texts, lines: np.ndarray) -> np.ndarray:
             try:
                 float(text)
             except ValueError:
-                said = "is empty" if not text.strip() else f"{text!r} is not a number"
-                raise ValueError(f"trial {trial!r}, line {line}, column {column}: {said}") from None
+                reason = "is empty" if not text.strip() else f"{text!r} is not a number"
+                raise ValueError(f"trial {trial!r}, line {line}, column {column}: {reason}") from None
         raise
 
 
@@ -614,14 +614,14 @@ def _write_csv(path: Path, measurement: Measurement) -> Path:
     series = isinstance(measurement.trials[0], Series)
     names = ["time", *(f"{q}_{a}" for q in ("rate", "torque") for a in AXES)]
     names = list(_columns(measurement.trials[0])) if series else names
-    known = [label for label in LABELS if hasattr(measurement.trials[0], label)]
+    given = [label for label in LABELS if hasattr(measurement.trials[0], label)]
     with replacing(path) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
         file.writelines(f"# {k} = {v}\n" for k, v in measurement.facts.items())
         file.writelines(f"# {t.name}.{k} = {v}\n" for t in measurement.trials for k, v in t.facts.items())
         out = csv.writer(file)
-        out.writerow(["trial", *known, *names])
+        out.writerow(["trial", *given, *names])
         for t in measurement.trials:
-            labels, columns = [t.name, *(getattr(t, label) for label in known)], _columns(t)
+            labels, columns = [t.name, *(getattr(t, label) for label in given)], _columns(t)
             cells = [map(repr, columns[n].tolist()) if n in columns else [""] * t.samples for n in names]
             out.writerows([*labels, *row] for row in zip(*cells, strict=True))
     return path

@@ -50,14 +50,14 @@ def fitted(
 
     progress: called with a sentence on each. Raises ValueError as `fit` does.
     """
-    found = {}
+    fits = {}
     for name in names:
         if name == "lstm" and (reason := learn.missing()):
             progress(f"lstm left out: {reason}")
             continue
-        found[name] = fit(measurement, name, seed=seed, starts=starts)
-        progress(f"{name} fitted in {found[name].facts['seconds']:.1f} s")
-    return found
+        fits[name] = fit(measurement, name, seed=seed, starts=starts)
+        progress(f"{name} fitted in {fits[name].facts['seconds']:.1f} s")
+    return fits
 
 
 @dataclass(frozen=True)
@@ -269,11 +269,11 @@ def progress(fits: Fits, measurement: Measurement) -> list[Progress]:
     return [_progress(f, squares) for f in fits.values()]
 
 
-def _progress(found: Fit, squares: float) -> Progress:
-    squares = found.facts.get("squares", squares)  # a network is not trained on all windows
-    error, ends = (np.sqrt(2.0 * np.asarray(c, float) / squares) for c in (found.history, found.starts["cost"]))
-    held_out = np.array(found.facts.get("held_out_nrmse", ()))
-    return Progress(found.model.name, error, ends, np.asarray(found.starts["evaluations"]), held_out)
+def _progress(result: Fit, squares: float) -> Progress:
+    squares = result.facts.get("squares", squares)  # a network is not trained on all windows
+    error, ends = (np.sqrt(2.0 * np.asarray(c, float) / squares) for c in (result.history, result.starts["cost"]))
+    held_out = np.array(result.facts.get("held_out_nrmse", ()))
+    return Progress(result.model.name, error, ends, np.asarray(result.starts["evaluations"]), held_out)
 
 
 # --- known parameters
@@ -318,13 +318,13 @@ def recovery(
     parts = [p.name.split("_", 1) for p in made.parameters]
     true = np.array([(0.8 if group == "spin" else 1.0) * KNOWN[part] for group, part in parts])
     motions = bench(scatter=0.0, noise=0.0).of(*roles).trials
-    found = []
+    rows = []
     for seed in seeds:
         random = np.random.default_rng(seed)
         trials = [_own(made, true, trial, noise, random) for trial in motions]
         values = fit(Measurement(tuple(trials)), made, starts=starts, seed=seed).values
-        found.append([values[p.name] for p in made.parameters])
-    return Recovery(made.name, tuple(roles), tuple(p.name for p in made.parameters), true, np.array(found))
+        rows.append([values[p.name] for p in made.parameters])
+    return Recovery(made.name, tuple(roles), tuple(p.name for p in made.parameters), true, np.array(rows))
 
 
 def _own(model: models.Model, values, trial: Trial, noise: float, random) -> Trial:
@@ -413,55 +413,55 @@ def study(
     """All studies of these models on the bench of this seed. progress_of: called with a sentence on each part."""
     measurement = bench(seed)
     fits = fitted(measurement, names, seed=seed, progress=progress_of)
-    known = [n for n in ("lugre1d", "lugre3d") if n in fits]
+    fitted_ones = [n for n in ("lugre1d", "lugre3d") if n in fits]
     return Study(
         fits=fits,
         errors=errors(fits, measurement),
         extrapolations=extrapolations(fits),
         fixed_steps=fixed_steps(fits),
         progress=progress(fits, measurement),
-        recoveries=[recovery(n, roles=roles) for n in known for roles in SEEN],
+        recoveries=[recovery(n, roles=roles) for n in fitted_ones for roles in SEEN],
         speeds=speeds(fits),
         spins=[variants.fast_spin(*draws) for draws in DRAWS],
         left_out=[f"{n}: {learn.missing()}" for n in names if n not in fits],
     )
 
 
-def tables(found: Study) -> list[str]:
+def tables(result: Study) -> list[str]:
     """The numbers of a study as lines of Markdown."""
     parts = _error_table, _extrapolation_table, _spin_table, _fixed_step_table, _recovery_table, _speed_table
-    lines = [line for part in parts for line in (*part(found), "")][:-1]
-    return [*lines, *(f"\nLeft out: {text}." for text in found.left_out)]
+    lines = [line for part in parts for line in (*part(result), "")][:-1]
+    return [*lines, *(f"\nLeft out: {text}." for text in result.left_out)]
 
 
-def _error_table(found: Study) -> list[str]:
+def _error_table(result: Study) -> list[str]:
     lines = [
         "| NRMSE | training | source | test | source | training, test over std | over range | fitted in |",
         "|---|---|---|---|---|---|---|---|",
     ]
-    for e in found.errors:
+    for e in result.errors:
         lines.append(
             f"| {e.model} | {e.training:.4f} | {e.source_training:.4f} | {e.test:.4f} | {e.source_test:.4f} "
             f"| {e.training_over_std:.3f}, {e.test_over_std:.3f} "
             f"| {e.training_over_range:.3f}, {e.test_over_range:.3f} "
-            f"| {found.fits[e.model].facts['seconds']:.1f} s |"
+            f"| {result.fits[e.model].facts['seconds']:.1f} s |"
         )
     return lines
 
 
-def _extrapolation_table(found: Study) -> list[str]:
-    names = list(found.fits)
+def _extrapolation_table(result: Study) -> list[str]:
+    names = list(result.fits)
     heads = ["beyond the training data: NRMSE, largest torque / true", *names, "asymmetry: truth, lstm"]
     lines = ["| " + " | ".join(heads) + " |", "|---" * len(heads) + "|"]
-    for e in found.extrapolations:
+    for e in result.extrapolations:
         cells = [f"{e.nrmse[n]:.2f}, {e.peak[n]:.2f}" for n in names]
         odd = f"{e.asymmetry['truth']:.2f}, " + (f"{e.asymmetry['lstm']:.2f}" if "lstm" in names else "-")
         lines.append(f"| {described(e.trial)} | " + " | ".join(cells) + f" | {odd} |")
     return lines
 
 
-def _spin_table(found: Study) -> list[str]:
-    return variants.spin_table(found.spins)
+def _spin_table(result: Study) -> list[str]:
+    return variants.spin_table(result.spins)
 
 
 def described(trial: Trial) -> str:
@@ -474,13 +474,13 @@ def described(trial: Trial) -> str:
     return f"{trial.axis}, {trial.kind}, {math.degrees(amplitude):.2g} deg, {paces[0]}"
 
 
-def _fixed_step_table(found: Study) -> list[str]:
+def _fixed_step_table(result: Study) -> list[str]:
     lines = [
         f"| explicit steps, {INERTIA:g} kg m2 | growth a step at 1 ms | rate left at 1 ms under {LOAD[0]:g} N m "
         "| largest stable step | linear analysis |",
         "|---|---|---|---|---|",
     ]
-    for f in found.fixed_steps:
+    for f in result.fixed_steps:
         i = int(np.argmin(abs(f.steps - STEP)))
         bound = "-" if math.isnan(f.bound) else f"{1e3 * f.bound:.3g} ms"
         stable = f"{1e3 * f.stable:.3g} ms" if f.stable else "none of these"
@@ -488,12 +488,12 @@ def _fixed_step_table(found: Study) -> list[str]:
     return lines
 
 
-def _recovery_table(found: Study) -> list[str]:
+def _recovery_table(result: Study) -> list[str]:
     lines = [
         "| known parameters, 0.02 N m noise | trials fitted | draws | largest error | parameter | of the others |",
         "|---|---|---|---|---|---|",
     ]
-    for r in found.recoveries:
+    for r in result.recoveries:
         worst = 100.0 * abs(r.errors).max(axis=0)
         name = r.names[int(worst.argmax())]
         others = max(w for n, w in zip(r.names, worst, strict=True) if n.split("_", 1)[1] != name.split("_", 1)[1])
@@ -503,12 +503,12 @@ def _recovery_table(found: Study) -> list[str]:
     return lines
 
 
-def _speed_table(found: Study) -> list[str]:
+def _speed_table(result: Study) -> list[str]:
     lines = [
         "| a step of 1 ms | compiled | real-time factor | from Python | real-time factor |",
         "|---|---|---|---|---|",
     ]
-    for s in found.speeds:
+    for s in result.speeds:
         python = f"{1e6 * s.python:.1f} us | {s.python_factor:.0f}"
         lines.append(f"| {s.model} | {1e9 * s.compiled:.0f} ns | {s.factor:.0f} | {python} |")
     return lines

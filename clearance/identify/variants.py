@@ -44,14 +44,14 @@ def loads(starts: int = STARTS, scatter: float = 0.0, seed: int = 0) -> list[Loa
 
     scatter: of the level from run to run, which has nothing to do with the load.
     """
-    whole = bench(seed, scatter=scatter, preloads=PRELOADS)
-    seen = [t for t in whole.of("training").trials if t.facts["preload"] in SEEN]
-    tests = {p: [t for t in whole.of("test").trials if t.facts["preload"] == p] for p in PRELOADS}
-    found = []
+    measured = bench(seed, scatter=scatter, preloads=PRELOADS)
+    seen = [t for t in measured.of("training").trials if t.facts["preload"] in SEEN]
+    tests = {p: [t for t in measured.of("test").trials if t.facts["preload"] == p] for p in PRELOADS}
+    rows = []
     for load in models.LOADS:
-        fitted = fit(Measurement(tuple(seen), whole.facts), models.lugre3d(load=load), starts=starts)
-        found.append(Load(load, fitted, {p: fitted.score(trials) for p, trials in tests.items()}))
-    return found
+        fitted = fit(Measurement(tuple(seen), measured.facts), models.lugre3d(load=load), starts=starts)
+        rows.append(Load(load, fitted, {p: fitted.score(trials) for p, trials in tests.items()}))
+    return rows
 
 
 # --- coefficients
@@ -72,13 +72,13 @@ def coefficients(
     kinds = {"triangle": "fast", "sine": "small", "mixed": "mixed"}
     for trial in bench(scatter=0.0, noise=0.0).of("extrapolation").trials:
         groups.setdefault(kinds[trial.kind], []).append(trial)
-    found = []
+    rows = []
     for name, options in COEFFICIENTS.items():
         most = STARTS_NETWORK if "network" in options else starts
         fitted = fit(measurement, models.lugre3d(**options), starts=min(starts, most))
-        found.append(Coefficients(name, fitted, {g: fitted.score(t) for g, t in groups.items()}))
+        rows.append(Coefficients(name, fitted, {g: fitted.score(t) for g, t in groups.items()}))
         say(f"{name}: fitted in {fitted.facts['seconds']:.1f} s")
-    return found
+    return rows
 
 
 # --- fast spin
@@ -100,15 +100,15 @@ def fast_spin(scatter: float, seeds: Sequence[int]) -> Spin:
     viscous, peak = [], []
     for seed in seeds:
         trials = [t for t in bench(seed, scatter=scatter).of("training").trials if t.axis == "spin"]
-        found = fit(Measurement(tuple(trials)), models.lugre1d(), starts=3)
-        viscous.append(found.values["spin_viscous"])
-        peak.append(abs(found.torque(fast)[:, 2]).max() / abs(fast.torque[:, 2]).max())
+        result = fit(Measurement(tuple(trials)), models.lugre1d(), starts=3)
+        viscous.append(result.values["spin_viscous"])
+        peak.append(abs(result.torque(fast)[:, 2]).max() / abs(fast.torque[:, 2]).max())
     return Spin(scatter, tuple(seeds), np.array(viscous), np.array(peak))
 
 
 def steady(torque: Callable[[Trial], np.ndarray], speeds: Sequence[float]) -> np.ndarray:
     """Torque (n,) [N m] about the stud once each speed [rad/s] was held; both ways are averaged."""
-    found = []
+    rows = []
     for speed in speeds:
         ends, time = [], 1e-3 * np.arange(round(1e3 * max(HELD, TURNED / speed)))
         for way in (1.0, -1.0):
@@ -117,8 +117,8 @@ def steady(torque: Callable[[Trial], np.ndarray], speeds: Sequence[float]) -> np
             facts = {"preload": PRELOAD}
             trial = Trial("held", "other", "spin", "other", time, rate, rate, (False, False, True), facts)
             ends.append(way * float(torque(trial)[-1, 2]))
-        found.append(np.mean(ends))
-    return np.array(found)
+        rows.append(np.mean(ends))
+    return np.array(rows)
 
 
 def true_steady(speeds: Sequence[float]) -> np.ndarray:
@@ -128,51 +128,51 @@ def true_steady(speeds: Sequence[float]) -> np.ndarray:
     return joint.torque[2] * (1.0 + excess) + joint.viscosity * speeds
 
 
-def viscous_share(found: Fit, speed: float) -> float:
+def viscous_share(result: Fit, speed: float) -> float:
     """Share of the viscous term in a LuGre model's steady torque of spin at a speed [rad/s]."""
-    model: LuGre = found.model
-    functions = model.functions(found.values, np.array([speed]))[2, :, 0]
+    model: LuGre = result.model
+    functions = model.functions(result.values, np.array([speed]))[2, :, 0]
     term = functions[VISCOUS] * speed
     return float(term / (functions[0] + term))
 
 
 # --- tables
-def load_table(found: Sequence[Load]) -> list[str]:
+def load_table(rows: Sequence[Load]) -> list[str]:
     """NRMSE by preload as lines of Markdown."""
     heads = [f"{p:g} N{'' if p in SEEN else ' (not fitted)'}" for p in PRELOADS]
     lines = ["| load of the model | " + " | ".join(heads) + " | exponent, tilt | exponent, spin |"]
     lines.append("|---" * (len(heads) + 3) + "|")
-    for f in found:
+    for f in rows:
         scores = " | ".join(f"{f.test[p]:.3f}" for p in PRELOADS)
         lines.append(f"| {f.load} | {scores} | {_exponent(f.fit, 'tilt')} | {_exponent(f.fit, 'spin')} |")
     return lines
 
 
-def _exponent(found: Fit, group: str) -> str:
+def _exponent(result: Fit, group: str) -> str:
     name = f"{group}_{models.FOLLOWS.name}"
-    if name not in found.values:
-        return {"fixed": "0", "proportional": "1"}[found.model.load]
-    low, high = found.widened()
-    return f"{found.values[name]:.3f} ({low[name]:.3f} to {high[name]:.3f})"
+    if name not in result.values:
+        return {"fixed": "0", "proportional": "1"}[result.model.load]
+    low, high = result.widened()
+    return f"{result.values[name]:.3f} ({low[name]:.3f} to {high[name]:.3f})"
 
 
-def coefficient_table(found: Sequence[Coefficients]) -> list[str]:
+def coefficient_table(rows: Sequence[Coefficients]) -> list[str]:
     """NRMSE by group as lines of Markdown."""
-    groups = list(found[0].nrmse)
+    groups = list(rows[0].nrmse)
     lines = ["| T, sigma0, sigma1 | parameters | " + " | ".join(groups) + " |", "|---" * (len(groups) + 2) + "|"]
-    for f in found:
+    for f in rows:
         scores = " | ".join(f"{f.nrmse[g]:.3f}" for g in groups)
         lines.append(f"| {f.name} | {len(f.fit.values)} | {scores} |")
     return lines
 
 
-def spin_table(found: Sequence[Spin]) -> list[str]:
+def spin_table(rows: Sequence[Spin]) -> list[str]:
     """Table of fast spin over draws of the bench, as lines of Markdown."""
     lines = [
         "| scatter from run to run | draws | viscous [N m s/rad], true 0.05 | torque at 400 deg/s over the true one |",
         "|---|---|---|---|",
     ]
-    for f in found:
+    for f in rows:
         texts = (f"{np.median(v):.2f} ({v.min():.2f} to {v.max():.2f})" for v in (f.viscous, f.peak))
         lines.append(f"| {100 * f.scatter:g} % | {len(f.seeds)} | " + " | ".join(texts) + " |")
     return lines

@@ -72,12 +72,12 @@ def _by_multipliers(solver: Explicit, times: np.ndarray, rows: np.ndarray) -> np
     return _filled(solver, rows, multipliers.inverse(solver.scene, times, poses))
 
 
-def _filled(solver: Explicit, rows: np.ndarray, found: dict[str, np.ndarray]) -> np.ndarray:
+def _filled(solver: Explicit, rows: np.ndarray, outputs: dict[str, np.ndarray]) -> np.ndarray:
     """Rows with the channels found; springs and energies are those of the kernel."""
     rows = rows.copy()
     for i, channel in enumerate(solver.channels):
-        if channel.path in found:
-            rows[:, i] = found[channel.path]
+        if channel.path in outputs:
+            rows[:, i] = outputs[channel.path]
     return rows
 
 

@@ -59,10 +59,10 @@ class Explicit:
         if done == 0:
             outputs = dict(zip((c.path for c in self.channels), rows[0], strict=True))
             return f"at t = {times[0]:.9g} s, the first sample: {what_is_lost(self.mechanism, outputs)}"
-        found = last_position(self.mechanism, work, times[done - 1], times[done])
-        if found is None:
+        position = last_position(self.mechanism, work, times[done - 1], times[done])
+        if position is None:
             return f"before t = {times[done]:.9g} s: the mechanism can no longer be followed"
-        return f"at t = {found[0]:.9g} s: {found[1]}"
+        return f"at t = {position[0]:.9g} s: {position[1]}"
 
 
 def _built(scene: Scene) -> Mechanism:

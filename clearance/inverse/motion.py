@@ -47,8 +47,8 @@ def prescribed(drive: Drive, time: np.ndarray, start: float = 0.0) -> tuple[np.n
         start = start if drive.start is None else drive.start
         return start + drive.speed * time, np.full_like(time, drive.speed), np.zeros_like(time)
     derivatives = _derivatives(drive.motion.law.function)
-    found = np.array([derivatives(t, *drive.motion.numbers) for t in time.tolist()], dtype=float).reshape(-1, 4)
-    return found[:, 0], found[:, 1], found[:, 3]
+    motion = np.array([derivatives(t, *drive.motion.numbers) for t in time.tolist()], dtype=float).reshape(-1, 4)
+    return motion[:, 0], motion[:, 1], motion[:, 3]
 
 
 @lru_cache(maxsize=64)
@@ -93,12 +93,12 @@ class Pairs:
 
     def prescribed(self, time: np.ndarray) -> np.ndarray:
         """Values, rates and accelerations of all that is held (3, samples, held)."""
-        found = np.zeros((3, time.size, self.held.size))
+        motion = np.zeros((3, time.size, self.held.size))
         for j, joint in enumerate(self.scene.joints):
-            found[0, :, 2 * j + 1] = getattr(joint, "angle", 0.0)
+            motion[0, :, 2 * j + 1] = getattr(joint, "angle", 0.0)
         for d, drive in enumerate(self.drives, 2 * len(self.scene.joints)):
-            found[:, :, d] = prescribed(drive, time, self.start.coordinate(drive.target))
-        return found
+            motion[:, :, d] = prescribed(drive, time, self.start.coordinate(drive.target))
+        return motion
 
     def motion(self, geometry: "Geometry", time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Velocities and accelerations of the bodies (samples, bodies, 3)."""
@@ -168,9 +168,9 @@ class Pairs:
             count = int(np.searchsorted(time, end, side="right"))
             moments = np.append(time[done:count], end)
             after = (moments - now)[:, None, None]
-            found, left, jump = self.closed(node + after * (v + 0.5 * after * a), self.prescribed(moments)[0] + turns)
+            motion, left, jump = self.closed(node + after * (v + 0.5 * after * a), self.prescribed(moments)[0] + turns)
             if np.abs(left).max() <= CLOSURE and jump.max() <= JUMP:
-                q[done:count], node, done, now = found[:-1], found[-1:], count, end
+                q[done:count], node, done, now = motion[:-1], motion[-1:], count, end
                 v, a = self.motion(Geometry(self, node), moments[-1:])
                 step *= min(2.0, 0.8 * (JUMP / max(jump[-1], 1e-3 * JUMP)) ** (1.0 / 3.0))
             elif step > SHORTEST * time[-1]:

@@ -75,10 +75,10 @@ def inverse(scene: Scene, time: np.ndarray, poses: np.ndarray | None = None) -> 
             fault = found_fault
             break
     paths = blocks[0] if blocks else {}
-    found = {path: np.concatenate([b[path] for b in blocks if path in b]) for path in paths}
+    outputs = {path: np.concatenate([b[path] for b in blocks if path in b]) for path in paths}
     if fault:
-        raise SingularPosition(time[len(next(iter(found.values()), ()))], fault, found)
-    return found
+        raise SingularPosition(time[len(next(iter(outputs.values()), ()))], fault, outputs)
+    return outputs
 
 
 # --- what is asked
@@ -130,34 +130,34 @@ class _Wrenches:
 
 def _unbalanced(pairs: Pairs, geometry: Geometry, time, v, a) -> _Wrenches:
     """Gravity, forces and springs, less inertia; joints and drives must balance it."""
-    scene, found = pairs.scene, _Wrenches(geometry.angle.shape)
+    scene, wrenches = pairs.scene, _Wrenches(geometry.angle.shape)
     bodies, (x, y, z) = slice(0, len(scene.bodies)), (*scene.gravity, 0.0)[:3]
     mass, inertia = np.array([(b.mass, b.inertia) for b in scene.bodies]).T
-    found.force[:, bodies] = mass * (complex(x, y) - a[..., 0] - 1j * a[..., 1])
-    found.moment[:, bodies] = -inertia * a[..., 2]
-    found.axial[:, bodies] = mass * z
+    wrenches.force[:, bodies] = mass * (complex(x, y) - a[..., 0] - 1j * a[..., 1])
+    wrenches.moment[:, bodies] = -inertia * a[..., 2]
+    wrenches.axial[:, bodies] = mass * z
     products = geometry.turned[:, bodies] * np.array([complex(*b.products) for b in scene.bodies])
-    found.bending[:, bodies] = (a[..., 2] + 1j * v[..., 2] ** 2) * products
+    wrenches.bending[:, bodies] = (a[..., 2] + 1j * v[..., 2] ** 2) * products
     v = np.concatenate([v, np.zeros((time.size, 1, 3))], axis=1)
     for load in scene.loads:
         if isinstance(load, Force):
             (local, height), body = from_centre(load.point), pairs.place[load.point.body]
             x, y, z = (amount(value, time) for value in (load.x, load.y, load.z))
-            found.add(body, geometry.turned[:, body] * local, height, x + 1j * y, z)
+            wrenches.add(body, geometry.turned[:, body] * local, height, x + 1j * y, z)
         elif isinstance(load, Torque):
-            found.moment[:, pairs.place[load.body]] += amount(load.torque, time)
+            wrenches.moment[:, pairs.place[load.body]] += amount(load.torque, time)
         elif isinstance(load, SpringDamper):
-            _add_spring(pairs, geometry, load, v, found)
+            _add_spring(pairs, geometry, load, v, wrenches)
         elif isinstance(load, TorsionSpring):
             one, two = pairs.place[load.a], pairs.place[load.b]
             twist = geometry.angle[:, two] - geometry.angle[:, one] - load.free_angle
             moment = load.stiffness * twist + load.damping * (v[:, two, 2] - v[:, one, 2])
-            found.moment[:, one] += moment
-            found.moment[:, two] -= moment
-    return found
+            wrenches.moment[:, one] += moment
+            wrenches.moment[:, two] -= moment
+    return wrenches
 
 
-def _add_spring(pairs: Pairs, geometry: Geometry, load: SpringDamper, v: np.ndarray, found: _Wrenches) -> None:
+def _add_spring(pairs: Pairs, geometry: Geometry, load: SpringDamper, v: np.ndarray, wrenches: _Wrenches) -> None:
     """Tension along the line of two points; none where they coincide, as it has no direction there."""
     bodies = [pairs.place[p.body] for p in (load.a, load.b)]
     local, heights = zip(*(from_centre(p) for p in (load.a, load.b)), strict=True)
@@ -169,8 +169,8 @@ def _add_spring(pairs: Pairs, geometry: Geometry, load: SpringDamper, v: np.ndar
     direction = np.divide(apart, length, out=np.zeros_like(apart), where=length > 0.0)
     rate = (direction.conj() * (speeds[1] - speeds[0])).real
     tension = (load.stiffness * (length - load.free_length) + load.damping * rate) * direction
-    found.add(bodies[0], arms[0], heights[0], tension)
-    found.add(bodies[1], arms[1], heights[1], -tension)
+    wrenches.add(bodies[0], arms[0], heights[0], tension)
+    wrenches.add(bodies[1], arms[1], heights[1], -tension)
 
 
 # --- reactions
@@ -260,15 +260,15 @@ class _Friction:
 
         Raises ValueError for a joint that carries loads out of the plane with no arm for them.
         """
-        found = np.empty((len(geometry.angle), len(self.joints), 5, 1 + len(self.joints)))
+        shares = np.empty((len(geometry.angle), len(self.joints), 5, 1 + len(self.joints)))
         for j, (p, joint) in enumerate(zip(self.places, self.joints, strict=True)):
             along, across, moment = reactions.relative[:, 3 * p : 3 * p + 3].swapaxes(0, 1)
             axial, bending = reactions.axial[:, p], geometry.axis[:, p, None].conj() * reactions.bending[:, p]
             if isinstance(joint, Prismatic):
-                found[:, j] = np.stack([across, axial, moment, bending.imag, bending.real], axis=1)
+                shares[:, j] = np.stack([across, axial, moment, bending.imag, bending.real], axis=1)
                 needed = {"friction_arm": bending.real}
             else:
-                found[:, j] = np.stack([along, across, bending.real, bending.imag, axial], axis=1)
+                shares[:, j] = np.stack([along, across, bending.real, bending.imag, axial], axis=1)
                 needed = {"friction_arm": axial, "bending_arm": bending}
             for arm, carried in needed.items():
                 if joint.rubs_by_load and getattr(joint, arm) is None and carried.any():
@@ -276,7 +276,7 @@ class _Friction:
                         f"{joint.label()}: carries loads out of the plane, so friction {joint.friction.law.name} needs "
                         f"{arm} [m] (or self_aligning=True)"
                     )
-        return found
+        return shares
 
     def loads(self, parts: np.ndarray, efforts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Friction loads (samples, joints), and their gradients by the parts (samples, joints, 5), at these efforts."""
@@ -335,12 +335,12 @@ class _Friction:
         for count in range(1, LIMIT + 1):
             slow = (contraction[active] > SLOW) & (count > PATIENCE)
             for i in active[slow]:
-                found, steps = self.followed(parts[i : i + 1], rates[i : i + 1])
+                friction, steps = self.followed(parts[i : i + 1], rates[i : i + 1])
                 iterations[i] = count + steps
-                if found is None:
+                if friction is None:
                     jammed.append(i)
                     continue
-                efforts[i], loads[i] = found[0], self.loads(parts[i : i + 1], found)[0][0]
+                efforts[i], loads[i] = friction[0], self.loads(parts[i : i + 1], friction)[0][0]
             active = active[~slow]
             if not active.size:
                 break
@@ -416,40 +416,40 @@ def _total(columns: np.ndarray, efforts: np.ndarray) -> np.ndarray:
 
 
 def _body_channels(scene: Scene, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> dict[str, np.ndarray]:
-    names, found = ("x", "y", "theta", "vx", "vy", "omega", "ax", "ay", "alpha"), np.concatenate([q, v, a], axis=2)
-    return {f"bodies/{b.name}/{n}": found[:, i, c] for i, b in enumerate(scene.bodies) for c, n in enumerate(names)}
+    names, columns = ("x", "y", "theta", "vx", "vy", "omega", "ax", "ay", "alpha"), np.concatenate([q, v, a], axis=2)
+    return {f"bodies/{b.name}/{n}": columns[:, i, c] for i, b in enumerate(scene.bodies) for c, n in enumerate(names)}
 
 
 def _joint_channels(scene: Scene, reactions: _Reactions, efforts: np.ndarray) -> dict[str, np.ndarray]:
-    found = {}
+    channels = {}
     force, relative, bending = (_total(r, efforts) for r in (reactions.force, reactions.relative, reactions.bending))
     for p, joint in enumerate(scene.joints):
         here = f"joints/{joint.name}"
-        found |= {f"{here}/force_x": force[:, p].real, f"{here}/force_y": force[:, p].imag}
+        channels |= {f"{here}/force_x": force[:, p].real, f"{here}/force_y": force[:, p].imag}
         if isinstance(joint, Prismatic):
-            found[f"{here}/moment"] = relative[:, 3 * p + 2]
+            channels[f"{here}/moment"] = relative[:, 3 * p + 2]
         if reactions.spatial:
-            found[f"{here}/axial_force"] = reactions.axial[:, p, 0]
-            found |= {f"{here}/bending_x": bending[:, p].real, f"{here}/bending_y": bending[:, p].imag}
-    return found
+            channels[f"{here}/axial_force"] = reactions.axial[:, p, 0]
+            channels |= {f"{here}/bending_x": bending[:, p].real, f"{here}/bending_y": bending[:, p].imag}
+    return channels
 
 
 def _drive_channels(pairs: Pairs, reactions: _Reactions, efforts: np.ndarray, rates: np.ndarray):
-    found, total = {}, _total(reactions.efforts, efforts)
+    channels, total = {}, _total(reactions.efforts, efforts)
     for d, drive in enumerate(pairs.drives):
         path = f"drives/{drive.name}/{drive.effort_kind}"
-        found[path] = total[:, d]
+        channels[path] = total[:, d]
         if efforts.shape[1]:
-            found[f"{path}_ideal"] = reactions.efforts[:, d, 0]
-        found[f"drives/{drive.name}/power"] = total[:, d] * rates[:, pairs.driven[d]]
-    return found
+            channels[f"{path}_ideal"] = reactions.efforts[:, d, 0]
+        channels[f"drives/{drive.name}/power"] = total[:, d] * rates[:, pairs.driven[d]]
+    return channels
 
 
 def _friction_channels(friction: _Friction, rates, efforts, loads) -> dict[str, np.ndarray]:
-    found = {}
+    channels = {}
     for j, joint in enumerate(friction.joints):
-        found[f"joints/{joint.name}/friction"] = efforts[:, j]
+        channels[f"joints/{joint.name}/friction"] = efforts[:, j]
         if joint.friction.law.needs_load:
-            found[f"joints/{joint.name}/friction_load"] = loads[:, j]
-        found[f"joints/{joint.name}/power_loss"] = -efforts[:, j] * rates[:, j]
-    return found
+            channels[f"joints/{joint.name}/friction_load"] = loads[:, j]
+        channels[f"joints/{joint.name}/power_loss"] = -efforts[:, j] * rates[:, j]
+    return channels

@@ -135,11 +135,11 @@ def load(rows, at, lane, point, blank, where, points, spans, searches):
 
 
 @helper
-def arrive(rows, at, lane, quantities, span, energies, begun, extremes, own):
+def arrive(rows, at, lane, quantities, span, energies, begun, extremes, search):
     """Take in the end of a turn: its extremes, and that the window begins; False where the run is over."""
     if rows[at[STATUS], lane] != 0.0:
         return False
-    turn, time = int(own[TURNS]), rows[at[TIME], lane]
+    turn, time = int(search[TURNS]), rows[at[TIME], lane]
     for k in range(quantities):
         extremes[turn, k] = rows[at[VALUE] + k, lane]
         rows[at[VALUE] + k, lane] = rows[at[NEXT] + k, lane]
@@ -149,7 +149,7 @@ def arrive(rows, at, lane, quantities, span, energies, begun, extremes, own):
         for k in range(energies.size):
             begun[k] = rows[at[STATE] + energies[k], lane]
         rows[at[WITHIN], lane] = 1.0
-    own[TURNS] = turn + 1.0
+    search[TURNS] = turn + 1.0
     rows[at[END], lane] = end_of_turn(span, turn + 1)
     rows[at[PHASE], lane] = PREPARE
     return True
@@ -157,14 +157,14 @@ def arrive(rows, at, lane, quantities, span, energies, begun, extremes, own):
 
 # --- places inside a step
 @helper
-def push(rows, at, lane, span, queue, own):
+def push(rows, at, lane, span, queue, search):
     """Put the samples of the step made last into the lane's queue: index, time, state. True where it is full."""
     h, room = rows[at[LAST_H], lane], queue.shape[0]
-    while rows[at[DUE], lane] <= rows[at[TIME], lane] and own[WAITING] < room:
+    while rows[at[DUE], lane] <= rows[at[TIME], lane] and search[WAITING] < room:
         due = rows[at[DUE], lane]
         theta = min((due - rows[at[FROM], lane]) / h, 1.0) if h > 0.0 else 0.0
-        item = queue[int(own[WAITING])]
-        item[0], item[1] = own[SAMPLE_INDEX], due
+        item = queue[int(search[WAITING])]
+        item[0], item[1] = search[SAMPLE_INDEX], due
         states = item.size - 2
         for i in range(states):
             value = 0.0
@@ -172,16 +172,16 @@ def push(rows, at, lane, span, queue, own):
                 value += rows[at[POLYNOMIAL] + r * states + i, lane]
                 value *= theta if r % 2 == 0 else 1.0 - theta
             item[2 + i] = rows[at[BASE] + i, lane] + value
-        own[WAITING] += 1.0
-        own[SAMPLE_INDEX] += 1.0
-        rows[at[DUE], lane] = sample_time(span, own[SAMPLE_INDEX])
-    return own[WAITING] == room
+        search[WAITING] += 1.0
+        search[SAMPLE_INDEX] += 1.0
+        rows[at[DUE], lane] = sample_time(span, search[SAMPLE_INDEX])
+    return search[WAITING] == room
 
 
 @helper
-def flush(entry, table, rows, at, lane, side, common, means, span, given, queue, tracks, own):
+def flush(entry, table, rows, at, lane, side, common, means, span, given, queue, tracks, search):
     """Outputs at all samples of a lane's queue, W of them at a time; side: rows for them."""
-    width, count = rows.shape[1], int(own[WAITING])
+    width, count = rows.shape[1], int(search[WAITING])
     for i in range(common.size):
         for k in range(width):
             side[common[i], k] = rows[common[i], lane]
@@ -206,14 +206,14 @@ def flush(entry, table, rows, at, lane, side, common, means, span, given, queue,
             side[at[SUMS] + i, k] = 0.0
             before = rows[at[SUMS] + i, lane]
             rows[at[SUMS] + i, lane] = before + value if means[i] else max(before, value)
-    own[WAITING] = 0.0
+    search[WAITING] = 0.0
 
 
 @helper
-def searched(rows, at, lane, quantities, own):
+def searched(rows, at, lane, quantities, search):
     """Go on with the searches of a step; False where they are over."""
     while True:
-        k = int(own[QUANTITY])
+        k = int(search[QUANTITY])
         if k < 0:
             for k in range(quantities):
                 if rows[at[SEARCHED] + k, lane] > 0.5:
@@ -221,64 +221,64 @@ def searched(rows, at, lane, quantities, own):
             else:
                 return False
             rows[at[SEARCHED] + k, lane] = 0.0
-            own[QUANTITY], own[ROUND], own[WIDTH] = k, 0.0, 1.0
-            own[A], own[B], own[C] = 0.0, 0.5, 1.0
-            own[AT_A], own[AT_C] = rows[at[LAST] + k, lane], rows[at[NEXT] + k, lane]
-            own[AT_B] = rows[at[MIDDLES] + k, lane]
-            own[STAGE] = SUMMIT
-        if own[STAGE] == SUMMIT:
-            theta = summit(own, rows[at[VALUE] + k, lane])
+            search[QUANTITY], search[ROUND], search[WIDTH] = k, 0.0, 1.0
+            search[A], search[B], search[C] = 0.0, 0.5, 1.0
+            search[AT_A], search[AT_C] = rows[at[LAST] + k, lane], rows[at[NEXT] + k, lane]
+            search[AT_B] = rows[at[MIDDLES] + k, lane]
+            search[STAGE] = SUMMIT
+        if search[STAGE] == SUMMIT:
+            theta = summit(search, rows[at[VALUE] + k, lane])
             if theta < 0.0:
-                own[QUANTITY] = -1.0
+                search[QUANTITY] = -1.0
                 continue
             rows[at[THETA], lane] = theta
-        elif own[STAGE] == LEFT:
-            rows[at[THETA], lane] = own[A]
+        elif search[STAGE] == LEFT:
+            rows[at[THETA], lane] = search[A]
         else:
-            rows[at[THETA], lane] = own[C]
+            rows[at[THETA], lane] = search[C]
         return True
 
 
 @helper
-def summit(own, best):
+def summit(search, best):
     """Summit of the parabola through three places; -1 where there is nothing to find."""
-    slope = (own[AT_B] - own[AT_A]) / (own[B] - own[A])
-    bend = ((own[AT_C] - own[AT_B]) / (own[C] - own[B]) - slope) / (own[C] - own[A])
+    slope = (search[AT_B] - search[AT_A]) / (search[B] - search[A])
+    bend = ((search[AT_C] - search[AT_B]) / (search[C] - search[B]) - slope) / (search[C] - search[A])
     if not bend < 0.0:
         return -1.0
-    top = 0.5 * (own[A] + own[B]) - 0.5 * slope / bend
-    if own[ROUND] == 0.0:
-        ends = max(own[AT_A], own[AT_C])
-        rise = own[AT_A] + (top - own[A]) * (slope + bend * (top - own[B])) - ends
-        if abs(top - own[B]) > REACH or not ends + 2.0 * rise > best:
+    top = 0.5 * (search[A] + search[B]) - 0.5 * slope / bend
+    if search[ROUND] == 0.0:
+        ends = max(search[AT_A], search[AT_C])
+        rise = search[AT_A] + (top - search[A]) * (slope + bend * (top - search[B])) - ends
+        if abs(top - search[B]) > REACH or not ends + 2.0 * rise > best:
             return -1.0
     return min(max(top, EDGE), 1.0 - EDGE)
 
 
 @helper
-def take(rows, at, lane, quantities, own):
+def take(rows, at, lane, quantities, search):
     """Take in the outputs at the place that was asked for."""
-    if own[STAGE] == MIDDLE:
+    if search[STAGE] == MIDDLE:
         for k in range(quantities):
             rows[at[MIDDLES] + k, lane] = rows[at[SEEN] + k, lane]
-        own[QUANTITY] = -1.0
+        search[QUANTITY] = -1.0
         return
-    value = rows[at[SEEN] + int(own[QUANTITY]), lane]
-    if own[STAGE] == SUMMIT:
+    value = rows[at[SEEN] + int(search[QUANTITY]), lane]
+    if search[STAGE] == SUMMIT:
         theta = rows[at[THETA], lane]
-        if own[ROUND] > 0.0 and abs(theta - own[B]) < SETTLED * own[WIDTH]:
-            own[QUANTITY] = -1.0
+        if search[ROUND] > 0.0 and abs(theta - search[B]) < SETTLED * search[WIDTH]:
+            search[QUANTITY] = -1.0
             return
-        own[WIDTH] *= CLOSER
-        own[A], own[B], own[C] = max(0.0, theta - own[WIDTH]), theta, min(1.0, theta + own[WIDTH])
-        own[AT_B], own[ROUND] = value, own[ROUND] + 1.0
-        own[STAGE] = LEFT
-        if own[ROUND] >= ROUNDS:
-            own[QUANTITY] = -1.0
-    elif own[STAGE] == LEFT:
-        own[AT_A], own[STAGE] = value, RIGHT
+        search[WIDTH] *= CLOSER
+        search[A], search[B], search[C] = max(0.0, theta - search[WIDTH]), theta, min(1.0, theta + search[WIDTH])
+        search[AT_B], search[ROUND] = value, search[ROUND] + 1.0
+        search[STAGE] = LEFT
+        if search[ROUND] >= ROUNDS:
+            search[QUANTITY] = -1.0
+    elif search[STAGE] == LEFT:
+        search[AT_A], search[STAGE] = value, RIGHT
     else:
-        own[AT_C], own[STAGE] = value, SUMMIT
+        search[AT_C], search[STAGE] = value, SUMMIT
 
 
 # --- the loop
@@ -313,22 +313,22 @@ def wanted(rows, at, counts):
 
 
 @helper
-def after(rows, at, lane, piece, quantities, span, energies, begun, extremes, own, limit):
+def after(rows, at, lane, piece, quantities, span, energies, begun, extremes, search, limit):
     """Lead a lane on that a piece has changed; False where its run is over."""
     if rows[at[PHASE], lane] == INSIDE:
         if piece + START == INSIDE:
-            take(rows, at, lane, quantities, own)
+            take(rows, at, lane, quantities, search)
         else:  # the middle of the step is looked at first
-            own[STAGE], rows[at[THETA], lane] = MIDDLE, 0.5
+            search[STAGE], rows[at[THETA], lane] = MIDDLE, 0.5
             return True
-        if not searched(rows, at, lane, quantities, own):
+        if not searched(rows, at, lane, quantities, search):
             over = rows[at[TIME], lane] >= rows[at[END], lane]
             rows[at[PHASE], lane] = ARRIVED if over else PREPARE
     if rows[at[PHASE], lane] == PREPARE and rows[at[STEPS], lane] + rows[at[REJECTED], lane] >= limit:
         rows[at[STATUS], lane] = status.TOO_MANY_STEPS
         rows[at[PHASE], lane] = ARRIVED
     if rows[at[PHASE], lane] == ARRIVED:
-        return arrive(rows, at, lane, quantities, span, energies, begun, extremes, own)
+        return arrive(rows, at, lane, quantities, span, energies, begun, extremes, search)
     return True
 
 
@@ -369,24 +369,24 @@ def run(
         if phase == ITERATE:  # a lane goes on with it, or to FINISH
             continue
         for lane in range(lanes):
-            own = searches[lane]
-            if own[CALLED] == 0.0:
+            search = searches[lane]
+            if search[CALLED] == 0.0:
                 continue
-            point = int(own[POINT])
+            point = int(search[POINT])
             span = spans[point]
-            while phase == LOOK and push(rows, at, lane, span, queue[lane], own):
+            while phase == LOOK and push(rows, at, lane, span, queue[lane], search):
                 flush(
                     pieces[SAMPLE], table, rows, at, lane, side, common, means, span, given,
-                    queue[lane], tracks[point], own,
+                    queue[lane], tracks[point], search,
                 )  # fmt: skip
             if after(
                 rows, at, lane, piece, quantities, span, energies, begun[point], extremes[point],
-                own, limit,
+                search, limit,
             ):  # fmt: skip
                 continue
             flush(
                 pieces[SAMPLE], table, rows, at, lane, side, common, means, span, given,
-                queue[lane], tracks[point], own,
+                queue[lane], tracks[point], search,
             )  # fmt: skip
             keep(rows, at, lane, gathered, results[point])
             rows[at[PHASE], lane] = IDLE

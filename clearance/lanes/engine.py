@@ -86,7 +86,7 @@ class Engine:
 def engine(
     structure: Structure,
     shape: Shape,
-    kept: watch.Watch,
+    watched: watch.Watch,
     channels: list[int],
     method: str,
     width: int,
@@ -96,7 +96,7 @@ def engine(
     rows = Rows()
     steps.add_rows(rows, shape)
     stepper.add_rows(rows, shape)
-    watch.add_rows(rows, shape, kept)
+    watch.add_rows(rows, shape, watched)
     rows.add("par", count=len(structure.layout.parameters) + structure.layout.derived)
     rows.add("work", count=structure.layout.work + 1)
     n = shape.states
@@ -121,9 +121,9 @@ def engine(
     pieces = {
         "start": steps.start(rows, shape, entries, stepper.ORDER),
         **{name: piece(rows, shape, entries) for name, piece in stepper.PIECES.items()},
-        "look": watch.look(rows, shape, entries, kept),
-        "inside": watch.inside(rows, shape, entries, kept, stepper.dense),
-        "sample": watch.sample(rows, shape, entries, kept),
+        "look": watch.look(rows, shape, entries, watched),
+        "inside": watch.inside(rows, shape, entries, watched, stepper.dense),
+        "sample": watch.sample(rows, shape, entries, watched),
     }
     for name, piece in pieces.items():
         write(module, f"piece_{name}", piece, rows, width, made)

@@ -176,8 +176,8 @@ class Group:
         gathered = np.concatenate([rows.places(n) for n in ("sums", "y")]).astype(np.int64)
         energies = np.arange(self.shape.states, self.shape.size)
         begun, results = np.zeros((count, len(energies))), np.zeros((count, len(gathered) + 3))
-        kept = self.samples if self.watch.tracks else 0
-        tracks = np.zeros((count, len(self.watch.tracks), kept))
+        stored = self.samples if self.watch.tracks else 0
+        tracks = np.zeros((count, len(self.watch.tracks), stored))
         shared = self._where(), self._numbers(points), self._spans(points), self.given
         extremes = np.zeros((count, points.turns, len(self.watch.quantities)))
         outputs = gathered, energies, begun, extremes, results, tracks

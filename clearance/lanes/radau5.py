@@ -57,8 +57,8 @@ def matrices(piece: Piece, shape: Shape, h, jacobian: list[list]) -> tuple[list[
     for i in range(size):
         row, line = [], []
         for j in range(size):
-            own, value, imag = jacobian[p + i][p + j], 0.0, 0.0
-            value = -own
+            entry, value, imag = jacobian[p + i][p + j], 0.0, 0.0
+            value = -entry
             if j < p:
                 value_real = value - jacobian[p + i][j] * below
                 imag = -(jacobian[p + i][j] * h) * over.imag

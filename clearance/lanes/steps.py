@@ -86,17 +86,17 @@ def sizes_of_films(
     piece: Piece, shape: Shape, y: list, penetration: list, diagonal: list, damping: list
 ) -> tuple:
     """Natural sizes of all states, and dampings: see `weigh_films` of the loop."""
-    scale, kept, rtol = piece.all("scale"), [], piece.one("rtol")
+    scale, sizes, rtol = piece.all("scale"), [], piece.one("rtol")
     for k, (first, _) in enumerate(shape.films):
         clearance, pull = piece.one("clearance", k), piece.one("pull", k)
         left = piece.largest(-penetration[k], clearance * 1e-15)
-        kept.append(piece.largest(damping[k] * FORGET, *diagonal[2 * k : 2 * k + 2]))
+        sizes.append(piece.largest(damping[k] * FORGET, *diagonal[2 * k : 2 * k + 2]))
         for i, usual in enumerate((piece.one("rate_x", k), piece.one("rate_y", k))):
             offset = piece.size(y[first + i])
             scale[first + i] = piece.smallest(clearance + offset, left * FILM_ERROR / rtol) - offset
-            bound = pull * FILM_ERROR / (piece.largest(kept[k], 1e-300) * rtol)
+            bound = pull * FILM_ERROR / (piece.largest(sizes[k], 1e-300) * rtol)
             scale[shape.coordinates + first + i] = piece.smallest(usual, bound)
-    return scale, kept
+    return scale, sizes
 
 
 def start(rows: Rows, shape: Shape, entries: Entries, order: float) -> Piece:

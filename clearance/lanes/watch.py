@@ -113,8 +113,8 @@ def look(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
     reached = piece.not_below(t, piece.one("end"))
     piece.set("interval", width)
     onward = piece.choose(reached, float(ARRIVED), float(PREPARE))
-    found = piece.either(*flags) if flags else False
-    piece.set("phase", piece.choose(found, float(INSIDE), onward))
+    flag = piece.either(*flags) if flags else False
+    piece.set("phase", piece.choose(flag, float(INSIDE), onward))
     return piece
 
 
@@ -137,9 +137,9 @@ def sample(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
     piece = Piece(rows, None)
     y = [*piece.all("sample"), *piece.all("y")[shape.states :]]
     row = piece.call(entries.outputs, piece.one("sample_time"), y)
-    given, own, share = piece.all("given"), piece.all("own"), piece.one("share")
+    given, mine, share = piece.all("given"), piece.all("own"), piece.one("share")
     for k, reduction in enumerate(watch.reductions):
-        value, before = reduction.value(piece, row, given, own), piece.one("sums", k)
+        value, before = reduction.value(piece, row, given, mine), piece.one("sums", k)
         after = before + share * value if reduction.mean else piece.largest(before, value)
         piece.set_one("sums", k, after)
     piece.set("tracks", *(row[c] for c in watch.tracks))

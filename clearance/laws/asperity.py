@@ -108,8 +108,8 @@ SHEAR_FACTORS = {
 
 
 def _pattern(table: dict, pattern: float) -> tuple:
-    for known, row in table.items():
-        if math.isclose(known, pattern, rel_tol=1e-6):
+    for tabled, row in table.items():
+        if math.isclose(tabled, pattern, rel_tol=1e-6):
             return row
     names = "1/9, 1/6, 1/3, 1, 3, 6, 9"
     raise ValueError(f"surface pattern must be one of {names} (1: isotropic), got {pattern!r}")

@@ -114,8 +114,8 @@ class Law:
             parts += [f"unknown {', '.join(unknown)}{hint}"] if unknown else []
             raise TypeError(f"{self.name}({', '.join(self.given)}): {'; '.join(parts)}")
         numbers = {n: self._number(n, values) for n in self.given}
-        found = [self.checks[n].function(numbers) if n not in numbers else numbers[n] for n in self.parameters]
-        return BoundLaw(self, tuple(found))
+        values_of_all = [self.checks[n].function(numbers) if n not in numbers else numbers[n] for n in self.parameters]
+        return BoundLaw(self, tuple(values_of_all))
 
     def _number(self, name: str, values: dict) -> float | None:
         """A parameter as given, else its default; None where the joint determines it."""

@@ -67,8 +67,8 @@ def cubic_bend(t):
 def turned(angle):
     """The journal's node before the bearing's node 0, of [0, NODES), and how far behind it that stands, in [0, 1]."""
     shift = angle / STEP
-    whole = math.floor(shift)
-    return (-int(whole) - 1) % NODES, 1.0 - (shift - whole)
+    cells = math.floor(shift)
+    return (-int(cells) - 1) % NODES, 1.0 - (shift - cells)
 
 
 def four(data, place, weights):
@@ -167,10 +167,10 @@ def slope_of_journal(data, place, weights):
 
 def cell_force(b, r, k, c, d, s):
     """Integrals of g, g cos, g sin over a cell."""
-    whole = b * s[0] + r * s[1] + k * s[2]
-    even = whole + BEND * (b * s[2] + r * s[3] + k * s[4])
+    total = b * s[0] + r * s[1] + k * s[2]
+    even = total + BEND * (b * s[2] + r * s[3] + k * s[4])
     odd = SINE * (b * s[1] + r * s[2] + k * s[3])
-    return whole, c * even - d * odd, d * even + c * odd
+    return total, c * even - d * odd, d * even + c * odd
 
 
 def cell_stiffness(c, d, s):
@@ -205,8 +205,8 @@ def touching(eccentricity_x, eccentricity_y, angle, joint, data, start):
         s = wet(left, middle, right)
         if s[0] > 0.0:
             b, r, k = parabola(left, middle, right)
-            whole, x, y = cell_force(b, r, k, COS[node + 1], SIN[node + 1], s)
-            fx, fy, load = fx - x, fy - y, load + whole
+            total, x, y = cell_force(b, r, k, COS[node + 1], SIN[node + 1], s)
+            fx, fy, load = fx - x, fy - y, load + total
             if journal > 0:
                 j0, j1, j2 = slope_of_journal(data, journal + node, slopes)
                 moment -= product(b, r, k, j0, j1, j2, s)
@@ -231,8 +231,8 @@ def touching_slopes(eccentricity_x, eccentricity_y, angle, joint, data, start):
         if s[0] > 0.0:
             c, d = COS[node + 1], SIN[node + 1]
             b, r, k = parabola(left, middle, right)
-            whole, with_cos, with_sin = cell_force(b, r, k, c, d, s)
-            fx, fy, load = fx - with_cos, fy - with_sin, load + whole
+            total, with_cos, with_sin = cell_force(b, r, k, c, d, s)
+            fx, fy, load = fx - with_cos, fy - with_sin, load + total
             cc, cs, ss, cos, sin = cell_stiffness(c, d, s)
             xx, xy, yy, x, y = xx + cc, xy + cs, yy + ss, x + cos, y + sin
             if journal > 0:

@@ -131,8 +131,8 @@ class _System:
         """All that the closed position depends on, beside the structure of the scene."""
         bodies = [(b.com, b.angle, b.position) for b in self.scene.bodies]
         points = [(p.x, p.y) for j in self.scene.joints for p in (j.a, j.b)]
-        kept = [j for j in self.scene.joints if TURN not in j.free and j.turn.number]
-        turns = [getattr(j, j.turn.number) for j in kept]
+        turning = [j for j in self.scene.joints if TURN not in j.free and j.turn.number]
+        turns = [getattr(j, j.turn.number) for j in turning]
         states = [(s.start, s.start_rate) for j in self.scene.joints for s in j.states()]
         drives = [d.start if d.motion is None else float(d.motion(0.0)) for d in self.drives]
         return (self.size, self.geometry.read, *map(tuple, (bodies, points, turns, states, drives)))

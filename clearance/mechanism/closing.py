@@ -14,35 +14,35 @@ def last_position(mechanism: Mechanism, work: np.ndarray, before: float, after: 
 
     work: what the last accepted place left for the next.
     """
-    known, lost = _outputs(mechanism, work, before), _outputs(mechanism, work, after)
-    if not _finite(known) or _finite(lost):
+    last, lost = _outputs(mechanism, work, before), _outputs(mechanism, work, after)
+    if not _finite(last) or _finite(lost):
         return None
     for _ in range(BISECTIONS):
         middle = 0.5 * (before + after)
         if not before < middle < after:
             break
-        found = _outputs(mechanism, work, middle)
-        if _finite(found):
-            before, known = middle, found
+        outputs = _outputs(mechanism, work, middle)
+        if _finite(outputs):
+            before, last = middle, outputs
         else:
-            after, lost = middle, found
-    return before, what_is_lost(mechanism, lost, known)
+            after, lost = middle, outputs
+    return before, what_is_lost(mechanism, lost, last)
 
 
 def lost_at(mechanism: Mechanism, work: np.ndarray, time: float) -> str | None:
     """The group or output without a value at a time; None where all have one."""
-    found = _outputs(mechanism, work, time)
-    return None if _finite(found) else what_is_lost(mechanism, found)
+    outputs = _outputs(mechanism, work, time)
+    return None if _finite(outputs) else what_is_lost(mechanism, outputs)
 
 
 def no_number(mechanism: Mechanism, work: np.ndarray, time: float, y: np.ndarray) -> str | None:
     """The clearance joint whose laws give no number at a state, though the journal's place is known; None for none."""
-    found = _outputs(mechanism, work, time, y)
+    outputs = _outputs(mechanism, work, time, y)
     for joint in mechanism.scene.clearance_joints:
         here = f"joints/{joint.name}"
-        gap = found[f"{here}/gap"]
-        for path in (p for name in OF_LAWS for p in found if p.startswith(f"{here}/{name}")):
-            if np.isfinite(gap) and not np.isfinite(found[path]):
+        gap = outputs[f"{here}/gap"]
+        for path in (p for name in OF_LAWS for p in outputs if p.startswith(f"{here}/{name}")):
+            if np.isfinite(gap) and not np.isfinite(outputs[path]):
                 name = path.rpartition("/")[2]
                 return f"{joint.label()}: {name} is not a number at a gap of {gap:.6g} m: a law has no value there"
     return None
@@ -57,14 +57,14 @@ def _outputs(mechanism: Mechanism, work: np.ndarray, time: float, y: np.ndarray 
     return dict(zip(mechanism.layout.output, row.tolist(), strict=True))
 
 
-def what_is_lost(mechanism: Mechanism, lost: dict[str, float], known: dict[str, float] | None = None) -> str:
+def what_is_lost(mechanism: Mechanism, lost: dict[str, float], last: dict[str, float] | None = None) -> str:
     """The first group that has no position any more, or what else has no value; known: outputs of the place before."""
     for group in mechanism.plan.groups:
         bodies = [a.body.name for a in group.attachments]
         if group.closures and not all(
             np.isfinite(lost[f"bodies/{b}/{n}"]) for b in bodies for n in ("x", "omega", "alpha")
         ):
-            angles = ", ".join(f"{b} at {known[f'bodies/{b}/theta']:.6g} rad" if known else b for b in bodies)
+            angles = ", ".join(f"{b} at {last[f'bodies/{b}/theta']:.6g} rad" if last else b for b in bodies)
             joints = ", ".join(j.name for j in group.closures)
             return f"the loop of {angles}, closed by joint {joints}, is in a singular position and cannot go on"
     first = next(path for path, value in lost.items() if not np.isfinite(value))

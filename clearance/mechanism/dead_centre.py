@@ -188,5 +188,5 @@ def _lows(motion: SampledMotion, group: Group, sizes: np.ndarray) -> Iterator[fl
 
 def _sizes(motion: SampledMotion, group: Group) -> np.ndarray:
     """Sizes of a group's determinant along a motion, endless where there is no position."""
-    found = np.abs(motion.determinants(group))
-    return np.where(np.isfinite(found), found, np.inf)
+    sizes = np.abs(motion.determinants(group))
+    return np.where(np.isfinite(sizes), sizes, np.inf)

@@ -65,23 +65,23 @@ class Sharing:
         """The smallest determined set of bodies, the first of these in their order; None for none."""
         best = None
         for body in self.held:
-            found = self._around(body, len(self.held) if best is None else len(best[1]))
-            if found is not None:
-                places = len(found), sorted(self.order[b] for b in found)
-                best = min(best, (places, found), key=lambda b: b[0]) if best else (places, found)
+            reached = self._around(body, len(self.held) if best is None else len(best[1]))
+            if reached is not None:
+                places = len(reached), sorted(self.order[b] for b in reached)
+                best = min(best, (places, reached), key=lambda b: b[0]) if best else (places, reached)
         return frozenset(best[1]) if best else None
 
     def _around(self, body: Hashable, most: int) -> set | None:
         """The smallest determined set with this body; None for none of so many bodies at most."""
-        found, waiting = {body}, [body]
+        reached, waiting = {body}, [body]
         for one in waiting:
             self.visits += 1
-            if len(self.held[one]) < COORDINATES or len(found) > most:
+            if len(self.held[one]) < COORDINATES or len(reached) > most:
                 return None
-            new = {b for e in self.held[one] for b in self._left(e)} - found
-            found |= new
+            new = {b for e in self.held[one] for b in self._left(e)} - reached
+            reached |= new
             waiting += new
-        return found
+        return reached
 
 
 __all__ = ["Sharing"]

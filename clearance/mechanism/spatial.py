@@ -27,7 +27,7 @@ def reactions_across(scene, arms, loads: dict) -> dict:
     if not any(_acts(v) for v in loads.values()):
         return {}
     open_joints = [j for j in scene.joints if j.carries_across]
-    found: dict = {}
+    reactions: dict = {}
     while end := _end(loads, open_joints):
         body, joint = end
         open_joints.remove(joint)
@@ -36,14 +36,14 @@ def reactions_across(scene, arms, loads: dict) -> dict:
         (x, y), (ox, oy) = ((bx, by), (ax, ay)) if sign > 0 else ((ax, ay), (bx, by))
         force, mx, my = loads.pop(body)
         mx, my = mx - y * force, my + x * force  # about the joint's point
-        found[joint] = (-sign * force, -sign * mx, -sign * my)
+        reactions[joint] = (-sign * force, -sign * mx, -sign * my)
         if other is not ground:
             old = loads[other]
             loads[other] = (old[0] + force, old[1] + mx + oy * force, old[2] + my - ox * force)
     for body, load in loads.items():
         if _acts(load):
             _refuse(body, [j for j in open_joints if body in j.bodies()])
-    return found | dict.fromkeys(open_joints, ZERO)
+    return reactions | dict.fromkeys(open_joints, ZERO)
 
 
 def _acts(load: tuple) -> bool:

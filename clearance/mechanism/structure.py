@@ -70,8 +70,8 @@ class Structure:
     def observing(self, paths: Collection[str]) -> "Structure":
         """This structure with no other outputs than these; it shares the kernels that are compiled."""
         places = [i for i, c in enumerate(self.layout.channels) if c.path in paths]
-        whole = self.programs["observe"]
-        observe = replace(whole, outputs={k: whole.outputs[i] for k, i in enumerate(places)})
+        program = self.programs["observe"]
+        observe = replace(program, outputs={k: program.outputs[i] for k, i in enumerate(places)})
         layout = replace(self.layout, channels=tuple(self.layout.channels[i] for i in places))
         other = replace(self, programs=self.programs | {"observe": observe}, layout=layout)
         vars(other)["compiled"] = Compiled({r: k for r, k in self.compiled.items() if r != "observe"})

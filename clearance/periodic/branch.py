@@ -246,14 +246,14 @@ class Follower:
 
     def between(self, a: Point, b: Point) -> Iterator[Point]:
         """Bifurcations between two points of the curve, located."""
-        found = []
+        points_between = []
         if a.contacts != b.contacts:
-            found.append(replace(b, kind=GRAZING))
+            points_between.append(replace(b, kind=GRAZING))
         for kind, test in TESTS.items():
             low, high = test(a), test(b)
             if low is not None and high is not None and low * high < 0.0:
-                found.append(self._located(a, b, kind, test))
-        yield from sorted(found, key=lambda p: abs(p.value - a.value))
+                points_between.append(self._located(a, b, kind, test))
+        yield from sorted(points_between, key=lambda p: abs(p.value - a.value))
 
     def _located(
         self, a: Point, b: Point, kind: str, test: Callable, near: float = TURNED

@@ -61,15 +61,15 @@ class Branch:
         """
         parts = list(self._parts())
         edges = sorted({edge for low, high, _ in parts for edge in (low, high)})
-        found: list[tuple[float, float, int, int]] = []
+        stretches: list[tuple[float, float, int, int]] = []
         for low, high in zip(edges[:-1], edges[1:], strict=True):
             here = [stable for a, b, stable in parts if a <= low and high <= b]
             one = (low, high, len(here), sum(here))
-            if found and found[-1][1] == low and found[-1][2:] == one[2:]:
-                found[-1] = (found[-1][0], *one[1:])
+            if stretches and stretches[-1][1] == low and stretches[-1][2:] == one[2:]:
+                stretches[-1] = (stretches[-1][0], *one[1:])
             elif len(here) > 1:
-                found.append(one)
-        return found
+                stretches.append(one)
+        return stretches
 
     def _parts(self) -> Iterator[tuple[float, float, bool]]:
         """Stretches between bifurcations: lower and upper value, stable."""
@@ -174,24 +174,24 @@ def follow(
     Raises ValueError for bad arguments, NotPeriodic where no periodic motion is met at `low`.
     Source: see branch.py.
     """
-    found, fixed = find_case(case), dict(fixed or {})
-    _check(found, parameter, fixed, low, high)
+    the_case, fixed = find_case(case), dict(fixed or {})
+    _check(the_case, parameter, fixed, low, high)
     tolerance, rtol = tolerance_of(tolerance, rtol)
     checks.positive("step", step)
     if not isinstance(points, int) or points < 2:
         raise ValueError(f"points must be a whole number of at least 2, got {points!r}")
 
     def scene(value: float):
-        return found.scene(**fixed, **{parameter: value})
+        return the_case.scene(**fixed, **{parameter: value})
 
-    kept = _channels(scene(low), channels)
-    follower = Follower(scene, low, high, tolerance, rtol, list(kept), step)
+    shown = _channels(scene(low), channels)
+    follower = Follower(scene, low, high, tolerance, rtol, list(shown), step)
     report = progress or (lambda text: None)
     met: list[Point] = []
 
     def branch(reason: str) -> Branch:
         return Branch(
-            found.name, parameter, found.parameters[parameter].units, fixed, kept, met, reason
+            the_case.name, parameter, the_case.parameters[parameter].units, fixed, shown, met, reason
         )
 
     first = follower.start(low, high, most_turns, report)
@@ -199,10 +199,10 @@ def follow(
         for point in follower.points(first, points):
             met.append(point)
             report(f"point {len(met)} at {point.value:.6g}, multiplier {point.largest:.4g}")
-    whole = branch(follower.reason)
+    complete = branch(follower.reason)
     if path is not None:
-        whole.save(path)
-    return whole
+        complete.save(path)
+    return complete
 
 
 @contextmanager
@@ -217,11 +217,11 @@ def _noted(branch: Callable[[str], Branch], path: str | Path | None) -> Iterator
 
 
 def _check(case, parameter: str, fixed: dict, low: float, high: float) -> None:
-    known = case.parameters
+    parameters = case.parameters
     for name in (parameter, *fixed):
-        if name not in known:
-            raise ValueError(f"{case.name} has no parameter {name!r}{checks.meant(name, known)}")
-    if known[parameter].kind is not float:
+        if name not in parameters:
+            raise ValueError(f"{case.name} has no parameter {name!r}{checks.meant(name, parameters)}")
+    if parameters[parameter].kind is not float:
         raise ValueError(f"{parameter} is no number that changes gradually")
     if parameter in fixed:
         raise ValueError(f"{parameter} is followed and cannot be fixed too")

@@ -309,6 +309,6 @@ def _orbit(
         "multipliers_real": fixed.multipliers.real,
         "multipliers_imaginary": fixed.multipliers.imag,
     }
-    known = {name: value for name, value in facts.items() if value is not None}
-    run.facts["steady"] = known | parts | {"slow": ", ".join(slow)}
+    given = {name: value for name, value in facts.items() if value is not None}
+    run.facts["steady"] = given | parts | {"slow": ", ".join(slow)}
     return write(run, output)

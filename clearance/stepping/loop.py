@@ -378,8 +378,8 @@ def change_phase(s, event, t):
         if j != event and crosses(s, j, s.after):
             switch(s, j, t, s.after)
     s.rhs(t, s.y, s.par, s.work, s.f)
-    kept = s.contact_step if in_contact(s) else s.free_step
-    s.step_size = kept if kept > 0.0 else first_step(s, t)
+    last = s.contact_step if in_contact(s) else s.free_step
+    s.step_size = last if last > 0.0 else first_step(s, t)
     s.last_step = 0.0
     invalidate(s)
     if s.watched == 1:

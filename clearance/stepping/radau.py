@@ -95,8 +95,8 @@ def correct(k, m, complexes, h, p, n):
     norm = 0.0
     for i in range(size):
         m[w, p + i] += correction[i]
-        own = weight[p + i] ** 2 + ((weight[i] / g) ** 2 if i < p else 0.0)
-        norm += own * correction[i] ** 2
+        weight_here = weight[p + i] ** 2 + ((weight[i] / g) ** 2 if i < p else 0.0)
+        norm += weight_here * correction[i] ** 2
     for pair in range(k.pairs.size):
         first, row = pair * (size + 2), 1 + 2 * pair
         right = complexes[first + size + 1]
@@ -113,8 +113,8 @@ def correct(k, m, complexes, h, p, n):
             a, b = right[i].real, right[i].imag
             m[w + row, p + i] += a
             m[w + row + 1, p + i] += b
-            own = weight[p + i] ** 2 + (weight[i] ** 2 / length if i < p else 0.0)
-            norm += own * (a * a + b * b)
+            weight_here = weight[p + i] ** 2 + (weight[i] ** 2 / length if i < p else 0.0)
+            norm += weight_here * (a * a + b * b)
     return norm
 
 

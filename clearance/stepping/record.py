@@ -183,8 +183,8 @@ class Members(AttributeTemplate):
 @lower_getattr_generic(Constants)
 def member(context, builder, constants, value, name):
     """One member, as a constant of the compiled code."""
-    found = getattr(constants.group, name)
-    return context.get_constant_generic(builder, typeof(found, Purpose.constant), found)
+    constant = getattr(constants.group, name)
+    return context.get_constant_generic(builder, typeof(constant, Purpose.constant), constant)
 
 
 @lower_constant(Constants)

@@ -179,14 +179,14 @@ class Family:
     # --- points
     def found(self, columns: dict[str, np.ndarray]) -> list[Found | None]:
         """Numbers of points, from their swept numbers; None for those that must be run the ordinary way."""
-        starts, found = self.spread.starts(columns), []
+        starts, points = self.spread.starts(columns), []
         for i in range(len(starts["state"])):
             start = {n: v[i] for n, v in starts.items()}
             try:
-                found.append(self._found(start, {n: column[i].item() for n, column in columns.items()}))
+                points.append(self._found(start, {n: column[i].item() for n, column in columns.items()}))
             except Exception:  # noqa: BLE001 - whatever it is, the ordinary way tells of it
-                found.append(None)
-        return found
+                points.append(None)
+        return points
 
     def _found(self, start: dict[str, np.ndarray], values: dict[str, float]) -> Found:
         run, state = self.run, self.run.state

@@ -63,12 +63,12 @@ class Definition:
     def keys(self) -> tuple[str, ...]:
         """Name of each point: a digest of all its run depends on."""
         common = hashlib.sha256(json.dumps(self._common(), sort_keys=True).encode())
-        found = []
+        keys = []
         for i in range(len(self.points)):
-            own = common.copy()
-            own.update(json.dumps(self.points[i], sort_keys=True).encode())
-            found.append(own.hexdigest()[:16])
-        return tuple(found)
+            values = common.copy()
+            values.update(json.dumps(self.points[i], sort_keys=True).encode())
+            keys.append(values.hexdigest()[:16])
+        return tuple(keys)
 
     @cached_property
     def spread(self) -> tuple[str, ...]:
@@ -99,22 +99,22 @@ class Definition:
 
     def differences(self, other: "Definition") -> list[str]:
         """Differences of another definition, in words."""
-        found = []
+        differences = []
         mine, theirs = json.loads(self.to_json()), json.loads(other.to_json())
         for document in (mine, theirs):  # a directory may be moved
             document["own"] = [[reference.rpartition("/")[2], digest] for reference, digest in document["own"]]
         for name in ("case", "fixed", "options", "keep", "compression", "settle", "own"):
             if mine[name] != theirs[name]:
-                found.append(f"{name} {_short(theirs[name])} instead of {_short(mine[name])}")
+                differences.append(f"{name} {_short(theirs[name])} instead of {_short(mine[name])}")
         if mine["source"] != theirs["source"] and mine["case"] == theirs["case"]:
-            found.append("the case file has been changed since")
+            differences.append("the case file has been changed since")
         one, two = self.points.columns, other.points.columns
         for name in dict.fromkeys([*one, *two]):
             if sorted(map(str, one.get(name, ()))) != sorted(map(str, two.get(name, ()))):
-                found.append(f"{name} {_range(two.get(name))} instead of {_range(one.get(name))}")
-        if not found and mine["points"] != theirs["points"]:
-            found.append("the order of its points")
-        return found
+                differences.append(f"{name} {_range(two.get(name))} instead of {_range(one.get(name))}")
+        if not differences and mine["points"] != theirs["points"]:
+            differences.append("the order of its points")
+        return differences
 
 
 def _short(value) -> str:
@@ -174,10 +174,10 @@ def _definition(document: dict) -> Definition:
     points = document["points"]
     _check(points, {"axes": list, "columns": dict, "sampled": bool})
     _check(points["columns"], dict.fromkeys(points["columns"], list))
-    own, keep = document["own"], document["keep"]
+    metrics, keep = document["own"], document["keep"]
     if not all(_is_row(axis, list, int) and _is_row(axis[0], *[str] * len(axis[0])) for axis in points["axes"]):
         raise ValueError("axes must be pairs of names and a number")
-    if not all(_is_row(metric, str, str) for metric in own):
+    if not all(_is_row(metric, str, str) for metric in metrics):
         raise ValueError("own must be pairs of texts")
     if keep is not None and not all(isinstance(pattern, str) for pattern in keep):
         raise ValueError("keep must be texts")
@@ -188,7 +188,7 @@ def _definition(document: dict) -> Definition:
     values = {f.name: document[f.name] for f in fields(Definition) if f.name in document} | {
         "points": Points(columns, axes, points["sampled"]),
         "keep": None if keep is None else tuple(keep),
-        "own": tuple(map(tuple, own)),
+        "own": tuple(map(tuple, metrics)),
     }
     return Definition(**values)
 

@@ -136,23 +136,23 @@ def _existing(folder: Path, definition: Definition) -> Definition | None:
     """
     if folder.exists() and not folder.is_dir():
         raise ValueError(f"{folder} is a file; give a directory")
-    found = definitions.read(folder)
-    if found is None and (other := [n for n in ("journal.jsonl", "runs", "sweep.h5") if (folder / n).exists()]):
+    before = definitions.read(folder)
+    if before is None and (other := [n for n in ("journal.jsonl", "runs", "sweep.h5") if (folder / n).exists()]):
         raise ValueError(f"{folder} has {', '.join(other)} but no sweep.json that says of what; give another directory")
-    if found is not None and (different := definition.differences(found)):
+    if before is not None and (different := definition.differences(before)):
         raise ValueError(f"{folder} holds another sweep: {'; '.join(different)}; give another directory")
-    return found
+    return before
 
 
-def define(case, points, fixed, channels, compression, settle, own, options) -> Definition:
+def define(case, points, fixed, channels, compression, settle, metrics, options) -> Definition:
     """The definition of a sweep, everything in it checked. Raises ValueError or TypeError."""
     if not isinstance(points, Points):
         raise TypeError(f"points must come from grid, zipped or sampled, got {points!r}")
-    found = find_case(case)
-    known = found.parameters
+    chosen = find_case(case)
+    parameters = chosen.parameters
     for name in (*points.columns, *fixed):
-        if name not in known:
-            raise ValueError(f"case {found.name} has no parameter {name!r}; it has {', '.join(known)}")
+        if name not in parameters:
+            raise ValueError(f"case {chosen.name} has no parameter {name!r}; it has {', '.join(parameters)}")
     if twice := [n for n in fixed if n in points.columns]:
         raise ValueError(f"{twice[0]} is both swept and fixed")
     if unknown := [n for n in options if n not in OPTIONS]:
@@ -162,17 +162,17 @@ def define(case, points, fixed, channels, compression, settle, own, options) -> 
     filters(compression)
     if isinstance(channels, str):
         raise TypeError(f"channels must be a list of paths or patterns, got the text {channels!r}")
-    kinds = {n: p.kind for n, p in known.items()}
+    kinds = {n: p.kind for n, p in parameters.items()}
     if settle is not None:
         settle = checks.non_negative("settle", settle)
-    own_case = found.path.parent != library()
+    own_case = chosen.path.parent != library()
     return Definition(
-        case=found.name, path=str(found.path.resolve()) if own_case else found.name,
-        source=definitions.digest(found.path), points=points.typed(kinds),
+        case=chosen.name, path=str(chosen.path.resolve()) if own_case else chosen.name,
+        source=definitions.digest(chosen.path), points=points.typed(kinds),
         fixed={n: plain(n, v, kinds[n]) for n, v in fixed.items()},
         options={n: _option(n, v) for n, v in options.items() if v is not None},
         keep=None if channels is None else tuple(channels), compression=compression, settle=settle,
-        own=tuple(_reference(f) for f in own), units={n: known[n].units for n in (*points.columns, *fixed)},
+        own=tuple(_reference(f) for f in metrics), units={n: parameters[n].units for n in (*points.columns, *fixed)},
     )  # fmt: skip
 
 
@@ -288,7 +288,7 @@ class _Driver:
 
     def run(self, workers: int | None, scheduler: str | None, retry_failed: bool, accept_changes: bool) -> Sweep:
         done, pending = self._pending(retry_failed)
-        found = [o for o in done if o.recovered]
+        recovered = [o for o in done if o.recovered]
         modules = modules_of(files_of(self.definition.path, self.definition.own))
         self.now = common(modules, files_named(self.definition.used))
         self._compare([o for o in done if o.status == DONE], accept_changes or not pending)
@@ -297,7 +297,7 @@ class _Driver:
         interrupted = True  # until the work has ended
         self.journal = Journal(self.folder)
         try:
-            for outcome in found:  # runs whose files the journal did not know
+            for outcome in recovered:  # runs whose files the journal did not know
                 self.journal.add(outcome)
             if pending and scheduler is None:
                 pending = self._in_lanes(pending, workers)
@@ -339,17 +339,17 @@ class _Driver:
             mechanism = build(case.scene(**self.definition.values(index)), self.definition.options.get("energy", True))
         except (ValueError, TypeError) as error:
             return [f"the scene can no longer be built: {error}"]
-        kept, path = None, self.folder / "runs" / f"{outcome.key}.h5"
+        scene, path = None, self.folder / "runs" / f"{outcome.key}.h5"
         if self.definition.files and path.exists():
             with open_result(path) as run:
-                kept = str(run.file.attrs["scene"])
-        return point_differences(outcome.made, made(mechanism, {}, {}), kept, mechanism.scene.to_json())
+                scene = str(run.file.attrs["scene"])
+        return point_differences(outcome.made, made(mechanism, {}, {}), scene, mechanism.scene.to_json())
 
     def _pending(self, retry_failed: bool) -> tuple[list[Outcome], list[int]]:
         """Outcomes that are known, and points that are to be run."""
-        known, _ = outcomes(self.folder, self.definition)
+        listed, _ = outcomes(self.folder, self.definition)
         done = {}
-        for outcome in verified(self.folder, self.definition, known):
+        for outcome in verified(self.folder, self.definition, listed):
             done[outcome.index] = outcome
             if outcome.status != LOST:
                 self.counts[outcome.status] += 1

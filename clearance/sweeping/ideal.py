@@ -94,8 +94,8 @@ def _motion(scene: Scene, span: Span, slides: dict) -> dict | None:
     if code != codes.DONE or not np.isfinite(rows).all():  # ideal joints cannot go all the way
         return None
     place = {c.path: i for i, c in enumerate(mechanism.layout.channels)}
-    found = {}
+    motion = {}
     for body, (dx, dy) in slides.items():
         x, y, ax, ay = (rows[:, place[f"bodies/{body}/{n}"]] for n in ("x", "y", "ax", "ay"))
-        found[body] = (x * dx + y * dy, ax * dx + ay * dy)
-    return found
+        motion[body] = (x * dx + y * dy, ax * dx + ay * dy)
+    return motion

@@ -39,12 +39,12 @@ class Sweep(Drawn):
 
     def __init__(self, folder: str | Path):
         self.folder = Path(folder)
-        found = definitions.read(self.folder)
-        if found is None:
+        definition = definitions.read(self.folder)
+        if definition is None:
             raise FileNotFoundError(f"no sweep in {self.folder}: it has no sweep.json")
-        self.definition = found
-        self.count = len(found.points)
-        numbers = _from_index(self.folder, found) or _from_outcomes(self.count, *outcomes(self.folder, found))
+        self.definition = definition
+        self.count = len(definition.points)
+        numbers = _from_index(self.folder, definition) or _from_outcomes(self.count, *outcomes(self.folder, definition))
         self.status, self.reason, self.costs, self.metrics, self.known = numbers
 
     def write(self) -> Path:
@@ -151,10 +151,12 @@ class Sweep(Drawn):
         if method not in (None, "nearest"):
             raise ValueError(f'method must be "nearest" or None, got {method!r}')
         if index is None:
-            found = self.select(nearest=method == "nearest", **values)
-            if len(found) != 1:
-                raise ValueError(f"{len(found)} points fit {values}; name a value of each of {', '.join(self.columns)}")
-            index = int(found[0])
+            chosen = self.select(nearest=method == "nearest", **values)
+            if len(chosen) != 1:
+                raise ValueError(
+                    f"{len(chosen)} points fit {values}; name a value of each of {', '.join(self.columns)}"
+                )
+            index = int(chosen[0])
         if not 0 <= index < self.count:
             raise ValueError(f"point {index}: there are points 0 to {self.count - 1}")
         if not self.definition.files:
@@ -199,7 +201,9 @@ def _from_index(folder: Path, definition: definitions.Definition) -> Numbers | N
             status, reason = (file.column(f"runs/{n}") for n in ("status", "reason"))
             costs = {n: file.column(f"runs/{n}") for n in RUN_COLUMNS}
             metrics = {n: file.column(f"metrics/{n}") for n in names}
-            known = {n: tuple(file.attribute(f"metrics/{n}", what) for what in ("units", "long_name")) for n in names}
+            described = {
+                n: tuple(file.attribute(f"metrics/{n}", what) for what in ("units", "long_name")) for n in names
+            }
             numbers = [*costs.values(), *metrics.values()]
             if any(v.shape != (len(definition.points),) or v.dtype.kind not in "iuf" for v in numbers):
                 raise Damaged(f"{path}: its columns do not have a number for each point")
@@ -210,14 +214,14 @@ def _from_index(folder: Path, definition: definitions.Definition) -> Numbers | N
     except (OSError, ValueError) as error:
         LOG.warning("%s; the sweep is read from its journal or its runs", error)
         return None
-    return status, reason, costs, metrics, known
+    return status, reason, costs, metrics, described
 
 
-def _from_outcomes(count: int, found: Iterable[Outcome], known: dict[str, tuple[str, str]]) -> Numbers:
+def _from_outcomes(count: int, outcomes: Iterable[Outcome], described: dict[str, tuple[str, str]]) -> Numbers:
     status, reason = np.full(count, MISSING, dtype=object), np.full(count, "", dtype=object)
     costs = {n: np.zeros(count) for n in RUN_COLUMNS}
     metrics: dict[str, np.ndarray] = {}
-    for outcome in found:
+    for outcome in outcomes:
         i = outcome.index
         status[i], reason[i] = outcome.status, outcome.reason
         for name in RUN_COLUMNS:
@@ -226,43 +230,43 @@ def _from_outcomes(count: int, found: Iterable[Outcome], known: dict[str, tuple[
             if name not in metrics:
                 metrics[name] = np.full(count, np.nan)
             metrics[name][i] = value
-    return status.astype(str), reason.astype(str), costs, metrics, known
+    return status.astype(str), reason.astype(str), costs, metrics, described
 
 
 def outcomes(folder: Path, definition: definitions.Definition) -> tuple[list[Outcome], dict[str, tuple[str, str]]]:
     """The last outcome of each point, of the journal and of run files that it does not know; units and text of each
     metric.
     """
-    found: dict[int, Outcome] = {}
-    known: dict[str, tuple[str, str]] = {}
+    by_point: dict[int, Outcome] = {}
+    described: dict[str, tuple[str, str]] = {}
     for outcome in journals.read(folder / "journal.jsonl"):
-        known.update(outcome.known)
+        described.update(outcome.known)
         if outcome.index < len(definition.keys) and outcome.key == definition.keys[outcome.index]:
-            found[outcome.index] = outcome
-    if not found:
-        found, known = _index_outcomes(folder, definition)
+            by_point[outcome.index] = outcome
+    if not by_point:
+        by_point, described = _index_outcomes(folder, definition)
     for index, key in enumerate(definition.keys) if definition.files else ():
-        if index not in found and (path := folder / "runs" / f"{key}.h5").exists():
+        if index not in by_point and (path := folder / "runs" / f"{key}.h5").exists():
             recovered = from_file(path, index, key)
             if recovered is not None:
-                found[index] = recovered
-                known.update(recovered.known)
-    return list(found.values()), known
+                by_point[index] = recovered
+                described.update(recovered.known)
+    return list(by_point.values()), described
 
 
 def _index_outcomes(folder: Path, definition: definitions.Definition) -> tuple[dict[int, Outcome], dict]:
     """Outcomes from the index of a sweep without its journal; none where runs have files, which are read instead."""
     if definition.files or (numbers := _from_index(folder, definition)) is None:
         return {}, {}
-    status, reason, costs, metrics, known = numbers
-    found = {}
+    status, reason, costs, metrics, described = numbers
+    by_point = {}
     for i in np.flatnonzero(status != MISSING).tolist():
         values = {n: float(v[i]) for n, v in metrics.items()}
         cost = {n: v[i].item() for n, v in costs.items()}
-        found[i] = Outcome(
-            i, definition.keys[i], str(status[i]), str(reason[i]), values, known, recovered=True, **cost
+        by_point[i] = Outcome(
+            i, definition.keys[i], str(status[i]), str(reason[i]), values, described, recovered=True, **cost
         )  # fmt: skip
-    return found, known
+    return by_point, described
 
 
 def from_file(path: Path, index: int, key: str) -> Outcome | None:
@@ -294,9 +298,9 @@ def checked(path: Path) -> tuple[int, int]:
     return size, check
 
 
-def verified(folder: Path, definition: definitions.Definition, known: list[Outcome]) -> Iterator[Outcome]:
+def verified(folder: Path, definition: definitions.Definition, listed: list[Outcome]) -> Iterator[Outcome]:
     """Outcomes whose files are what they were when they were written; a broken file is put aside."""
-    for outcome in known:
+    for outcome in listed:
         path = folder / "runs" / f"{outcome.key}.h5"
         if not definition.files or not outcome.size or outcome.recovered:
             yield outcome

@@ -93,14 +93,14 @@ class Journal:
         first = outcomes[0]
         columns: dict[str, Any] = {n: [getattr(o, n) for o in outcomes] for n in COLUMNS}
         columns["metrics"] = {n: [o.metrics[n] for o in outcomes] for n in first.metrics}
-        known = {name: about for o in outcomes for name, about in o.known.items()}
-        return {"block": columns, "known": self._new(known), "made": first.made}
+        described = {name: about for o in outcomes for name, about in o.known.items()}
+        return {"block": columns, "known": self._new(described), "made": first.made}
 
-    def _new(self, known: dict) -> dict:
+    def _new(self, described: dict) -> dict:
         """Units and texts of metrics that this journal has not named before."""
-        found = {n: k for n, k in known.items() if n not in self.named}
-        self.named.update(found)
-        return found
+        fresh = {n: k for n, k in described.items() if n not in self.named}
+        self.named.update(fresh)
+        return fresh
 
     def _take_back(self, place: int) -> None:
         """Nothing of a line that could not be written whole stays, neither in the file nor waiting to be written."""
@@ -151,25 +151,27 @@ def _outcomes(document: dict) -> list[Outcome]:
     metrics, rest = block["metrics"], {n: block[n] for n in COLUMNS}
     if any(len(column) != len(block["index"]) for column in (*metrics.values(), *rest.values())):
         raise ValueError
-    found = []
+    outcomes = []
     for i, row in enumerate(zip(*rest.values(), strict=True)):
-        own = dict(zip(rest, row, strict=True)) | {"metrics": {n: v[i] for n, v in metrics.items()}}
-        found.append(_outcome(about | own | {"status": DONE, "together": True}))
-    return found
+        entry = dict(zip(rest, row, strict=True)) | {"metrics": {n: v[i] for n, v in metrics.items()}}
+        outcomes.append(_outcome(about | entry | {"status": DONE, "together": True}))
+    return outcomes
 
 
 def _outcome(document: dict) -> Outcome:
     """The outcome that a line holds. Raises ValueError or TypeError for what is none."""
-    found = Outcome(**document)
-    if not all(isinstance(text, str) for text in (found.key, found.status, found.reason)):
+    outcome = Outcome(**document)
+    if not all(isinstance(text, str) for text in (outcome.key, outcome.status, outcome.reason)):
         raise TypeError
-    if found.status not in (DONE, FAILED, LOST):
+    if outcome.status not in (DONE, FAILED, LOST):
         raise ValueError
-    known = {name: (str(units), str(text)) for name, (units, text) in found.known.items()}
-    metrics = {name: float(value) for name, value in found.metrics.items()}
-    whole = ("index", "warnings", "steps", "size", "check")
-    counts: dict[str, Any] = {name: _count(getattr(found, name)) for name in whole}
-    return replace(found, known=known, metrics=metrics, wall=float(found.wall), loop=float(found.loop), **counts)
+    described = {name: (str(units), str(text)) for name, (units, text) in outcome.known.items()}
+    metrics = {name: float(value) for name, value in outcome.metrics.items()}
+    plain = ("index", "warnings", "steps", "size", "check")
+    counts: dict[str, Any] = {name: _count(getattr(outcome, name)) for name in plain}
+    return replace(
+        outcome, known=described, metrics=metrics, wall=float(outcome.wall), loop=float(outcome.loop), **counts
+    )
 
 
 def _count(value) -> int:

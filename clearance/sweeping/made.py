@@ -30,8 +30,8 @@ def made(mechanism: Mechanism, modules: dict[str, str], files: dict[str, str]) -
 
 def common(modules: dict[str, str], files: dict[str, str] | None = None) -> dict:
     """The part of it that all points share."""
-    found = {"version": VERSION, "modules": modules, "files": files}
-    return {name: value for name, value in found.items() if value}
+    origins = {"version": VERSION, "modules": modules, "files": files}
+    return {name: value for name, value in origins.items() if value}
 
 
 def files_named(values: Iterable[object]) -> dict[str, str]:
@@ -46,66 +46,68 @@ def _digest(text: str) -> str:
 
 def numbers(scene: str) -> dict[str, str]:
     """All values of a scene's JSON by name: "joints C contact restitution" -> "0.9", numbers to nine digits."""
-    found: dict[str, str] = {}
+    numbers: dict[str, str] = {}
     for key, value in json.loads(scene).items():
         if key != "sources":  # the text of the kernels has the laws
-            _name(found, key, value)
-    return found
+            _name(numbers, key, value)
+    return numbers
 
 
-def _name(found: dict[str, str], name: str, value: object) -> None:
+def _name(numbers: dict[str, str], name: str, value: object) -> None:
     if isinstance(value, dict):
         for key, entry in value.items():
-            _name(found, f"{name} {key}", entry)
+            _name(numbers, f"{name} {key}", entry)
     elif isinstance(value, list):
         for i, entry in enumerate(value):
-            _name(found, f"{name} {entry.get('name', i) if isinstance(entry, dict) else i}", entry)
+            _name(numbers, f"{name} {entry.get('name', i) if isinstance(entry, dict) else i}", entry)
     elif name.endswith(" law"):  # a case file's module is called otherwise in each process
-        found[name] = str(value).rpartition(":")[2]
+        numbers[name] = str(value).rpartition(":")[2]
     else:
-        found[name] = f"{value:.9g}" if isinstance(value, float) else str(value)
+        numbers[name] = f"{value:.9g}" if isinstance(value, float) else str(value)
 
 
 def common_differences(before: dict, now: dict) -> list[str]:
     """Changes of the inputs that all points share, in words."""
     if not before:
         return ["its points do not say what they were run with (version 0.1 wrote them)"]
-    found = []
+    differences = []
     if before["version"] != now["version"]:
-        found.append(f"clearance {before['version']}, here {now['version']}")
+        differences.append(f"clearance {before['version']}, here {now['version']}")
     one, two = before.get("modules", {}), now.get("modules", {})
     changed = [n for n in sorted({*one, *two}) if one.get(n) != two.get(n)]
-    found += [f"the imported module {n} has been changed" for n in changed]
+    differences += [f"the imported module {n} has been changed" for n in changed]
     there = now.get("files", {})
-    return found + [f"the file {n} has been changed" for n, d in before.get("files", {}).items() if there.get(n) != d]
+    return differences + [
+        f"the file {n} has been changed" for n, d in before.get("files", {}).items() if there.get(n) != d
+    ]
 
 
-def point_differences(before: dict, now: dict, kept: str | None, scene: str) -> list[str]:
+def point_differences(before: dict, now: dict, before_scene: str | None, scene: str) -> list[str]:
     """Changes of a point's inputs, in words; kept: JSON of the scene that was run, where its file says it."""
-    found = ["the law or kernel text has been changed"] if before.get("text") != now["text"] else []
+    differences = ["the law or kernel text has been changed"] if before.get("text") != now["text"] else []
     if before.get("numbers") == now["numbers"]:
-        return found
-    one, two = numbers(kept) if kept else {}, numbers(scene)
-    changed = [n for n in dict.fromkeys([*one, *two]) if one.get(n) != two.get(n)] if kept else []
+        return differences
+    one, two = numbers(before_scene) if before_scene else {}, numbers(scene)
+    changed = [n for n in dict.fromkeys([*one, *two]) if one.get(n) != two.get(n)] if before_scene else []
     if not changed:
-        return [*found, "the scene's numbers have been changed"]
+        return [*differences, "the scene's numbers have been changed"]
     first = changed[0]
     more = f" (and {len(changed) - 1} more)" if len(changed) > 1 else ""
-    return [*found, f"{first} was {one.get(first, 'not there')}, is now {two.get(first, 'not there')}{more}"]
+    return [*differences, f"{first} was {one.get(first, 'not there')}, is now {two.get(first, 'not there')}{more}"]
 
 
 def modules_of(paths: Iterable[Path]) -> dict[str, str]:
     """Digests of the user's own modules that files import, directly or not, by name; the files themselves left out."""
-    found: dict[str, str] = {}
+    digests: dict[str, str] = {}
     todo = [(Path(path), "") for path in paths]
     while todo:
         path, package = todo.pop()
         for name in _imported(path, package):
-            place = None if name in found else _own_file(name)
+            place = None if name in digests else _own_file(name)
             if place is not None:
-                found[name] = digest(place)
+                digests[name] = digest(place)
                 todo.append((place, name if place.name == "__init__.py" else name.rpartition(".")[0]))
-    return dict(sorted(found.items()))
+    return dict(sorted(digests.items()))
 
 
 def _imported(path: Path, package: str) -> Iterator[str]:

@@ -91,11 +91,11 @@ class Window:
         done = (float(record.turns_at(length)) if turn else length) * (1.0 + ROUNDING)
         if settle is None:
             settle = 1.0 if turn and (done >= 2.0 or not record.complete) else 0.0
-        begin, whole = float(record.time_at(settle)) if turn else settle, math.floor(done - settle)
-        if begin >= length or (turn and whole < 1 and not record.complete):
+        begin, full_turns = float(record.time_at(settle)) if turn else settle, math.floor(done - settle)
+        if begin >= length or (turn and full_turns < 1 and not record.complete):
             return None
-        end = min(float(record.time_at(settle + whole)), length) if turn and whole >= 1 else length
-        turns = (float(whole) if whole >= 1 else float(record.turns_at(end)) - settle) if turn else None
+        end = min(float(record.time_at(settle + full_turns)), length) if turn and full_turns >= 1 else length
+        turns = (float(full_turns) if full_turns >= 1 else float(record.turns_at(end)) - settle) if turn else None
         return cls.between(record, begin, end, turns)
 
     @classmethod
@@ -395,16 +395,16 @@ def _evenly(record: Record, path: str, window: Window) -> np.ndarray:
 
 def _change(states: np.ndarray, shift: float) -> np.ndarray:
     """By how much states (joints, samples) differ `shift` samples later; between samples by a cubic through four."""
-    whole = math.floor(shift + ON_SAMPLE)
-    f = shift - whole
+    turns = math.floor(shift + ON_SAMPLE)
+    f = shift - turns
     if f < ON_SAMPLE:
-        return states[:, whole:] - states[:, : states.shape[1] - whole]
+        return states[:, turns:] - states[:, : states.shape[1] - turns]
     taps = (
         -f * (f - 1.0) * (f - 2.0) / 6.0, (f + 1.0) * (f - 1.0) * (f - 2.0) / 2.0,
         -(f + 1.0) * f * (f - 2.0) / 2.0, (f + 1.0) * f * (f - 1.0) / 6.0,
     )  # fmt: skip
-    count = states.shape[1] - whole - 2
-    later = sum(tap * states[:, whole - 1 + i : whole - 1 + i + count] for i, tap in enumerate(taps))
+    count = states.shape[1] - turns - 2
+    later = sum(tap * states[:, turns - 1 + i : turns - 1 + i + count] for i, tap in enumerate(taps))
     return later - states[:, :count]
 
 
@@ -416,12 +416,12 @@ def own(function: Callable, record: Record) -> dict[str, Metric]:
         given = {name: given}
     if not isinstance(given, dict):
         raise ValueError(f"metric {name}: expected a number or a dictionary of numbers, got {given!r}")
-    found = {}
+    values = {}
     for key, entry in given.items():
         checks.identifier(f"metric {name}: its name", key)
         value, units, text = entry if isinstance(entry, tuple) and len(entry) == 3 else (entry, "?", key)
         try:
-            found[key] = Metric(float(value), str(units), str(text))
+            values[key] = Metric(float(value), str(units), str(text))
         except (TypeError, ValueError):
             raise ValueError(f"metric {name}: {key} is no number: {value!r}") from None
-    return found
+    return values

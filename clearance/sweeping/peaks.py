@@ -32,20 +32,20 @@ RATES = ("_per_turn", "_rms")
 
 def of_point(record: Record, settle: float | None = None, ideal: dict | None = None) -> dict[str, Metric]:
     """Metrics of a run that do not depend on its length; arguments as those of `metrics`."""
-    found, window = metrics(record, settle, ideal), Window.of(record, settle)
+    values, window = metrics(record, settle, ideal), Window.of(record, settle)
     if window is None or window.turns is None:
-        return found
+        return values
     begin = float(record.turns_at(window.begin))
     last = begin + window.turns + ROUNDING
     if not is_dry(record.scene):
         peaks = by_turn(record, begin, last, forces=True)
-        return found | {f"{n}_mean": Metric(_mean(s), s.units, _words(s)) for n, s in peaks.items()}
+        return values | {f"{n}_mean": Metric(_mean(s), s.units, _words(s)) for n, s in peaks.items()}
     by_name = by_turn(record, begin, last)
     if not by_name:
-        return found
+        return values
     by_name |= deviations(record, begin, last, ideal or {})
-    told = {n: Metric(float(v), *about) for n, v, *about in statistics(by_name, found)}
-    return told | {n: m for n, m in found.items() if m.time is None and not n.endswith("_max")}
+    numbers = {n: Metric(float(v), *about) for n, v, *about in statistics(by_name, values)}
+    return numbers | {n: m for n, m in values.items() if m.time is None and not n.endswith("_max")}
 
 
 def is_dry(scene: dict) -> bool:
@@ -93,7 +93,7 @@ def deviations(record: Record, first: float, last: float, ideal: dict) -> dict[s
     """Largest distance of each sliding body from where ideal joints have it, turn by turn."""
     count = math.floor(last - first)
     edges = np.asarray(record.time_at(first + np.arange(count + 1)), float)
-    (place, inside), found = placed(record.time, edges), {}
+    (place, inside), by_name = placed(record.time, edges), {}
     for body, (dx, dy) in guides(record.scene).items():
         if body not in ideal:
             continue
@@ -101,5 +101,5 @@ def deviations(record: Record, first: float, last: float, ideal: dict) -> dict[s
         far, largest = np.abs(x * dx + y * dy - ideal[body][0]), np.zeros(count)
         np.maximum.at(largest, place[inside], far[inside])
         text = f"largest distance of {body} from where ideal joints have it in a turn"
-        found[f"{body}_position_deviation_peak"] = Series(largest, "m", text)
-    return found
+        by_name[f"{body}_position_deviation_peak"] = Series(largest, "m", text)
+    return by_name

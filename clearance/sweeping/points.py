@@ -113,11 +113,11 @@ def grid(**values) -> Points:
 
     Raises ValueError for an empty range, a value that stands twice or is not finite.
     """
-    found = ONE
+    points = ONE
     for name, given in values.items():
-        own = _values(name, given)
-        found = found * Points({name: own}, (((name,), len(own)),))
-    return found
+        axis = _values(name, given)
+        points = points * Points({name: axis}, (((name,), len(axis)),))
+    return points
 
 
 def zipped(**values) -> Points:
@@ -231,7 +231,7 @@ def _spread(parameter, text: str) -> list:
     if count == 1 and low != high:
         raise ValueError(f"{parameter.name}: a range of one value must begin where it ends, got {text!r}")
     values = np.geomspace(low, high, count) if log else np.linspace(low, high, count)
-    found = [round(v) if parameter.kind is int else float(v) for v in values]
-    if len(set(found)) < count > 1:
+    spread = [round(v) if parameter.kind is int else float(v) for v in values]
+    if len(set(spread)) < count > 1:
         raise ValueError(f"{parameter.name}: there are no {count} different values in {text!r}")
-    return found
+    return spread

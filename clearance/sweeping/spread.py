@@ -175,13 +175,13 @@ class Spread:
 
     def vectors(self, columns: dict[str, np.ndarray]) -> np.ndarray:
         """Starts of points, a row each."""
-        found = np.tile(self.fixed, (len(next(iter(columns.values()))), 1))
+        rows = np.tile(self.fixed, (len(next(iter(columns.values()))), 1))
         for (name, form), places in self.same.items():
             if places:
-                found[:, places] = FORMS[form](columns[name])[:, None]
+                rows[:, places] = FORMS[form](columns[name])[:, None]
         for name, (places, table) in self.following.items():
-            found[:, places] = table[np.searchsorted(self.values[name], columns[name])]
-        return found
+            rows[:, places] = table[np.searchsorted(self.values[name], columns[name])]
+        return rows
 
     def starts(self, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Parts of the starts of points, (points, numbers) each."""

@@ -35,7 +35,7 @@ class Stating:
         answer.attempt.kept.hand_on(keeper)
         return answer.cannot or None
 
-    def columns(self, record: MemoryRecord, found: dict[str, Metric], summed) -> dict[str, Metric]:
+    def columns(self, record: MemoryRecord, values: dict[str, Metric], summed) -> dict[str, Metric]:
         """Errors of the metrics of a run that has come to its end; none where they cannot be stated."""
         if self.start is not None and record.complete:
             try:
@@ -46,5 +46,5 @@ class Stating:
         errors = self.errors or {}
         return {
             f"{n}_error": Metric(errors[n].total, m.units, f"stated error: {m.text}")
-            for n, m in found.items() if n in errors and not n.startswith("period")
+            for n, m in values.items() if n in errors and not n.startswith("period")
         }  # fmt: skip

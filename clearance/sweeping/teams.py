@@ -65,15 +65,15 @@ class Processes:
     def wait(self, seconds: float) -> list[Outcome]:
         """Outcomes that have come, waiting for the first at most so long."""
         ready = set(wait([w.pipe for w in self.workers] + [w.process.sentinel for w in self.workers], seconds))
-        found: list[Outcome] = []
+        done: list[Outcome] = []
         for i, worker in enumerate(self.workers):
             if worker.pipe in ready or worker.process.sentinel in ready:
                 outcomes, alive = worker.take()
-                found += outcomes
+                done += outcomes
                 if not alive:
-                    found += worker.last_words()
+                    done += worker.last_words()
                     self.workers[i] = _Process(self.context, *self.task)
-        return found
+        return done
 
     def close(self) -> None:
         for worker in self.workers:
@@ -98,17 +98,17 @@ class _Process:
 
     def take(self) -> tuple[list[Outcome], bool]:
         """Outcomes that wait in the pipe, and whether the worker is still there."""
-        found = []
+        done = []
         try:
             while self.pipe.poll():
                 answer = self.pipe.recv()
                 if isinstance(answer, BaseException):
                     raise answer
                 self.hand.popleft()
-                found += answer
+                done += answer
         except (EOFError, ConnectionResetError):
-            return found, False
-        return found, self.process.is_alive() or self.pipe.poll()
+            return done, False
+        return done, self.process.is_alive() or self.pipe.poll()
 
     def last_words(self) -> list[Outcome]:
         """Outcomes of the points that a dead worker held: the begun one is lost, the others wait again.
@@ -120,10 +120,10 @@ class _Process:
         how = f"killed by {signal.Signals(-code).name}" if code and code < 0 else f"it ended with status {code}"
         begun, *waiting = [*self.hand, ()][:1] + list(self.hand)[1:]
         if len(begun) == 1:
-            found = [Outcome(begun[0], "", LOST, f"its worker died: {how}")]
+            lost = [Outcome(begun[0], "", LOST, f"its worker died: {how}")]
         else:
-            found = [Outcome(index, "", WAITING, ALONE) for index in begun]
-        return found + [Outcome(index, "", WAITING) for block in waiting for index in block]
+            lost = [Outcome(index, "", WAITING, ALONE) for index in begun]
+        return lost + [Outcome(index, "", WAITING) for block in waiting for index in block]
 
     def stop(self) -> None:
         """Let an idle worker end by itself; a busy one is not waited for."""
@@ -225,11 +225,11 @@ class Dask:
         """Outcomes that have come, waiting for the first at most so long."""
         self.news.wait(seconds)
         self.news.clear()
-        found = []
+        done = []
         while self.arrived:
             future = self.arrived.popleft()
-            found += self._outcomes(future, self.hand.pop(future))
-        return found
+            done += self._outcomes(future, self.hand.pop(future))
+        return done
 
     def _outcomes(self, future, block: tuple[int, ...]) -> list[Outcome]:
         try:

@@ -89,13 +89,13 @@ class Wanted:
         c = self.channel(path)
         self.mean(name, lambda p, row, given, own: row[c] * row[c])
 
-    def watch(self, given: int, own: int) -> Watch:
+    def watch(self, given: int, extra: int) -> Watch:
         return Watch(
             tuple(self.quantities.values()),
             tuple(self.reductions.values()),
             tuple(self.tracks.values()),
             given,
-            own,
+            extra,
         )
 
 
@@ -136,8 +136,8 @@ class Together:
             raise Unsuited("no drive turns at a constant speed")
         before = window.begin / turn
         self.past = round(before)  # turns before the window
-        whole = abs(before - self.past) < ROUNDING
-        if not whole or window.end < until * (1.0 - ROUNDING) or window.turns < 1.0 - ROUNDING:
+        on_turn = abs(before - self.past) < ROUNDING
+        if not on_turn or window.end < until * (1.0 - ROUNDING) or window.turns < 1.0 - ROUNDING:
             raise Unsuited("the run does not end with the whole turns that its metrics are about")
         self.turns = window.turns
 
@@ -508,12 +508,12 @@ class Together:
         unit = regime(one, 1.0, one.clearance)  # of a pressure of 1 Pa at the thickest film
         thinnest = np.maximum(gap, 1e-9 * self._all(many.clearance)[places])
         flattening = unit.flattening_ratio * one.clearance * pressure / thinnest
-        found = (unit.piezoviscous_number * pressure > PIEZOVISCOUS).astype(int) + (
+        counts = (unit.piezoviscous_number * pressure > PIEZOVISCOUS).astype(int) + (
             flattening > FLATTENING
         )
         if one.roughness is not None:
-            found += gap / self._all(many.roughness)[places] < FULL_FILM
-        return found
+            counts += gap / self._all(many.roughness)[places] < FULL_FILM
+        return counts
 
 
 def _sizes(turns: dict, path: str) -> np.ndarray:
@@ -645,13 +645,13 @@ class Lanes:
     ) -> list[Outcome]:
         """Outcomes of a block; their index is the place in the group."""
         values, warnings = together.metrics(answers, places), together.warnings(answers, places)
-        known = {name: (m.units, m.text) for name, m in together.first.items()}
+        described = {name: (m.units, m.text) for name, m in together.first.items()}
         about = self.about | {"text": together.mechanism.structure.digest}
-        rows = zip(*(values[name].tolist() for name in known), strict=True)
+        rows = zip(*(values[name].tolist() for name in described), strict=True)
         made = []
         for i, row in enumerate(rows):
             if good[i]:
-                metrics, steps = dict(zip(known, row, strict=True)), int(answers.steps[i])
+                metrics, steps = dict(zip(described, row, strict=True)), int(answers.steps[i])
                 made.append(
                     Outcome(
                         int(places[i]),
@@ -659,7 +659,7 @@ class Lanes:
                         DONE,
                         "",
                         metrics,
-                        {} if made else known,
+                        {} if made else described,
                         int(warnings[i]),
                         wall,
                         wall,

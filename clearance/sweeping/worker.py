@@ -55,11 +55,11 @@ class Keeper:
         self.missing: list[str] = []  # metrics of the user's own that failed, and why
         self.flush = self.memory.flush
 
-    def _own(self, found: dict[str, Metric]) -> dict[str, Metric]:
-        taken = [n for n in found if n in self.found or n in RESERVED or n in self.definition.units]
+    def _own(self, results: dict[str, Metric]) -> dict[str, Metric]:
+        taken = [n for n in results if n in self.found or n in RESERVED or n in self.definition.units]
         if taken:
             raise ValueError(f"metric {taken[0]!r}: the name is taken; choose another")
-        return found
+        return results
 
     def summed(self, record: Record) -> dict[str, Metric]:
         """Metrics of a record of the run's motion."""
@@ -100,10 +100,10 @@ class Keeper:
                 words = _explained(error)
                 self.missing.append(words if words.startswith("metric ") else f"metric {function.__name__}: {words}")
         if self.file:
-            known = json.dumps({n: (m.units, m.text) for n, m in self.found.items()})
+            described = json.dumps({n: (m.units, m.text) for n, m in self.found.items()})
             about = {"metrics": {n: m.value for n, m in self.found.items()}}
             about["sweep"] = {
-                "key": self.key, "known": known, "made": json.dumps(self.made), "missing": "; ".join(self.missing),
+                "key": self.key, "known": described, "made": json.dumps(self.made), "missing": "; ".join(self.missing),
             }  # fmt: skip
             self.file.close(status, solver, warnings, facts | about, ranges)
 
@@ -129,10 +129,10 @@ def load_function(reference: str, source: str) -> Callable:
 
 @lru_cache(maxsize=4)
 def _definition(folder: str, stamp: str) -> Definition:
-    found = definitions.read(Path(folder))
-    if found is None:
+    definition = definitions.read(Path(folder))
+    if definition is None:
         raise FileNotFoundError(f"{folder} is not seen from here: a cluster's workers need the sweep's directory")
-    return found
+    return definition
 
 
 @lru_cache(maxsize=8)
@@ -145,14 +145,14 @@ def _case(path: str, source: str) -> Case:
 
 
 @lru_cache(maxsize=8)
-def _modules(definition_path: str, source: str, own: tuple) -> dict[str, str]:
+def _modules(definition_path: str, source: str, metrics: tuple) -> dict[str, str]:
     """Modules that the case file and the metrics import, as they were when this process loaded them."""
-    return modules_of(files_of(definition_path, own))
+    return modules_of(files_of(definition_path, metrics))
 
 
-def files_of(path: str, own: tuple) -> list[Path]:
+def files_of(path: str, metrics: tuple) -> list[Path]:
     """Files with a user's code: the case, and those of the metrics."""
-    return [find_case(path).path, *(Path(reference.rpartition(":")[0]) for reference, _ in own)]
+    return [find_case(path).path, *(Path(reference.rpartition(":")[0]) for reference, _ in metrics)]
 
 
 def run_block(folder: str, stamp: str, indices: tuple[int, ...]) -> list[Outcome]:
@@ -187,25 +187,25 @@ def run_point(folder: str, stamp: str, index: int) -> Outcome:
 def _explained(error: BaseException) -> str:
     """An error in one line: its kind where the text alone may not say, and where in a user's file it came from."""
     try:
-        said = " ".join(str(error).split())
+        text = " ".join(str(error).split())
     except Exception:  # noqa: BLE001 - a user's exception
-        said = "(its text cannot be read)"
+        text = "(its text cannot be read)"
     package = str(Path(__file__).parent.parent)
     frames = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(package)]
-    known = isinstance(error, ValueError) or not frames
-    where = "" if known else f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})"
-    return f"{'' if isinstance(error, ValueError) else type(error).__name__ + ': '}{said}{where}"
+    expected = isinstance(error, ValueError) or not frames
+    where = "" if expected else f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})"
+    return f"{'' if isinstance(error, ValueError) else type(error).__name__ + ': '}{text}{where}"
 
 
 def _is_full(error: BaseException) -> bool:
     """True for a full disk; the errors of HDF5 state it only in words."""
-    said = str(error)
-    return getattr(error, "errno", None) in FULL or any(f"errno = {number}" in said for number in FULL)
+    text = str(error)
+    return getattr(error, "errno", None) in FULL or any(f"errno = {number}" in text for number in FULL)
 
 
 def _together(definition: Definition, stamp: str, indices: tuple[int, ...]) -> tuple[dict[int, Outcome], str]:
     """Outcomes of the points that ran in one memory, by index; why others did not."""
-    began, found, alone = time.perf_counter(), {}, APART
+    began, points, alone = time.perf_counter(), {}, APART
     names, kinds = definition.spread, {}
     for index in indices:
         kinds.setdefault(tuple(v for n, v in definition.points[index].items() if n not in names), []).append(index)
@@ -215,18 +215,18 @@ def _together(definition: Definition, stamp: str, indices: tuple[int, ...]) -> t
             alone = family
             continue
         columns = {n: np.array([definition.points.columns[n][i] for i in members]) for n in names}
-        found |= {i: point for i, point in zip(members, family.found(columns), strict=True) if point is not None}
-    wall = (time.perf_counter() - began) / max(len(found), 1)
-    return {i: _outcome(definition, i, point, wall) for i, point in found.items()}, alone
+        points |= {i: point for i, point in zip(members, family.found(columns), strict=True) if point is not None}
+    wall = (time.perf_counter() - began) / max(len(points), 1)
+    return {i: _outcome(definition, i, point, wall) for i, point in points.items()}, alone
 
 
-def _outcome(definition: Definition, index: int, found: Found, wall: float) -> Outcome:
+def _outcome(definition: Definition, index: int, results: Found, wall: float) -> Outcome:
     files = files_named(definition.values(index).values())
     modules = _modules(definition.path, definition.source, definition.own)
     return Outcome(
-        index, definition.keys[index], DONE, "", {n: float(m.value) for n, m in found.metrics.items()},
-        {n: (m.units, m.text) for n, m in found.metrics.items()}, found.warnings, wall, found.loop, found.steps,
-        made=common(modules, files) | {"text": found.text}, together=True,
+        index, definition.keys[index], DONE, "", {n: float(m.value) for n, m in results.metrics.items()},
+        {n: (m.units, m.text) for n, m in results.metrics.items()}, results.warnings, wall, results.loop, results.steps,
+        made=common(modules, files) | {"text": results.text}, together=True,
     )  # fmt: skip
 
 

@@ -47,17 +47,17 @@ class Answerer:
     def fill(self, block) -> float:
         """Answer what the block asks, in place."""
         begin, width = 2 + self.inputs, 1 + self.inputs
-        found = None
+        values = None
         if not self.over:  # then only nan: the run shall end soon
             try:
-                found = self.answer(block[1], [block[2 + i] for i in range(self.inputs)])
+                values = self.answer(block[1], [block[2 + i] for i in range(self.inputs)])
                 self.failure = None
             except BaseException as failure:  # noqa: BLE001 - it cannot pass through compiled code; the run raises it
                 self.failure = failure
                 self.over = block[1] == KEEP or isinstance(failure, KeyboardInterrupt)
         for k in range(self.outputs if block[1] != KEEP else 0):
             for i in range(width if block[1] == SLOPES else 1):
-                block[begin + k * width + i] = math.nan if found is None else float(found[k][i])
+                block[begin + k * width + i] = math.nan if values is None else float(values[k][i])
         return 0.0
 
 

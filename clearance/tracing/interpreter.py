@@ -58,8 +58,8 @@ def _quotient(trace: Trace, a, b):
     """a // b: whole, as far as the remainder leaves it."""
     if is_number(a) and is_number(b):
         return defined(operator.floordiv, a, b)
-    whole = trace.div(trace.sub(a, _remainder(trace, a, b)), b)
-    return trace.function("floor", trace.add(whole, 0.5))
+    quotient = trace.div(trace.sub(a, _remainder(trace, a, b)), b)
+    return trace.function("floor", trace.add(quotient, 0.5))
 
 
 def _logical(*values) -> bool:

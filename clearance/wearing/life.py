@@ -165,8 +165,8 @@ class Driver:
                 raise ValueError(f"{self.folder} holds another life (other {', '.join(other)}); take another directory")
         _write(path, json.dumps(asked).encode())
         self.journal = list(lines(self.folder / "journal.jsonl"))
-        whole = b"".join(json.dumps(e).encode() + b"\n" for e in self.journal)
-        _write(self.folder / "journal.jsonl", whole)
+        text = b"".join(json.dumps(e).encode() + b"\n" for e in self.journal)
+        _write(self.folder / "journal.jsonl", text)
 
     def _scene(self, outlines: dict[str, Worn]) -> Scene:
         """The scene on outlines."""
@@ -193,10 +193,10 @@ class Driver:
         run.observers.append(run.wearing)
         result = write(run, Output(path, None, 0, None, None))
         ideal = ideal_motion(run.mechanism.scene, run.span, result.scene)
-        found = metrics(result, float(self.settle), ideal)
+        values = metrics(result, float(self.settle), ideal)
         result.close()
         turns = {name: t[self.settle :] for name, t in run.wearing.turns.items()}
-        return {n: Measured.of(t) for n, t in turns.items()}, {n: m.value for n, m in found.items()}
+        return {n: Measured.of(t) for n, t in turns.items()}, {n: m.value for n, m in values.items()}
 
     def _settle(self, run, before: int) -> None:
         """Put journals that touched at the end of the stage before where the new outline carries the same force."""
@@ -217,12 +217,12 @@ class Driver:
         """A run of as many turns as its scatter needs."""
         average = self.average
         while True:
-            measured, found = self.run(stage, outlines, average)
+            measured, values = self.run(stage, outlines, average)
             worst = max(m.scatter for m in measured.values())
             enough = EASY * self.plan.tolerance
             if worst <= enough or average >= MOST_AVERAGED:
                 self.average = average
-                return measured, found
+                return measured, values
             needed = math.ceil(average * (worst / enough) ** 2)
             average = min(MOST_AVERAGED, max(needed, average + 2))
             LOG.info("wear of a turn scatters by %.2g: averaged over %d turns", worst, average)
@@ -269,15 +269,15 @@ class Driver:
 
     def predicted(self, outlines: dict[str, Worn], measured: dict[str, Measured]) -> dict[str, dict[str, np.ndarray]]:
         """Wear of the next turn that the load paths give."""
-        found = {}
+        rates = {}
         for name, one in measured.items():
             if not len(one.path):
-                found[name] = one.rate
+                rates[name] = one.rate
                 continue
             begin = Worn.of(outlines[name].data, one.path, self.joints[name].wear_journal is not None)
             end = self._replay(name, one).step(begin, 1.0)
-            found[name] = {s: _depths(end)[s] - _depths(begin)[s] for s in one.rate}
-        return found
+            rates[name] = {s: _depths(end)[s] - _depths(begin)[s] for s in one.rate}
+        return rates
 
     # --- the life
     def go(self) -> Life:
@@ -292,7 +292,7 @@ class Driver:
             new, done, off = self.jump(outlines, measured, max(LEAST, min(size, left, self.plan.jump_turns or left)))
             predicted = self.predicted(new, measured)
             self._check_walls(new, turns + done)
-            after, found = self.stage(stage + 1, new)
+            after, values = self.stage(stage + 1, new)
             miss, apart = _missed(predicted, after)
             allowed = max(self.plan.tolerance, 2.0 * max(m.scatter for m in after.values()))
             if miss > allowed and done > LEAST:
@@ -302,16 +302,16 @@ class Driver:
             outlines, measured, turns, stage = new, after, turns + done, stage + 1
             error += off + 0.5 * done * apart
             size = done * (GROW if miss < EASY * allowed else 1.0)
-            self._keep(stage, outlines, measured, turns, error, size, found, miss)
+            self._keep(stage, outlines, measured, turns, error, size, values, miss)
         self.progress(1.0)
         return Life(self.folder)
 
     def _first(self, outlines: dict[str, Worn]) -> dict[str, Measured]:
-        measured, found = self.stage(0, outlines)
+        measured, values = self.stage(0, outlines)
         for name, one in measured.items():
             if self.plan.jump == "replay" and not len(one.path) and any(r.any() for r in one.rate.values()):
                 raise ValueError(f"joint {name}: its law of wear is not linear in the pressure; take jump=linear")
-        self._keep(0, outlines, measured, 0.0, 0.0, self.plan.turns * FIRST, found, 0.0)
+        self._keep(0, outlines, measured, 0.0, 0.0, self.plan.turns * FIRST, values, 0.0)
         return measured
 
     def _resumed(self) -> tuple:
@@ -340,7 +340,7 @@ class Driver:
             for n, j in self.joints.items()
         }
 
-    def _keep(self, stage, outlines, measured, turns, error, size, found, miss) -> None:
+    def _keep(self, stage, outlines, measured, turns, error, size, values, miss) -> None:
         """A stage is over: its arrays, then its line in the journal."""
         arrays = {}
         for name, one in measured.items():
@@ -352,7 +352,7 @@ class Driver:
         os.replace(temporary, self.folder / f"stage-{stage:04d}.npz")
         entry = {
             "stage": stage, "turns": turns, "error": error, "jump": size, "changed": miss, "average": self.average,
-            "scatter": {n: m.scatter for n, m in measured.items()}, "metrics": found,
+            "scatter": {n: m.scatter for n, m in measured.items()}, "metrics": values,
         }  # fmt: skip
         with open(self.folder / "journal.jsonl", "ab") as file:
             file.write(json.dumps(entry).encode() + b"\n")

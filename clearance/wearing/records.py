@@ -69,11 +69,11 @@ class Life:
 
     @cached_property
     def _arrays(self) -> list[dict]:
-        found = []
+        columns = []
         for i in range(len(self.stages)):
             with np.load(self.path / f"stage-{i:04d}.npz") as arrays:
-                found.append(dict(arrays))
-        return found
+                columns.append(dict(arrays))
+        return columns
 
     def depth(self, joint: str, surface: str = "bearing") -> np.ndarray:
         """Worn depth [m] over the angle of the surface's body, one a degree, at each stage: (stages, 360)."""

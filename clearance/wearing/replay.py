@@ -195,10 +195,10 @@ class Replay:
 
     def both(self, worn: Worn, turns: float) -> tuple[Worn, float]:
         """Outlines after so many turns, first-order error taken off, and that error [m]."""
-        whole, half = self.step(worn, turns), self.step(self.step(worn, 0.5 * turns), 0.5 * turns)
-        change = half.data - whole.data
+        full, half = self.step(worn, turns), self.step(self.step(worn, 0.5 * turns), 0.5 * turns)
+        change = half.data - full.data
         half.data[1:] = np.maximum(half.data[1:] + change[1:], worn.data[1:])
-        half.volumes += half.volumes - whole.volumes
+        half.volumes += half.volumes - full.volumes
         return half, float(np.abs(change[1:]).max())
 
     def over(self, worn: Worn, turns: float, tolerance: float, most: float = math.inf) -> tuple[Worn, float, float]:

@@ -123,11 +123,11 @@ def _turned(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _on_journal(depth: np.ndarray, before: np.ndarray, behind: np.ndarray) -> np.ndarray:
     """Depths at the bearing's nodes, summed at those of the turned journal."""
-    found = np.zeros(NODES)
+    worn = np.zeros(NODES)
     for shift, share in ((0, 1.0 - behind), (1, behind)):
         places = (before[:, None] + shift + NODE) % NODES
-        found += np.bincount(places.ravel(), (share[:, None] * depth).ravel(), NODES)
-    return found
+        worn += np.bincount(places.ravel(), (share[:, None] * depth).ravel(), NODES)
+    return worn
 
 
 def grouped(rows: np.ndarray) -> np.ndarray:
