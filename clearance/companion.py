@@ -29,10 +29,10 @@ from clearance.errors import TRAJECTORY, Error, Errors, ExtremeErrors
 from clearance.film.table import Table
 from clearance.interrupts import Held
 from clearance.mechanism.build import Mechanism
+from clearance.metrics import Metric, Window, metrics, offsets
 from clearance.recording import MemoryRecord, MemorySink, write_errors
 from clearance.results import Record, appending
 from clearance.run import Run
-from clearance.sweeping.metrics import Metric, Window, metrics, offsets
 from clearance.tracing.asking import Answerer
 
 LOG = logging.getLogger("clearance")

@@ -27,9 +27,9 @@ from clearance.companion import (
 )
 from clearance.errors import TRAJECTORY, Error, Errors, share
 from clearance.interrupts import Held
+from clearance.metrics import metrics
 from clearance.recording import MemoryRecord, MemorySink
 from clearance.run import Run
-from clearance.sweeping.metrics import metrics
 
 ALL, INTEGRATION = "all", "integration"
 FIRST = 1e-3  # tolerance of the first run of a ladder, at most

@@ -110,7 +110,7 @@ BOXES = {
         0.0,
         "#c62828",
         "simulation run run.* options watched diagnosis observers starting fields inverse* "
-        "turns ensemble chaos lanes* rerun periodic* companion",
+        "turns metrics lanes* rerun request companion wearing.summing",
         step=3,
     ),
     "files": Box(
@@ -123,7 +123,14 @@ BOXES = {
         step=4,
     ),
     "evidence": Box("evidence", "accuracy, cost,\nextremes", 5, 1.0, "#546e7a", "evidence*"),
-    "sweeps": Box("sweeps", "sweeping/,\nwearing/, identify/", 5, -1.0, "#9e9d24", "sweeping* wearing* identify*"),
+    "sweeps": Box(
+        "sweeps",
+        "many runs: sweeps,\nchaos, wear, fits",
+        5,
+        -1.0,
+        "#9e9d24",
+        "sweeping* ensemble chaos periodic* wearing wearing.[!s]* identify*",
+    ),
     "pictures": Box(
         "pictures",
         "postprocess/,\ncommands/",

@@ -12,10 +12,10 @@ from clearance.postprocess.channels import channel, drive_angle, interpolation, 
 from clearance.postprocess.labels import axis_label, shown_in, wrapped
 from clearance.postprocess.sections import bifurcation, section, section_times
 
+from clearance.metrics import FEWEST as TURNS
+from clearance.metrics import SETTLING
 from clearance.results import Record
 from clearance.sweeping.index import Sweep
-from clearance.sweeping.metrics import FEWEST as TURNS
-from clearance.sweeping.metrics import SETTLING
 
 #: metrics that a picture shows by itself, the first of each that the sweep has; force: of a clearance joint
 TELLING = (

@@ -11,8 +11,8 @@ from clearance.postprocess.guides import of_slides, portrait
 from clearance.postprocess.labels import title
 
 from clearance.extremes import SLIDES, guides
+from clearance.metrics import Window
 from clearance.results import Record, Result
-from clearance.sweeping.metrics import Window
 
 TIME = "time [s]"
 #: share of the samples, at either end of their range, that may be lone peaks

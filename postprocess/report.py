@@ -40,10 +40,10 @@ from clearance.postprocess.spectra import spectra
 from clearance.postprocess.sweep_report import sweep_page
 
 from clearance.evidence.assumptions import assumptions
+from clearance.metrics import Metric, Window, metrics, startup
 from clearance.reading import Damaged
 from clearance.results import Result, open_result
 from clearance.sweeping.index import Sweep, open_sweep
-from clearance.sweeping.metrics import Metric, Window, metrics, startup
 
 #: turns left out of a Poincare section, and passages that make one worth drawing
 SETTLE, PASSAGES = 2.0, 4

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 import clearance as cl
 from clearance.evidence.variants import idealised
 from clearance.mechanism.build import build
-from clearance.sweeping.metrics import metrics
+from clearance.metrics import metrics
 from tests import mechanisms as m
 from tests.augmented import IMPACT, Augmented
 from tests.plain import kernel

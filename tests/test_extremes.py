@@ -8,7 +8,7 @@ import pytest
 import clearance as cl
 from clearance.catalogue import case_names, find_case
 from clearance.extremes import Extremes, better, stretch_length, stretches
-from clearance.sweeping.metrics import metrics
+from clearance.metrics import metrics
 
 
 def test_stretches_hold_their_extremes():

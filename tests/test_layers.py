@@ -26,7 +26,7 @@ LAYERS = [
     ["clearance.starting", "clearance.fields", "clearance.options", "clearance.watched", "clearance.diagnosis"],
     ["clearance.turns"],
     ["clearance.observers", "clearance.wearing.summing"],
-    ["clearance.run", "clearance.sweeping.metrics"],
+    ["clearance.run", "clearance.metrics"],
     ["clearance.companion", "clearance.lanes", "clearance.request"],
     ["clearance.simulation", "clearance.inverse"],
     ["clearance.rerun"],
@@ -146,7 +146,7 @@ def test_laws_import_only_math():
 #: what reads run files, sweep directories, measurements and fits
 FILES = {"clearance.results", "clearance.reading", "clearance.extremes"}
 FILES |= {"clearance.wearing.records"}
-FILES |= {f"clearance.sweeping.{name}" for name in ("definition", "index", "metrics")}
+FILES |= {"clearance.metrics", "clearance.sweeping.definition", "clearance.sweeping.index"}
 FILES |= {"clearance.identify.records", "clearance.identify.fit"}
 #: units and checks of measured data
 FILES |= {"clearance.checks", "clearance.units"}

@@ -12,8 +12,8 @@ import pytest
 import clearance as cl
 from clearance import cli
 from clearance.mechanism.build import build
+from clearance.metrics import metrics, startup
 from clearance.starting import quasi_static
-from clearance.sweeping.metrics import metrics, startup
 
 FILES = Path(__file__).parent / "files"
 

@@ -245,7 +245,7 @@ def _plot(result, output: Path, settle: float | None) -> Path:
 def _summary(case, values: dict, result, began: tuple[float, float], settle: float | None) -> dict:
     """Costs and results of a run, as plain data."""
     from clearance.evidence.assumptions import assumptions
-    from clearance.sweeping.metrics import Window, metrics, startup
+    from clearance.metrics import Window, metrics, startup
 
     solver, events, window, errors = result.solver, result.events, Window.of(result, settle), result.errors
     begin, end = (0.0, math.inf) if window is None else window.bounds(result)

@@ -12,8 +12,8 @@ import numpy as np
 
 from clearance import checks
 from clearance.laws.contact import oedometric_modulus
+from clearance.metrics import Window
 from clearance.results import Record
-from clearance.sweeping.metrics import Window
 
 YOUNG, DENSITY = 207e9, 7850.0  # Pa, kg/m3: steel, where a section is not given
 POISSON = 0.3

@@ -18,6 +18,7 @@ from clearance.diagnosis import LOST_ENERGY, Diagnosis
 from clearance.elements.joint import Joint
 from clearance.extremes import Extreme, Extremes, better, stretch_length
 from clearance.mechanism.build import Mechanism, acceleration_of, energy_of
+from clearance.metrics import Metric
 from clearance.options import Span, longest_step
 from clearance.recording import CONTACT_KINDS, EVENT_COLUMNS, MemoryRecord, MemorySink
 from clearance.regimes import DEEPEST, FULL_FILM, Regime, layer_of, oedometric_modulus, regime
@@ -27,7 +28,6 @@ from clearance.simulation import prepare
 from clearance.stepping import status
 from clearance.stepping.state import LOG_COLUMNS
 from clearance.sweeping.ideal import moves, rate_of, stretched, unit_motion
-from clearance.sweeping.metrics import Metric
 from clearance.sweeping.peaks import of_point
 from clearance.sweeping.spread import Irregular, Spread, leaves_of
 from clearance.tracing.asking import Answerer

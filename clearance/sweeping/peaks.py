@@ -20,8 +20,8 @@ import numpy as np
 
 from clearance import series
 from clearance.extremes import guides
+from clearance.metrics import Found, Metric, Window, metrics
 from clearance.results import Record
-from clearance.sweeping.metrics import Found, Metric, Window, metrics
 from clearance.turns import ROUNDING, Series, by_turn, placed
 
 SHARES = (0.9, 0.99)  # quantiles of turn peaks

@@ -2,10 +2,10 @@
 
 from clearance.companion import Parted, Start, paired, reason_without, size_of, stated
 from clearance.errors import Errors
+from clearance.metrics import Metric
 from clearance.recording import MemoryRecord
 from clearance.request import Ladder, Request
 from clearance.run import Run
-from clearance.sweeping.metrics import Metric
 
 STATE = "state"
 

@@ -22,6 +22,7 @@ from clearance.extremes import along, guides
 from clearance.lanes.group import Answers, Group, Points
 from clearance.lanes.watch import Quantity, Reduction, Watch
 from clearance.mechanism.numbers import numbers_of
+from clearance.metrics import ROUNDING, Window, periodicity
 from clearance.options import longest_step
 from clearance.recording import MemoryRecord, MemorySink
 from clearance.regimes import FLATTENING, FULL_FILM, PIEZOVISCOUS, regime
@@ -32,7 +33,6 @@ from clearance.stepping.state import CLEARANCE, PULL, RATE_X, RATE_Y
 from clearance.sweeping.definition import Definition
 from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.journal import DONE, Outcome
-from clearance.sweeping.metrics import ROUNDING, Window, periodicity
 from clearance.sweeping.peaks import of_point
 
 COMPARED = 6  # points whose numbers are compared with those of a scene built alone

@@ -13,6 +13,7 @@ import numpy as np
 
 from clearance.catalogue import Case, find_case
 from clearance.loading import module_of
+from clearance.metrics import Metric, own
 from clearance.recording import FULL, FileSink, ImageSink, MemorySink
 from clearance.results import Record
 from clearance.run import Run
@@ -25,7 +26,6 @@ from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.index import checked
 from clearance.sweeping.journal import DONE, FAILED, LOST, Outcome
 from clearance.sweeping.made import common, files_named, made, modules_of
-from clearance.sweeping.metrics import Metric, own
 from clearance.sweeping.peaks import of_point
 from clearance.sweeping.spread import Irregular
 from clearance.sweeping.stating import Stating

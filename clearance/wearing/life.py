@@ -22,11 +22,11 @@ from clearance.catalogue import load_case
 from clearance.laws.contact import layer_of
 from clearance.laws.outline import Outline, worn
 from clearance.locks import Lock
+from clearance.metrics import metrics
 from clearance.options import Output
 from clearance.scene import Scene
 from clearance.simulation import prepare, write
 from clearance.sweeping.ideal import ideal_motion
-from clearance.sweeping.metrics import metrics
 from clearance.wearing.records import SURFACES, Life, lines
 from clearance.wearing.replay import Replay, Worn, moved
 from clearance.wearing.summing import Turn, Wearing

@@ -19,11 +19,11 @@ from publishing import publish, require
 import clearance as cl
 from clearance.companion import THROUGHOUT, Pair, Parted, Start, companion, size_of, stated
 from clearance.evidence.pictures import stated_against_true
+from clearance.metrics import metrics
 from clearance.recording import MemoryRecord
 from clearance.request import Ladder, Request, printed
 from clearance.run import Run
 from clearance.simulation import prepare
-from clearance.sweeping.metrics import metrics
 
 BEGIN = "<!-- stated errors -->"
 PICTURE = "paper_figures/stated_errors.png"

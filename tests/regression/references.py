@@ -24,9 +24,9 @@ from clearance.catalogue import find_case
 from clearance.identify.bench import bench
 from clearance.identify.fit import fit
 from clearance.identify.models import model
+from clearance.metrics import metrics
 from clearance.reading import open_checked
 from clearance.results import save_tables
-from clearance.sweeping.metrics import metrics
 
 FOLDER = Path(__file__).parent / "references"
 FORMAT, FORMAT_VERSION = "clearance-reference", 1

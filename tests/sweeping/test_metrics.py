@@ -12,14 +12,14 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 import clearance as cl
+from clearance import metrics as defined
 from clearance.extremes import Extremes, guides
+from clearance.metrics import Window, metrics, own
 from clearance.options import Span
 from clearance.recording import MemorySink
 from clearance.simulation import prepare
 from clearance.sweeping import ideal as ideals
-from clearance.sweeping import metrics as defined
 from clearance.sweeping.ideal import ideal_motion
-from clearance.sweeping.metrics import Window, metrics, own
 from tests.mechanisms import body, scotch_yoke
 from tests.postprocess.records import Formula, joint
 

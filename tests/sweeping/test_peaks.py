@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import clearance as cl
+from clearance.metrics import metrics
 from clearance.options import Span
 from clearance.series import mean
 from clearance.sweeping.ideal import ideal_motion
-from clearance.sweeping.metrics import metrics
 from clearance.sweeping.peaks import is_dry, of_point
 from clearance.turns import by_turn
 

@@ -21,7 +21,7 @@ from scipy.linalg import expm
 import clearance as cl
 from clearance import laws
 from clearance.mechanism.build import build
-from clearance.sweeping.metrics import metrics
+from clearance.metrics import metrics
 
 TABLE = (Path(__file__).parent / "finite_drives.csv").read_text()
 ROWS = list(csv.DictReader(TABLE.splitlines()))
