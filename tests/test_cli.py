@@ -1,5 +1,6 @@
 """The command line: exit status, one clear line for wrong input, JSON purity, a mechanism of one's own."""
 
+import argparse
 import json
 import os
 import re
@@ -247,6 +248,15 @@ def test_cases(capsys):
             assert parameter["units"] != "?", name
             assert parameter["text"], name
     assert run("cases", capsys=capsys)[1].count("m ") > 5
+
+
+@pytest.mark.parametrize("command", cli.COMMANDS, ids=lambda module: module.__name__.rpartition(".")[2])
+def test_every_command_has_a_help_text(command):
+    """A per cent sign that is not doubled ends `--help` with a traceback."""
+    commands = argparse.ArgumentParser().add_subparsers()
+    added = command.add(commands)
+    for each in added if isinstance(added, list) else [added]:
+        assert each.format_help().startswith("usage:")
 
 
 def test_explain(capsys):

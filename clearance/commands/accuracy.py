@@ -12,7 +12,7 @@ def add_error(command: argparse.ArgumentParser) -> None:
     """--error and --no-error."""
     command.add_argument(
         "--error", metavar="E", default="state",
-        help="make the cheapest run with so small an error: 1e-3 or 0.1% of all numbers, or by name, such as "
+        help="make the cheapest run with so small an error: 1e-3 or 0.1%% of all numbers, or by name, such as "
         "joint_B_force_max=1e-4,trajectory=1e-5 (default: state the errors of a run at --rtol)",
     )  # fmt: skip
     command.add_argument(
