@@ -29,6 +29,7 @@ from clearance.results import (
     LIBVER,
     Record,
     check_replaceable,
+    check_result,
     create_column,
     image_of,
     in_memory,
@@ -269,6 +270,7 @@ class FileSink:
         if self.path.is_dir():
             raise ValueError(f"result file {self.path} is a directory; give the name of a file")
         check_replaceable(self.path)
+        check_result(self.path)
         self.channels, self.kept = channels, chosen(channels, keep)
         self.logs = keep is None or any(fits_path(STEP_LOG, p) for p in keep)
         self.layout = filters(compression) | {"chunks": (min(max(expected, 1), CHUNK),)}

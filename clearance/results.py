@@ -85,6 +85,16 @@ def check_replaceable(path: Path) -> None:
         raise ValueError(f"{path} is a device, a pipe or a socket; give the name of a file")
 
 
+def check_result(path: Path) -> None:
+    """A result may replace the file of this name.
+
+    Raises ValueError for a file that is not HDF5, such as a scene file.
+    """
+    if path.is_file() and path.stat().st_size and not h5py.is_hdf5(path):
+        reason = "is there already and is no result file"
+        raise ValueError(f"{path} {reason}; give another name to the result")
+
+
 def temporary_name(path: Path) -> Path:
     """A name beside a file that no other writer of it uses."""
     return path.with_name(f"{path.name}.{os.getpid()}.{next(_count)}.partial")
@@ -668,8 +678,12 @@ class Result(Record):
         return xarray.DataTree.from_dict(datasets)
 
     def save(self, path: str | Path) -> Path:
-        """Copy the file to `path`, under a temporary name until it is whole."""
+        """Copy the file to `path`, under a temporary name until it is whole.
+
+        Raises ValueError where that would replace a file that is no result.
+        """
         path = Path(path)
+        check_result(path)
         with replacing(path) as temporary:
             shutil.copyfile(self.path, temporary)
         return path

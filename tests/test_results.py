@@ -152,6 +152,17 @@ def test_what_is_not_a_result(tmp_path):
         cl.open_result(tmp_path / "other.h5")
 
 
+def test_a_result_replaces_results_alone(run, tmp_path):
+    """A scene file is not lost to a slip of `-o`."""
+    scene = tmp_path / "machine.toml"
+    scene.write_text("text = 'of hours'\n")
+    with pytest.raises(ValueError, match="machine.toml is there already and is no result file"):
+        cl.simulate(cl.load_case("double_pendulum"), until=0.01, path=scene)
+    with pytest.raises(ValueError, match="no result file"):
+        run.save(scene)
+    assert scene.read_text() == "text = 'of hours'\n"
+
+
 def test_streaming_gives_the_same_as_one_buffer(tmp_path, monkeypatch):
     """Buffers of a few rows, steps and contacts: the file does not depend on them."""
     from clearance import run as running
