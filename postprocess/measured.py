@@ -115,8 +115,8 @@ def read(path: str | Path, column: str | None = None) -> Measured:
     path = Path(path)
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except UnicodeDecodeError as error:
-        raise ValueError(f"{path}: {error}") from None
+    except UnicodeDecodeError:
+        raise ValueError(f"{path} is not a text file; a CSV file is needed") from None
     rows = [(i, line) for i, line in enumerate(lines, 1) if line.strip() and line.strip()[0] != "#"]
     if len(rows) <= FEWEST:
         raise ValueError(
@@ -231,12 +231,18 @@ def compare(
 
 
 def _given(shift: float | str, record: Measured) -> float:
-    """A shift [s or turns] that was given, in s or deg or with its unit."""
-    if record.along == "time":
-        return quantity(shift, "s") if isinstance(shift, str) else float(shift)
-    if isinstance(shift, str):
-        return quantity(shift, "rad") / (2.0 * math.pi)
-    return float(shift) / 360.0
+    """A shift [s or turns] that was given, in s or deg or with its unit.
+
+    Raises ValueError for a unit of another kind.
+    """
+    units, turn = ("s", 1.0) if record.along == "time" else ("rad", 2.0 * math.pi)
+    if not isinstance(shift, str):
+        return float(shift) / (1.0 if units == "s" else 360.0)
+    try:
+        return quantity(shift, units) / turn
+    except ValueError as error:
+        reason = f"{error}, for the record runs along {record.along}"
+        raise ValueError(f"shift of {record.path}: {reason}") from None
 
 
 def _span(run: Record, along: str, settle: float) -> tuple[float, float]:

@@ -95,6 +95,17 @@ def test_what_is_no_record_is_refused(run, tmp_path, text, reason):
     assert reason in str(error.value)
 
 
+def test_a_shift_of_another_unit_and_no_text(run, tmp_path):
+    """The message names the shift and what the record runs along."""
+    path = tmp_path / "d.csv"
+    path.write_text("t [ms],x [mm]\n0,1\n1,2\n2,3\n3,4\n")
+    with pytest.raises(ValueError, match=r"shift of .*d\.csv: '90deg' is in rad, expected s, for"):
+        cl.compare(run, path, "rocker.x", shift="90deg")
+    path.write_bytes(b"\x89HDF")
+    with pytest.raises(ValueError, match=r"d\.csv is not a text file"):
+        measured.read(path)
+
+
 def test_decimal_commas_and_semicolons(tmp_path):
     """As spreadsheets of half the world write them."""
     path = tmp_path / "d.csv"
