@@ -61,7 +61,7 @@ def reason_without(run: Run, checkpoint: float | None = None) -> str:
     """Reason for which the numbers of a run get no stated error by default; "" where they do."""
     mechanism, numbers = run.mechanism, run.span.samples * len(run.mechanism.layout.channels)
     if any(j.impacts for j in mechanism.scene.clearance_joints):
-        return "trajectories part at impacts"
+        return "neighbouring trajectories may part at impacts"
     if any(isinstance(s, Answerer) for s in mechanism.sources.values()):
         return "its films are solved as the run goes: a second run would cost as much again"
     if checkpoint is not None:

@@ -87,7 +87,8 @@ def simulate(
     pressure_fields: how many pressure fields of its films a turn the file shall hold (of the run, where nothing turns),
     solved after the run from its motion, see fields.py; none unless asked for.
     error: "state" states how far the numbers are from those of an exact integration, from a second run at ten times the
-    tolerance (`Result.errors`; not where trajectories part at impacts or films are solved as the run goes); None: not.
+    tolerance (`Result.errors`; not where trajectories may part at impacts or films are solved as the run
+    goes); None: not.
     1e-3, "5%" or {"joint_B_force_max": 1e-4, "trajectory": 1e-5} makes the cheapest run whose stated errors are that
     small, whatever rtol is: of all that `clearance run` prints, of metrics, extremes or the trajectory (over the
     clearance) by name; "integration" is that of all, the errors of film tables left aside.

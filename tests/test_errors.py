@@ -106,7 +106,7 @@ def test_errors_in_the_file(stated):
 def test_what_gets_no_errors(tmp_path, feeder):
     """Impacts, checkpoints, what was not asked for: the file says why, and the mapping is empty."""
     dry = cl.simulate(cl.load_case("slider_crank", model="dry"), turns=0.1, **SAMPLES)
-    assert (len(dry.errors), dry.errors.reason) == (0, "trajectories part at impacts")
+    assert (len(dry.errors), dry.errors.reason) == (0, "neighbouring trajectories may part at impacts")
     none = cl.simulate(feeder, turns=0.1, error=None, **SAMPLES)
     assert none.errors.reason == "none was asked for"
     kept = cl.simulate(feeder, turns=0.1, path=tmp_path / "run.h5", checkpoint=60.0, **SAMPLES)
@@ -299,7 +299,7 @@ def test_sweeps_without_errors_say_why(tmp_path):
         "slider_crank", points, tmp_path / "dry", error="state", turns=0.1, workers=1, channels=[], **SAMPLES
     )  # fmt: skip
     assert dry.done.all()
-    assert all("trajectories part at impacts" in reason for reason in dry.reason)
+    assert all("neighbouring trajectories may part at impacts" in reason for reason in dry.reason)
     assert not any(n.endswith("_error") for n in dry.metrics if n != "period_error")
     with pytest.raises(ValueError, match="no number"):
         cl.sweep("slider_crank", points, tmp_path / "wrong", error="much", turns=0.1)
