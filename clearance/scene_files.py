@@ -64,8 +64,8 @@ def scene_file(path: Path) -> Case:
     try:
         text = path.read_text(encoding="utf-8-sig")
         document = tomllib.loads(text)
-    except UnicodeDecodeError as error:
-        raise ValueError(f"{path}: {error}") from None
+    except UnicodeDecodeError:
+        raise ValueError(f"{path} is not a text file; a scene file is TOML in UTF-8") from None
     except tomllib.TOMLDecodeError as error:
         words, line = _line_of_syntax(str(error), text)
         raise ValueError(f"{path}:{line}: {words}") from None

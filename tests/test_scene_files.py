@@ -353,6 +353,15 @@ def test_a_mechanism_as_a_scene_file(make, tmp_path):
     assert case_of(tmp_path, toml_of(scene)).scene().to_json() == scene.to_json()
 
 
+def test_an_unknown_mechanism_names_all_of_them(tmp_path, monkeypatch, capsys):
+    """Those of the command itself, and those of cases."""
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["new", "togle"]) == 2
+    message = capsys.readouterr().err
+    assert "did you mean toggle?" in message
+    assert "six_bar_feeder" in message
+
+
 def test_a_law_of_a_case_file_has_no_name_in_a_scene_file():
     with pytest.raises(ValueError, match='write law = "FILE.py:turning" by hand'):
         toml_of(cl.load_case("three_loop_chain"))

@@ -71,6 +71,7 @@ def _toml(options) -> str:
     """The text of the scene file."""
     if template := _template(options):
         return template.read_text(encoding="utf-8")
+    from clearance.catalogue import case_names
     from clearance.scene_toml import toml_of
 
     if options.case.endswith(".h5"):
@@ -80,5 +81,10 @@ def _toml(options) -> str:
         if options.parameters:
             raise ValueError(f"-p: {options.case} is a result, whose numbers are given")
         return toml_of(Scene.from_json(open_result(options.case).file.attrs["scene"]))
+    suffixed = Path(options.case).suffix or len(Path(options.case).parts) > 1
+    if not suffixed and options.case not in case_names():
+        names = (*templates.NAMES, *case_names())
+        answer = f"{meant(options.case, names)}; one of {', '.join(dict.fromkeys(names))}"
+        raise ValueError(f"unknown mechanism {options.case!r}{answer}, or give a path to a file")
     case, _, scene = scene_of(options)
     return toml_of(scene, case.summary)
