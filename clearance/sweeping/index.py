@@ -41,7 +41,9 @@ class Sweep(Drawn):
         self.folder = Path(folder)
         definition = definitions.read(self.folder)
         if definition is None:
-            raise FileNotFoundError(f"no sweep in {self.folder}: it has no sweep.json")
+            life = (self.folder / "life.json").is_file()
+            hint = "; it holds a life: clearance wear draws it with --plot" if life else ""
+            raise FileNotFoundError(f"no sweep in {self.folder}: it has no sweep.json{hint}")
         self.definition = definition
         self.count = len(definition.points)
         numbers = _from_index(self.folder, definition) or _from_outcomes(self.count, *outcomes(self.folder, definition))
