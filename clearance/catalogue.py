@@ -14,7 +14,6 @@ from pathlib import Path
 from clearance.case import Case, Parameter
 from clearance.checks import meant
 from clearance.scene import Scene
-from clearance.scene_files import scene_file
 
 _PARAMETER = re.compile(r"^\s*(\w+):\s*(.*?)\s*(?:\[([^\]]*)\])?\s*$")
 #: kinds of files that are cases
@@ -51,7 +50,11 @@ def find_case(name: str | Path) -> Case:
         names = case_names()
         answer = f"{meant(str(name), names)}; known: {', '.join(names)}"
         raise ValueError(f"unknown case {str(name)!r}{answer}, or give a path to a .py or .toml file")
-    return scene_file(path) if path.suffix == ".toml" else _python_file(path)
+    if path.suffix != ".toml":
+        return _python_file(path)
+    from clearance.scene_files import scene_file
+
+    return scene_file(path)
 
 
 def _python_file(path: Path) -> Case:

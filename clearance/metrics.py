@@ -239,7 +239,7 @@ def _contact(record: Record, window: Window, joint: dict, contacts: dict) -> Fou
     name, begin = joint["name"], contacts["time"]
     share, text = f"joint_{name}_contact_fraction", f"share of the time in contact of joint {name}"
     if not _touches(joint) and not begin.size:
-        yield share, window.mean(record.values(f"joints/{name}/contact_force")[window.samples] > 0.0), "1", text
+        yield share, window.mean(_carried(record, joint)[window.samples] > 0.0), "1", text
         return
     end = np.minimum(begin + contacts["duration"], window.end)
     order = np.argsort(begin, kind="stable")  # contacts of several corners overlap
@@ -319,6 +319,13 @@ def _jam(record: Record, window: Window, joint: dict) -> Found:
     ratio = mu * normal[across].sum() / max(push[across].sum(), 1e-300)
     text = f"mu d / a of joint {name} in contact across; it jams at 1"
     yield f"joint_{name}_jam_ratio", ratio, "1", text
+
+
+def _carried(record: Record, joint: dict) -> np.ndarray:
+    """Largest contact force of a hinge or of the corners of a slide [N] at each sample."""
+    path = f"joints/{joint['name']}/contact_force"
+    ends = [f"_{corner}" for corner, _, _ in CORNERS] if joint["type"] == "ClearancePrismatic" else [""]
+    return np.max([record.values(path + end) for end in ends], axis=0)
 
 
 def _touches(joint: dict) -> bool:

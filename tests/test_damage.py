@@ -153,7 +153,7 @@ def test_R5_a_scene_without_something(dry, capsys):
 )
 def test_R5_a_result_file_is_no_case(dry, capsys, command):
     assert said(capsys, command[0], dry, *command[1:]).endswith(
-        "is no case file: the name of one ends in .py"
+        "is no case file: the name of one ends in .py or .toml"
     )
 
 

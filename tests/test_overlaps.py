@@ -43,7 +43,7 @@ class Paused:
 
     def _run(self):
         try:
-            cl.simulate(ideal(), turns=TURNS, path=self.path, progress=self._wait, **self.more).close()
+            cl.simulate(ideal(), turns=TURNS, path=self.path, progress=self._wait, error=None, **self.more).close()
         except BaseException as error:  # noqa: BLE001 - looked at by the test
             self.error = error
 
@@ -63,7 +63,7 @@ class Paused:
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    return cl.simulate(ideal(), turns=TURNS, path=tmp_path_factory.mktemp("whole") / "run.h5").path
+    return cl.simulate(ideal(), turns=TURNS, path=tmp_path_factory.mktemp("whole") / "run.h5", error=None).path
 
 
 @pytest.mark.parametrize("second", [{}, {"checkpoint": 1e-9}])
@@ -108,7 +108,8 @@ def test_R1_what_a_killed_run_left_is_in_nobodys_way(tmp_path, whole, checkpoint
     process.wait()
     assert wanted.exists()
     assert not path.exists()
-    cl.simulate(ideal(), turns=TURNS, path=path, checkpoint=float(checkpoint) or None).close()
+    again = {"checkpoint": float(checkpoint) or None, "error": None}
+    cl.simulate(ideal(), turns=TURNS, path=path, **again).close()
     assert names(tmp_path) == ["run.h5"]
     same(whole, path)
 

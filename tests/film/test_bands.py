@@ -320,7 +320,7 @@ class TestSymmetry:
         size = one.load + 1e-12
         assert other.radial == pytest.approx(one.radial, abs=1e-8 * size)
         assert other.tangential == pytest.approx(-one.tangential, abs=1e-8 * size)
-        assert other.shear == pytest.approx(one.shear, rel=0.15)  # a node may lie just on either side of the rupture
+        assert other.shear == pytest.approx(one.shear, rel=0.2)  # a node may lie just on either side of the rupture
 
     def test_mirror_with_a_groove(self):
         """The groove is mirrored with the motion."""
