@@ -23,6 +23,29 @@ from clearance.units import quantity
 KINDS: dict[str, type[Element]] = {name: getattr(elements, name) for name in elements.__all__}
 #: modules of the package begin so; their laws are read by name
 PACKAGE = "clearance."
+#: family of laws -> SI units of those parameters that have one unit in all of them
+LAW_UNITS = {
+    "contact": {
+        "restitution": "1",
+        "exponent": "1",
+        "grazing_speed": "m/s",
+        "modulus": "Pa",
+        "length": "m",
+        "radius": "m",
+        "radius_difference": "m",
+        "depth": "m",
+    },
+    "friction": {
+        "coefficient": "1",
+        "static": "1",
+        "kinetic": "1",
+        "transition_speed": "m/s",
+        "stribeck_speed": "m/s",
+        "dead_speed": "m/s",
+        "full_speed": "m/s",
+    },
+    "surface_wear": {"coefficient": "m2/N", "friction": "1"},
+}
 NONE = "none"
 #: modules that were made from the texts of documents, by name and text
 _MADE: dict[tuple[str, str], types.ModuleType] = {}
@@ -306,17 +329,25 @@ class Parts:
         for name, number in value.items():
             if name != "law":
                 with at(name):
-                    given[name] = _parameter(number)
+                    given[name] = _parameter(number, _unit_of(law, name))
         return bound_to(law, given)
 
 
-def _parameter(value: object) -> object:
+def _unit_of(law: object, name: str) -> str | None:
+    """SI unit of a parameter of a law that comes with the package; None where it is not checked."""
+    if not isinstance(law, Law) or not law.__module__.startswith(PACKAGE):
+        return None
+    return LAW_UNITS.get(law.family.name, {}).get(name)
+
+
+def _parameter(value: object, unit: str | None = None) -> object:
     """A parameter of a law: numbers may have units, words of settings stay."""
     if isinstance(value, list):
         return [_parameter(v) for v in value]
     if isinstance(value, Mapping):
         return {name: _parameter(v) for name, v in value.items()}
-    return quantity(value) if isinstance(value, str) and value[:1] in "+-.0123456789" else value
+    measured = isinstance(value, str) and value[:1] in "+-.0123456789"
+    return quantity(value, unit) if measured else value
 
 
 def units_of(number: Number) -> tuple[str, ...]:

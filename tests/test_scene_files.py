@@ -121,6 +121,16 @@ WRONG = [
         'target = "crnk"',
         "drive.crank.target: nothing of that name: 'crnk' (did you mean crank?)",
     ),
+    (
+        "restitution = 0.9",
+        'restitution = "0.8 mm"',
+        "joint.B.contact.restitution: '0.8 mm' is in m, expected a plain number",
+    ),
+    (
+        "restitution = 0.9",
+        'grazing_speed = "1 rpm"',
+        "joint.B.contact.grazing_speed: '1 rpm' is in rad/s, expected m/s",
+    ),
     ('-9.81 m/s2"', '-9.81 m"', "gravity: '-9.81 m' is in m, expected m/s2"),
     ("[joint]", "[joint", "Expected ']'"),
 ]
