@@ -57,14 +57,18 @@ class Request:
         """From 1e-3, "1e-3", "5%", "joint_B_force_max=1e-4,trajectory=1e-5" or a mapping. Raises ValueError."""
         if isinstance(error, str):
             parts = [part.rpartition("=") for part in error.split(",")]
-            error = {name.strip() or ALL: fraction(text) for name, _, text in parts}
+            names = [name.strip() or ALL for name, _, _ in parts]
+            if twice := next((n for n in names if names.count(n) > 1), None):
+                raise ValueError(f"error: {error!r} asks twice for {'all numbers' if twice == ALL else twice}")
+            error = {n: fraction(text, n) for n, (_, _, text) in zip(names, parts, strict=True)}
         if not isinstance(error, Mapping):
             error = {ALL: error}
         if not error:
             raise ValueError("error: give a number, or numbers by name")
-        asked = {str(n): checks.positive(f"error of {n}" if n != ALL else "error", e) for n, e in error.items()}
+        shares = {str(n): fraction(e, str(n)) if isinstance(e, str) else e for n, e in error.items()}
+        asked = {n: checks.positive(_field(n), e) for n, e in shares.items()}
         if large := next((n for n, e in asked.items() if e >= 1.0), None):
-            raise ValueError(f"error of {large} must be less than 1, relative to its value; got {asked[large]:g}")
+            raise ValueError(f"{_field(large)} must be less than 1, relative to its value; got {asked[large]:g}")
         return cls(asked)
 
     def wanted(self, errors: Errors) -> Iterator[tuple[str, float, Error, bool]]:
@@ -87,13 +91,18 @@ class Request:
         return ", ".join(f"{e:g}" if n == ALL else f"{n} {e:g}" for n, e in self.asked.items())
 
 
-def fraction(text: str) -> float:
-    """A share such as 1e-3 or 5%. Raises ValueError for what is none."""
+def _field(name: str) -> str:
+    """The error of a name, in the words of a message."""
+    return "error" if name == ALL else f"error of {name}"
+
+
+def fraction(text: str, name: str = ALL) -> float:
+    """A share such as 1e-3 or 5%. Raises ValueError, with the name that it is for, for what is none."""
     number, percent = text.strip().removesuffix("%"), text.strip().endswith("%")
     try:
         return float(number) * (0.01 if percent else 1.0)
     except ValueError:
-        raise ValueError(f"error: {text!r} is no number such as 1e-3 or 5%") from None
+        raise ValueError(f"{_field(name)}: {text!r} is no number such as 1e-3 or 5%") from None
 
 
 def printed(errors: Errors) -> list[str]:
@@ -172,6 +181,7 @@ class Ladder:
         self.summed = summed or partial(metrics, settle=settle)
         self.start, self.best = Start.of(run), None
         self.film: tuple[MemoryRecord, MemoryRecord, float] | None = None
+        self.film_rtol = math.inf
         self.runs: list[float] = []
         self.reached = ""  # the worst of the stated errors of the last run, in words
         self.past: list[tuple[float, float]] = []  # tolerances, and the worst of stated over asked errors
@@ -191,6 +201,10 @@ class Ladder:
             except Parted as reason:
                 return self._unstated(tight, str(reason))
             verdict = self._verdict(errors, rtol)
+            if verdict is not None and self._films_again(loose):
+                self.past.pop()
+                errors = self._with_films(errors)
+                verdict = self._verdict(errors, rtol)
             cannot = verdict or ""
             self.best = Answer(tight, replace(errors, asked=dict(self.request.asked), cannot=cannot), cannot)
             if verdict is not None:
@@ -213,10 +227,26 @@ class Ladder:
                 strong = stronger(self.run.mechanism)
                 if strong is not None:
                     self.film = second, companion(self.run, self.start, tolerance, strong[0]), strong[1]
+                    self.film_rtol = tolerance
                 return tolerance, second
             except Parted:
                 self.film = None
         return None
+
+    def _films_again(self, loose: tuple[float, MemoryRecord] | None) -> bool:
+        """Make the films' part again, at the tolerance of the last companion; False where it stays.
+
+        The difference that stronger films make drowns in the errors of two runs at a tolerance far above it.
+        """
+        if self.film is None or loose is None or loose[0] >= self.film_rtol:
+            return False
+        mechanism, times = stronger(self.run.mechanism)
+        try:
+            self.film = loose[1], companion(self.run, self.start, loose[0], mechanism), times
+        except Parted:  # the part of the first companion stands
+            return False
+        self.film_rtol = loose[0]
+        return True
 
     def _attempt(self, rtol: float) -> Attempt:
         run = Run(self.run.mechanism, self.run.span, replace(self.run.solver, rtol=rtol))
@@ -239,7 +269,7 @@ class Ladder:
         return errors if self.film is None else self._with_films(errors)
 
     def _with_films(self, errors: Errors) -> Errors:
-        """The errors with the parts of film tables, which are those of the first companion."""
+        """The errors with the parts of film tables, which are those of the first companion or of the last."""
         plain, strong, times = self.film
         pair = Pair(plain, plain, errors.rtol, strong, times)
         stronger = stated(pair, self.summed, self.settle, size_of(self.run.mechanism))
