@@ -290,6 +290,8 @@ def statistics(
     if not isinstance(starts, int) or starts < 1:
         raise ValueError(f"starts must be a whole number of at least 1, got {starts!r}")
     fewest = starts * series.FIRST_LOOK
+    if not isinstance(max_turns, int):
+        raise TypeError(f"max_turns must be a whole number, got {max_turns!r}")
     if not fewest <= max_turns <= starts * TURNS:
         raise ValueError(f"max_turns must lie in [{fewest}, {starts * TURNS}] for {starts} starts, got {max_turns!r}")
     mechanism = build(scene)

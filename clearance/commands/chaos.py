@@ -13,7 +13,7 @@ def add_turns(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--max-turns", type=int, metavar="N",
         help="of chaotic motion, whose statistics --error asks for (default 5%%): turns of all starts together that "
-        "they may take (default 20000)",
+        "they may take, at least 40 a start (default 20000)",
     )  # fmt: skip
     command.add_argument(
         "--starts", type=int, metavar="N",
@@ -53,8 +53,9 @@ class Chaotic:
         bar = ProgressBar() if not options.json and sys.stderr.isatty() else None
         try:
             return statistics(
-                scene, self.asked, max_turns=options.max_turns or MOST_TURNS, rtol=options.rtol,
-                starts=options.starts or STARTS, method=options.method, progress=bar,
+                scene, self.asked, rtol=options.rtol, method=options.method, progress=bar,
+                max_turns=MOST_TURNS if options.max_turns is None else options.max_turns,
+                starts=STARTS if options.starts is None else options.starts,
             )  # fmt: skip
         finally:
             if bar is not None:

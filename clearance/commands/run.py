@@ -101,6 +101,7 @@ def run(options) -> int:
             summary["resolved"] = resolved = json.loads(scene.origin["resolved"])
             if options.steady is not None:
                 summary |= steady.summary(result)
+                summary["errors"] = {"reason": "a periodic motion has its residual under steady"}
             elif failure is None and chaotic:
                 more, failure = chaotic.statistics(options, scene, output)
                 summary |= more
@@ -454,7 +455,7 @@ def _joint_line(joint: dict) -> str:
         bracket, error = _bracket(joint, "startup_smallest_gap", 1e6, ".4g"), joint.get("smallest_gap_error")
         gap = with_error(joint["smallest_gap"] * 1e6, error and error * 1e6, "um", bracket)
         parts.append(f"smallest gap {gap}")
-    if "smallest_film_thickness_ratio" in joint:
+    if joint.get("smallest_film_thickness_ratio", -1.0) >= 0.0:  # surfaces that press into each other have no film
         parts.append(f"film thickness ratio down to {joint['smallest_film_thickness_ratio']:.3g}")
     if "share_full_film" in joint:
         shares = (f"{text} {joint[n]:.0%}" for n, text in SHARES.items() if joint[n] >= 0.005)
