@@ -28,10 +28,10 @@ def oil():
 
 @pytest.fixture
 def quick(monkeypatch):
-    """Two tolerances, one repeat: the numbers, not the times, are tested."""
+    """Two tolerances, one repeat, means of eleven turns: the numbers, not the times, are tested."""
     monkeypatch.setattr(work_precision, "RTOLS", (1e-4, 1e-7))
     monkeypatch.setattr(work_precision, "REPEATS", 1)
-    monkeypatch.setattr(work_precision, "STATISTICS_TURNS", 6)
+    monkeypatch.setattr(work_precision, "STATISTICS_TURNS", 12)
 
 
 class TestWorkPrecision:
