@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
@@ -169,15 +169,16 @@ def test_a_mirrored_pad_has_the_opposite_moment(state):
 
 
 @given(STATE)
+@example((0.0, 0.0237, -0.02303, 0.4264))  # the wetted area begins
 def test_power_is_taken_out_by_the_table(state):
-    """-(W h0' + M m') + drag U is not negative, but for the table's error: 2e-3 of the largest power."""
+    """-(W h0' + M m') + drag U is not negative, but for the table's error: 1e-4 of the largest power."""
     (load, moment, drag), (closing, turning, sliding) = in_table(*state)
     a, slope = FACE.half_length, state[0] * 2e-4 / FACE.half_length
     u, w = closing - 0.5 * slope * sliding - REST, a * turning
     assume(math.hypot(u, w) > 1e-9)
     largest = LAW(2e-4, slope, -math.hypot(u, w), 0.0, 0.0, FACE)[0]
     power = drag * sliding - load * closing - moment * turning
-    assert power >= -2e-3 * largest * math.hypot(u, w)
+    assert power >= -1e-4 * largest * math.hypot(u, w)
 
 
 def test_a_gap_that_opens_everywhere_is_empty():
