@@ -7,22 +7,25 @@ without a word: what is made this way has to be compared with some scenes made o
 
 import operator
 from collections.abc import Callable
+from numbers import Real
+from typing import TYPE_CHECKING
 
-import numpy as np
+if TYPE_CHECKING:  # describing a scene needs no numpy
+    import numpy as np
 
 
 class Mixed(ValueError):
     """The values of a column do not share one way."""
 
 
-def values_of(number) -> np.ndarray | float:
+def values_of(number) -> "np.ndarray | float":
     """All values of a number."""
     return number.values if isinstance(number, Column) else float(number)
 
 
 def _arithmetic(function: Callable, turned: bool = False) -> Callable:
     def method(self, other):
-        if not isinstance(other, int | float | np.floating):
+        if not isinstance(other, Real):
             return NotImplemented
         a, b = self.values, values_of(other)
         return Column(function(b, a) if turned else function(a, b))
@@ -32,7 +35,7 @@ def _arithmetic(function: Callable, turned: bool = False) -> Callable:
 
 def _comparison(function: Callable) -> Callable:
     def method(self, other):
-        if not isinstance(other, int | float | np.floating):
+        if not isinstance(other, Real):
             return NotImplemented
         holds = function(self.values, values_of(other))
         if holds.any() != holds.all():
@@ -54,7 +57,7 @@ class Column(float):
 
     __slots__ = ("values",)
 
-    def __new__(cls, values: np.ndarray) -> "Column":
+    def __new__(cls, values: "np.ndarray") -> "Column":
         column = super().__new__(cls, values[0])
         column.values = values
         return column
@@ -87,7 +90,7 @@ class Column(float):
         return self
 
     def __abs__(self) -> "Column":
-        return Column(np.abs(self.values))
+        return Column(abs(self.values))
 
     def __bool__(self) -> bool:
         return self != 0.0

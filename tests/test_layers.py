@@ -1,6 +1,8 @@
 """Data flows one way: no layer imports a higher one, and heavy packages stand only where they are used."""
 
 import ast
+import subprocess
+import sys
 import tomllib
 from functools import cache
 from pathlib import Path
@@ -182,3 +184,11 @@ def test_every_package_is_installed():
     listed = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
     folders = {name_of(path).rpartition(".")[0] or name_of(path) for path in MODULES if path.name != "__init__.py"}
     assert {f if f.startswith("clearance") else f"clearance.{f}" for f in folders} <= set(listed)
+
+
+def test_a_scene_is_described_without_numpy():
+    """Importing the package and making a case need neither numpy nor numba nor h5py."""
+    code = "import sys, clearance as cl; cl.load_case('six_bar_feeder'); print(*sys.modules)"
+    listed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "clearance.scene" in listed.stdout.split()
+    assert not {"numpy", "numba", "h5py"} & set(listed.stdout.split())
