@@ -26,7 +26,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.errors import TRAJECTORY, Error, Errors, ExtremeErrors
-from clearance.film.table import Table
+from clearance.film.tabulated import Tabulated
 from clearance.interrupts import Held
 from clearance.mechanism.build import Mechanism
 from clearance.metrics import Metric, Window, metrics, offsets
@@ -114,14 +114,14 @@ def stronger(mechanism: Mechanism) -> tuple[Mechanism, float] | None:
 
     Raises nothing; tables that several joints share are made stronger once.
     """
-    tables = {j: s for j, s in mechanism.sources.items() if isinstance(s, Table)}
-    largest = max((t.error_closing for t in tables.values()), default=0.0)
+    tables = {j: s for j, s in mechanism.sources.items() if isinstance(s, Tabulated)}
+    largest = max((t.error for t in tables.values()), default=0.0)
     if largest == 0.0:
         return None
     times, par = max(STRONGER / largest, 1.0), mechanism.par.copy()
     for joint, table in tables.items():
         begin = int(par[mechanism.layout.parameters[f"{joint.key}/film/start"]])
-        par[begin : begin + table.numbers.size] = table.stronger(1.0 + times * table.error_closing)
+        par[begin : begin + table.numbers.size] = table.stronger(1.0 + times * table.error)
     return replace(mechanism, par=par), times
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 import clearance as cl
-from clearance.film import pad_table
+from clearance.film import pad_table, table
 from clearance.film.pad_law import REST
 from clearance.laws.law import PadFace
 from clearance.laws.pad import SERIES
@@ -142,7 +142,7 @@ def test_squeezed_rectangle():
 
 def test_error_of_the_table():
     """As the guide has it; a solver on finer grids decides."""
-    made = pad_table.between(pad_table.PadKey(1.0))
+    made = table.between(pad_table.PadKey(1.0))
     assert made.error < 1.4e-3
     assert made.error_median < 1e-5
 

@@ -66,7 +66,8 @@ def pad_table(gap, slope, gap_rate, slope_rate, speed, face, data, start):
 
 
 def _made(face: PadFace, settings: dict):
-    from clearance.film.pad_table import PadKey, between
+    from clearance.film.pad_table import PadKey
+    from clearance.film.table import between
 
     slenderness = float(f"{face.width / (2.0 * face.half_length):.9g}")
     return between(PadKey(slenderness, settings["nodes"], settings["mesh"]))

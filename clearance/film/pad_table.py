@@ -15,7 +15,6 @@ import json
 import logging
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +22,7 @@ import numpy as np
 from clearance import checks
 from clearance.film import bands, pad_law, table
 from clearance.film.pad_law import HEAD, MESH, NODES, PARTS, TOP, looked_up
+from clearance.film.tabulated import Tabulated
 from clearance.store import njit
 
 LOG = logging.getLogger("clearance")
@@ -103,25 +103,21 @@ def film(count, rows, tau, axial, angle):
 
 
 @dataclass(frozen=True)
-class PadTable:
+class PadTable(Tabulated):
     """Numbers that the law reads, and how far they are from the film they stand for.
 
     error: of load and moment, the largest of the states tested, over the largest load of any
     direction there; error_median: its median; error_shear: of the wetted area, likewise.
     """
 
-    numbers: np.ndarray
     error: float
     error_median: float
     error_shear: float
 
-    @property
-    def errors(self) -> tuple[float, ...]:
-        return self.error, self.error_median, self.error_shear
-
-    def facts(self) -> dict:
-        """Facts of it in the report of a run."""
-        return {f"film_table_{n}": v for n, v in vars(self).items() if n != "numbers"}
+    def stronger(self, factor: float) -> np.ndarray:
+        numbers = self.numbers.copy()
+        numbers[HEAD:] *= factor
+        return numbers
 
 
 @dataclass(frozen=True)
@@ -133,6 +129,8 @@ class PadKey:
     mesh: tuple[int, int] = MESH
 
     made = PadTable
+    blended = ("slenderness",)
+    axes = slice(0, HEAD)  # numbers that tables of one grid share
 
     def __post_init__(self):
         checks.positive("pad table: slenderness", self.slenderness)
@@ -212,15 +210,3 @@ def _errors(key: PadKey, numbers: np.ndarray) -> tuple[float, ...]:
         errors.append((math.hypot(off[0], off[1]) / size, abs(off[2]) / wet))
     force, shear = np.array(errors).T
     return float(force.max()), float(np.median(force)), float(shear.max())
-
-
-@lru_cache(maxsize=64)
-def between(key: PadKey) -> PadTable:
-    """The table of any B / 2a: its own where that has at most three digits, else of neighbours."""
-    made = [(share, table.table(k)) for share, k in table.neighbours(1.0, key, "slenderness")]
-    if len(made) == 1:
-        return made[0][1]
-    numbers = sum(share * t.numbers for share, t in made)
-    numbers[:HEAD] = made[0][1].numbers[:HEAD]
-    errors = (max(e) + 0.5 * table.BESIDE**2 for e in zip(*(t.errors for _, t in made), strict=True))
-    return PadTable(numbers, *errors)

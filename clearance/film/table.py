@@ -41,6 +41,7 @@ from clearance.film.bearing import check_mesh, check_nodes
 from clearance.film.tabulated import (
     HEAD,
     TOP,
+    Tabulated,
     looked_up,
     looked_up_ambient,
     looked_up_flow,
@@ -62,7 +63,7 @@ PARTS = 3  # splines that a force needs: w_r + A cos, w_t - A sin, K
 
 
 @dataclass(frozen=True)
-class Table:
+class Table(Tabulated):
     """Numbers that the law reads, and how far they are from the film they stand for.
 
     All are relative, and the largest of the states tested. error_closing: of the force where the
@@ -71,7 +72,6 @@ class Table:
     recedes, which is small near contact.
     """
 
-    numbers: np.ndarray
     error_closing: float
     error_median: float
     error_shear: float
@@ -79,19 +79,14 @@ class Table:
     error_opening: float
 
     @property
-    def errors(self) -> tuple[float, ...]:
-        return tuple(value for name, value in vars(self).items() if name != "numbers")
+    def error(self) -> float:
+        return self.error_closing
 
     def stronger(self, factor: float) -> np.ndarray:
-        """Its numbers with all forces and the friction of the film times a factor."""
         numbers = self.numbers.copy()
         numbers[0] *= factor
         numbers[HEAD : int(numbers[6])] *= factor
         return numbers
-
-    def facts(self) -> dict:
-        """Facts of it in the report of a run."""
-        return {f"film_table_{name}": value for name, value in vars(self).items() if name != "numbers"}
 
 
 @dataclass(frozen=True)
@@ -108,6 +103,8 @@ class Key:
     mesh: tuple[int, int] = MESH
 
     made = Table
+    blended = ("slenderness", "thickness")
+    axes = slice(1, HEAD)  # numbers that tables of one grid share
 
     def __post_init__(self):
         checks.positive("film table: slenderness", self.slenderness)
@@ -352,22 +349,22 @@ def table(key: Key) -> Table:
 
 
 @lru_cache(maxsize=64)
-def between(key: Key) -> Table:
-    """The table of any L/D and thickness: of its own where these have at most three digits, else between neighbours.
+def between(key) -> Tabulated:
+    """The table of any key: of its own where its `blended` entries have at most three digits, else between neighbours.
 
     Neighbours are BESIDE apart in ln(L/D), and in the logarithm of clearance over roughness where flow factors ask for
     it, so that a sweep over clearances needs a few tables and not one a point. Linear in these logarithms: the film is
     at most of degree two in L/D, so that this adds at most BESIDE^2 / 2 to the error.
     """
     corners = [(1.0, key)]
-    for name in ("slenderness", "thickness"):
+    for name in key.blended:
         corners = [corner for share, k in corners for corner in neighbours(share, k, name)]
     made = [(share, table(k)) for share, k in corners]
     if len(made) == 1:
         return made[0][1]
     numbers = sum(share * t.numbers for share, t in made)
-    numbers[1:HEAD] = made[0][1].numbers[1:HEAD]
-    return Table(numbers, *(max(e) + 0.5 * BESIDE**2 for e in zip(*(t.errors for _, t in made), strict=True)))
+    numbers[key.axes] = made[0][1].numbers[key.axes]
+    return key.made(numbers, *(max(e) + 0.5 * BESIDE**2 for e in zip(*(t.errors for _, t in made), strict=True)))
 
 
 def neighbours(share: float, key: Key, name: str) -> list[tuple[float, Key]]:

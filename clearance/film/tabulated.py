@@ -1,11 +1,16 @@
 """Film laws that look their force up in a table of the finite bearing (film/table.py)."""
 
 import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from clearance import checks
 from clearance.film.bearing import CAVITATIONS, Bearing, check_mesh, check_nodes
 from clearance.laws.film import REST, WALL
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, wet_film
+
+if TYPE_CHECKING:
+    import numpy as np
 
 #: numbers before the coefficients: A; nodes over y and alpha', cells per y, per alpha', nodes over tau; values of A;
 #: where the side flow begins; the same four of the side flow, over y and alpha
@@ -13,6 +18,25 @@ HEAD = 11
 TOP = 6.2  # largest y of the nodes
 LAST = 1.0 - math.exp(-TOP)  # its eccentricity ratio, 0.998
 LAYERS = 25  # nodes over tau
+
+
+@dataclass(frozen=True)
+class Tabulated:
+    """Numbers that a film law reads from a table, and how far they are from the film they stand for.
+
+    Each kind has the fields of its errors, its `error` (the largest of the force where the film carries) and
+    `stronger(factor)`, its numbers with all forces and the friction of the film times a factor.
+    """
+
+    numbers: "np.ndarray"
+
+    @property
+    def errors(self) -> tuple[float, ...]:
+        return tuple(value for name, value in vars(self).items() if name != "numbers")
+
+    def facts(self) -> dict:
+        """Facts of it in the report of a run."""
+        return {f"film_table_{name}": value for name, value in vars(self).items() if name != "numbers"}
 
 
 def bump_0(t):
