@@ -76,11 +76,8 @@ class Turning:
                 return
 
     def _advance(self, time: float) -> None:
-        state, code = self.run.state, status.RUNNING
-        while code == status.RUNNING:
-            code = self.run.advance(time)
-        if code != status.DONE:
-            raise SimulationError(f"at t = {state.time:.6g} s: {status.MESSAGES[code]}", None)
+        if (code := self.run.advance_to(time)) != status.DONE:
+            raise SimulationError(f"at t = {self.run.state.time:.6g} s: {status.MESSAGES[code]}", None)
 
     def _take(self) -> None:
         """Numbers of the turns since the last call."""

@@ -289,6 +289,13 @@ class Run:
             self._reach()
         return status.RUNNING if code == status.DONE and self.state.time < until else code
 
+    def advance_to(self, time: float) -> int:
+        """Advance to a time [s], in as many calls as it takes. The last status code."""
+        code = status.RUNNING
+        while code == status.RUNNING:
+            code = self.advance(time)
+        return code
+
     def _hand_over(self) -> None:
         """Give a piece of output to the observers, and its room back to the loop."""
         state = self.state

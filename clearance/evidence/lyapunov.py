@@ -187,10 +187,8 @@ class _Motion:
         self.run = Run(mechanism, Span(until, 2), Solver(rtol), outputs=False)
 
     def advance(self, time: float) -> None:
-        state, code = self.run.state, status.RUNNING
-        while code == status.RUNNING:
-            code = self.run.advance(time)
-        if code != status.DONE:
+        state = self.run.state
+        if (code := self.run.advance_to(time)) != status.DONE:
             raise NotSolved(f"at t = {state.time:.6g} s: {status.MESSAGES[code]}")
         # the last step may have been a sliver; the next ones shall not begin from its size
         state.step_size = max(state.step_size, SLIVER * state.longest_step)

@@ -121,10 +121,8 @@ class Motion:
         self.begun = time
 
     def _advance(self, end: float) -> None:
-        state, code, before = self.run.state, status.RUNNING, self.run.state.time
-        method = self.run.method
-        while code == status.RUNNING:
-            code = self.run.advance(end)
+        state, before, method = self.run.state, self.run.state.time, self.run.method
+        code = self.run.advance_to(end)
         self.spent += state.time - before
         if code != status.DONE:
             raise NotSolved(f"at t = {state.time:.6g} s: {status.MESSAGES[code]}")
