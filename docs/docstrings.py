@@ -24,28 +24,28 @@ def parameters_of(thing) -> set[str]:
 
 def restructured(lines: list[str], parameters: set[str] = frozenset()) -> list[str]:
     """Lines of a docstring: parameters as fields, indented lines as they are, the rest as prose."""
-    found: list[str] = []
+    lines_out: list[str] = []
     field = literal = False
     for line in apart(lines, parameters):
         hit = FIELD.match(line)
         if not line.strip():
             field = False
-            found.append("")
+            lines_out.append("")
         elif hit and hit[1] in parameters:
-            found += [] if field else [""]
-            found.append(f":param {hit[1]}: {prose(hit[2])}")
+            lines_out += [] if field else [""]
+            lines_out.append(f":param {hit[1]}: {prose(hit[2])}")
             field, literal = True, False
         elif field:
-            found.append("    " + prose(line.strip()))
+            lines_out.append("    " + prose(line.strip()))
         elif line.startswith(" "):
-            found += [] if literal else ["", "::", ""]
-            found.append(line)
+            lines_out += [] if literal else ["", "::", ""]
+            lines_out.append(line)
             literal = True
         else:
-            found += [""] if literal and found[-1].strip() else []
-            found.append(prose(line))
+            lines_out += [""] if literal and lines_out[-1].strip() else []
+            lines_out.append(prose(line))
             literal = False
-    return found
+    return lines_out
 
 
 def apart(lines: list[str], parameters: set[str]) -> list[str]:

@@ -45,16 +45,16 @@ class Section:
 
 def sections(text: str) -> list[Section]:
     """Sections of a text by its headings, subsections apart; code is no heading."""
-    found: list[Section] = []
+    parts: list[Section] = []
     fenced = False
     for line in text.splitlines():
         fenced ^= line.startswith("```")
         heading = None if fenced else HEADING.match(line)
         if heading:
-            found.append(Section(len(heading[1]), heading[2], []))
-        if found:
-            found[-1].lines.append(line)
-    return found
+            parts.append(Section(len(heading[1]), heading[2], []))
+        if parts:
+            parts[-1].lines.append(line)
+    return parts
 
 
 def page_of(section: Section, before: str) -> str:
@@ -67,13 +67,13 @@ def page_of(section: Section, before: str) -> str:
 
 def divided(text: str) -> dict[str, list[Section]]:
     """Sections of the guide by page, each once."""
-    found: dict[str, list[Section]] = {page: [] for page in PAGES}
-    whole = "further"
+    by_page: dict[str, list[Section]] = {page: [] for page in PAGES}
+    here = "further"
     for section in sections(text):
-        page = page_of(section, whole)
-        whole = page if section.depth == 2 else whole
-        found[page].append(section)
-    return {page: parts for page, parts in found.items() if parts}
+        page = page_of(section, here)
+        here = page if section.depth == 2 else here
+        by_page[page].append(section)
+    return {page: parts for page, parts in by_page.items() if parts}
 
 
 def anchor(title: str) -> str:
@@ -93,13 +93,13 @@ def guide_pages(text: str) -> dict[str, str]:
         return target
 
     names = "\n".join(parts)
-    found = {"index": f"# Guide\n\n```{{toctree}}\n{names}\n```\n"}
-    for page, own in parts.items():
-        lines = "\n".join(line for section in own for line in section.lines)
+    pages = {"index": f"# Guide\n\n```{{toctree}}\n{names}\n```\n"}
+    for page, of_page in parts.items():
+        lines = "\n".join(line for section in of_page for line in section.lines)
         lines = IMAGE.sub(r"![\3](\1){width=\2px}", lines)
         lines = LINK.sub(lambda m: f"]({linked(m[1])})", lines)
-        found[page] = f"# {PAGES[page][0]}\n\n{_without_title(lines, PAGES[page][0])}\n"
-    return found
+        pages[page] = f"# {PAGES[page][0]}\n\n{_without_title(lines, PAGES[page][0])}\n"
+    return pages
 
 
 def read_page(app, docname: str, source: list[str]) -> None:
@@ -120,7 +120,7 @@ def read_page(app, docname: str, source: list[str]) -> None:
 
 def section_places(text: str) -> dict[str, str]:
     """Anchor of each section of the guide -> its page."""
-    return {anchor(s.title): page for page, own in divided(text).items() for s in own}
+    return {anchor(s.title): page for page, of_page in divided(text).items() for s in of_page}
 
 
 def _without_title(text: str, title: str) -> str:
@@ -138,12 +138,12 @@ def law_page() -> str:
     every = {n: getattr(laws, n) for n in sorted(laws.__all__)}
     parts = ["# Laws", "Parameters in brackets; the kernel gives each law its state.", ""]
     for family in laws.FAMILIES:
-        own = [law for law in every.values() if isinstance(law, laws.Law) and law.family is family]
-        if not own:
+        of_family = [law for law in every.values() if isinstance(law, laws.Law) and law.family is family]
+        if not of_family:
             continue
         parts += [f"## {family.name.replace('_', ' ').capitalize()}", ""]
         parts += [f"State: {', '.join(f'`{s}`' for s in family.state)}.", ""]
-        for law in own:
+        for law in of_family:
             parts += ["```{eval-rst}", f".. py:function:: clearance.{law.name}({_parameters(law)})"]
             parts += ["", *_indented(restructured(inspect.getdoc(law).splitlines())), "```", ""]
     return "\n".join(parts)

@@ -10,32 +10,32 @@ BINS = 40
 WIDTH, ROW = 9.0, 2.5  # of the sheet and of a row [inch]
 
 
-def scatter(found, path: str | Path | None = None, metrics: list[str] | None = None) -> Path | Sheet:
+def scatter(result, path: str | Path | None = None, metrics: list[str] | None = None) -> Path | Sheet:
     """Histogram of each metric with its median, its 5 and 95 % quantiles and its limit; Sobol' indices beside it.
 
     found: a `Scatter`; metrics: default those with a limit, then the first others, four in all. Raises ValueError for
     metrics that do not vary.
     """
-    chosen = metrics or found.metrics[:MOST]
+    chosen = metrics or result.metrics[:MOST]
     if not chosen:
         raise ValueError("there is no metric that varies")
     figure = sheet(WIDTH, ROW * len(chosen))
     table = figure.subplots(len(chosen), 2, squeeze=False, width_ratios=(1.6, 1.0))
     for (left, right), metric in zip(table, chosen, strict=True):
-        _histogram(left, found, metric)
-        _bars(right, found, metric)
+        _histogram(left, result, metric)
+        _bars(right, result, metric)
     table[-1][1].set_xlabel("Sobol' index: share of the variance [-]")
     return save(figure, path)
 
 
-def _histogram(axes, found, metric: str) -> None:
-    values, (units, text) = found.values(metric), found.sweep.known.get(metric, ("?", metric))
+def _histogram(axes, result, metric: str) -> None:
+    values, (units, text) = result.values(metric), result.sweep.known.get(metric, ("?", metric))
     axes.hist(values, BINS, color="#90a4ae", density=True)
     for share, style in ((0.05, ":"), (0.5, "-"), (0.95, ":")):
-        axes.axvline(found.quantile(metric, share).value, color="#263238", linestyle=style, linewidth=1.0)
+        axes.axvline(result.quantile(metric, share).value, color="#263238", linestyle=style, linewidth=1.0)
     title = f"median and 5, 95 % of {len(values)} runs"
-    if metric in found.limits:
-        limit, share = found.limits[metric], found.beyond(metric)
+    if metric in result.limits:
+        limit, share = result.limits[metric], result.beyond(metric)
         low, high = axes.get_xlim()
         if low <= limit <= high:
             axes.axvline(limit, color="#c62828", linewidth=1.5)
@@ -47,9 +47,9 @@ def _histogram(axes, found, metric: str) -> None:
     axes.set_ylabel("density")
 
 
-def _bars(axes, found, metric: str) -> None:
+def _bars(axes, result, metric: str) -> None:
     """First and total indices with their intervals, the largest on top."""
-    indices = found.indices(metric)
+    indices = result.indices(metric)
     if not indices:
         axes.text(0.5, 0.5, "too few runs for indices", ha="center", va="center", transform=axes.transAxes)
         axes.set_axis_off()

@@ -70,6 +70,14 @@ def add_length(command: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
+def existing(path: str | Path) -> Path:
+    """The path. Raises FileNotFoundError where nothing is there."""
+    path = Path(path)
+    if not path.exists():
+        raise FileNotFoundError(f"no file or directory {path}")
+    return path
+
+
 def add_force(command: argparse.ArgumentParser) -> None:
     """--force, for requests that `clearance.demand` refuses."""
     command.add_argument(

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from clearance.commands.common import DONE, add_command, json_text, number
+from clearance.commands.common import DONE, add_command, existing, json_text, number
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -32,9 +32,7 @@ def run(options) -> int:
     """Write the report and say where it is. Raises FileNotFoundError or ValueError for what is no run and no sweep."""
     from clearance.postprocess.report import report
 
-    source = Path(options.input)
-    if not source.exists():
-        raise FileNotFoundError(f"no file or directory {source}")
+    source = existing(options.input)
     path = report(source, options.output or default(source), settle=options.settle, sections=_sections(options))
     size = path.stat().st_size
     if options.json:

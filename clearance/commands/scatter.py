@@ -1,11 +1,11 @@
 """`clearance scatter`: a case whose parameters vary by chance."""
 
 import argparse
-import logging
 import time
 from pathlib import Path
 
-from clearance.commands.common import DONE, FAILED, add_command, complain, given, json_text, number, quantity_of, quiet
+from clearance.commands.common import DONE, FAILED, add_command, complain, given, json_text, quiet
+from clearance.commands.sweep import add_runs, begin
 from clearance.interrupts import terminable
 
 SHOWN = 6  # metrics in the summary
@@ -35,15 +35,7 @@ def add(commands) -> argparse.ArgumentParser:
         "--limit", action="append", default=[], metavar="METRIC=VALUE",
         help="probability that a metric exceeds this (of minima, falls below it); may be repeated",
     )  # fmt: skip
-    length = p.add_mutually_exclusive_group()
-    length.add_argument("--turns", type=number, help="length of each run in turns of the drive (default 2)")
-    length.add_argument("--until", type=quantity_of("s"), metavar="S", help="length of each run in seconds")
-    p.add_argument("--rtol", type=number, metavar="R", help="local error tolerance (default 1e-6)")
-    p.add_argument("--settle", type=number, metavar="TURNS", help="turns left out of the metrics (default the first)")
-    p.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
-    p.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask scheduler whose workers run the points")
-    p.add_argument("--retry-failed", action="store_true", help="also run again what failed")
-    p.add_argument("--quiet", action="store_true", help="no progress, no summary")
+    add_runs(p)
     p.add_argument("-o", dest="output", metavar="DIR", help="directory (default CASE_scatter); the picture too")
     return p
 
@@ -51,7 +43,6 @@ def add(commands) -> argparse.ArgumentParser:
 def run(options) -> int:
     """Run the points; exit status 1 where one failed or the sweep had to stop."""
     from clearance.catalogue import find_case
-    from clearance.commands.sweep import _Progress
     from clearance.sweeping.chance import scatter
     from clearance.sweeping.driver import SweepError
 
@@ -59,16 +50,11 @@ def run(options) -> int:
         case = find_case(options.case)
         spread, fixed = _parameters(options, case)
         limits = dict(_limit(text) for text in options.limit)
-    shown, began = _Progress(options), time.perf_counter()
-    if not shown.quiet:
-        logging.basicConfig(level=logging.INFO, format="clearance: %(message)s")
-        logging.getLogger("clearance.sweep").propagate = False
-    if options.turns is None and options.until is None:
-        options.turns = 2.0
+    shown, began = begin(options), time.perf_counter()
     folder = Path(options.output or f"{case.name}_scatter")
     try:
         with quiet(options), terminable():
-            found = scatter(
+            result = scatter(
                 options.case, spread, folder, points=options.points, seed=options.seed, limits=limits, fixed=fixed,
                 turns=options.turns, until=options.until, rtol=options.rtol, settle=options.settle,
                 workers=options.workers, scheduler=options.scheduler, retry_failed=options.retry_failed, progress=shown,
@@ -79,12 +65,12 @@ def run(options) -> int:
         return complain(options, "interrupted; the same command goes on where this stopped", FAILED)
     finally:
         shown.close()
-    document = _document(found, folder) | {"seconds": time.perf_counter() - began}
+    document = _document(result, folder) | {"seconds": time.perf_counter() - began}
     if options.json:
         print(json_text(document))
     elif not options.quiet:
         print("\n".join(readable(document)))
-    return DONE if found.sweep.done.all() else FAILED
+    return DONE if result.sweep.done.all() else FAILED
 
 
 def _parameters(options, case) -> tuple[dict, dict]:
@@ -115,17 +101,17 @@ def _limit(text: str) -> tuple[str, float]:
     return name.strip(), quantity(value)
 
 
-def _document(found, folder: Path) -> dict:
+def _document(result, folder: Path) -> dict:
     """The scatter as plain data; its picture is drawn."""
     from clearance.postprocess.scatter import scatter as drawn
 
-    metrics = {name: found.summary(name) for name in found.metrics}
-    swept = found.sweep
+    metrics = {name: result.summary(name) for name in result.metrics}
+    swept = result.sweep
     return {
         "status": "complete" if swept.done.all() else "incomplete", "case": swept.definition.case,
-        "folder": str(folder), "spread": {n: str(law) for n, law in found.spread.items()}, "points": len(swept),
-        "independent": 2 * found.n, "done": int(swept.done.sum()), "failed": int(swept.failed.sum()),
-        "metrics": metrics, "picture": str(drawn(found, folder / "scatter.png")) if metrics else None,
+        "folder": str(folder), "spread": {n: str(law) for n, law in result.spread.items()}, "points": len(swept),
+        "independent": 2 * result.n, "done": int(swept.done.sum()), "failed": int(swept.failed.sum()),
+        "metrics": metrics, "picture": str(drawn(result, folder / "scatter.png")) if metrics else None,
     }  # fmt: skip
 
 
@@ -146,8 +132,8 @@ def readable(document: dict) -> list[str]:
             lines.append(f"    beyond {m['limit']:.5g}{units}: {share}")
         if m["indices"]:
             parts = sorted(m["indices"].items(), key=lambda item: -item[1]["total"]["value"])
-            said = ", ".join(f"{n} {i['first']['value']:.2f} ({i['total']['value']:.2f})" for n, i in parts)
-            lines.append(f"    share of the variance, alone (with interactions): {said}")
+            words = ", ".join(f"{n} {i['first']['value']:.2f} ({i['total']['value']:.2f})" for n, i in parts)
+            lines.append(f"    share of the variance, alone (with interactions): {words}")
     if len(d["metrics"]) > SHOWN:
         lines.append(f"  and {len(d['metrics']) - SHOWN} more metrics: --json has them all")
     return [*lines, f"  picture      {d['picture']}", f"  directory    {d['folder']}"]

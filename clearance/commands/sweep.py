@@ -49,10 +49,7 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument("--sample", type=int, metavar="N", help="N points drawn from the ranges instead of a grid")
     p.add_argument("--kind", help="how points are drawn: latin (hypercube) or random (default latin)")
     p.add_argument("--seed", type=int, help="of the draw: the same seed, the same points (default 0)")
-    length = p.add_mutually_exclusive_group()
-    length.add_argument("--turns", type=number, help="length of each run in turns of the drive (default 2)")
-    length.add_argument("--until", type=quantity_of("s"), metavar="S", help="length of each run in seconds")
-    p.add_argument("--rtol", type=number, metavar="R", help="local error tolerance (default 1e-6)")
+    add_runs(p)
     p.add_argument(
         "--error", nargs="?", const="state", metavar="E",
         help="a column <metric>_error for each metric; with E, such as 1e-3 or joint_B_force_max=1e-4, each point at "
@@ -66,21 +63,40 @@ def add(commands) -> argparse.ArgumentParser:
         "--channels", metavar="PATHS", help='kept in run files: comma list of patterns, "all" (default) or "none"'
     )
     p.add_argument("--compression", type=int, default=0, metavar="0..9", help="gzip level of run files (default 0)")
-    p.add_argument("--settle", type=number, metavar="TURNS", help="turns left out of the metrics (default the first)")
     p.add_argument(
         "--metric", action="append", default=[], metavar="FILE.py:NAME", help="a metric of your own; may be repeated"
     )
-    p.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
-    p.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask scheduler whose workers run the points")
-    p.add_argument("--retry-failed", action="store_true", help="also run again what failed")
     p.add_argument(
         "--accept-changes", action="store_true",
         help="go on although the package, a law or an imported file has changed since the finished points were run",
     )  # fmt: skip
     add_force(p)
-    p.add_argument("--quiet", action="store_true", help="no progress, no summary")
     p.add_argument("-o", dest="output", metavar="DIR", help="sweep directory (default CASE_sweep)")
     return p
+
+
+def add_runs(p: argparse.ArgumentParser) -> None:
+    """Options of many runs: their length, tolerance and metrics, and the processes that make them."""
+    length = p.add_mutually_exclusive_group()
+    length.add_argument("--turns", type=number, help="length of each run in turns of the drive (default 2)")
+    length.add_argument("--until", type=quantity_of("s"), metavar="S", help="length of each run in seconds")
+    p.add_argument("--rtol", type=number, metavar="R", help="local error tolerance (default 1e-6)")
+    p.add_argument("--settle", type=number, metavar="TURNS", help="turns left out of the metrics (default the first)")
+    p.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
+    p.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask scheduler whose workers run the points")
+    p.add_argument("--retry-failed", action="store_true", help="also run again what failed")
+    p.add_argument("--quiet", action="store_true", help="no progress, no summary")
+
+
+def begin(options) -> "Progress":
+    """Progress of many runs, with lines of the log beside it; two turns where no length is given."""
+    if options.turns is None and options.until is None:
+        options.turns = 2.0
+    shown = Progress(options)
+    if not shown.quiet:  # compiling takes a while; what becomes of points is told by the progress
+        logging.basicConfig(level=logging.INFO, format="clearance: %(message)s")
+        logging.getLogger("clearance.sweep").propagate = False
+    return shown
 
 
 def run(options) -> int:
@@ -91,14 +107,9 @@ def run(options) -> int:
     with quiet(options):
         case = find_case(options.case)
         points, fixed = _points(options, case)
-    shown = _Progress(options)
-    if not shown.quiet:  # compiling takes a while; what becomes of points is told by the progress
-        logging.basicConfig(level=logging.INFO, format="clearance: %(message)s")
-        logging.getLogger("clearance.sweep").propagate = False
+    shown = begin(options)
     tolerance(options)
     began, failure = time.perf_counter(), None
-    if options.turns is None and options.until is None:
-        options.turns = 2.0
     try:
         with quiet(options), terminable():
             result = sweep(
@@ -163,7 +174,7 @@ def _listed(case, texts: dict[str, str], name: str) -> str:
     return f"{text};" if as_text and ";" not in text else text
 
 
-class _Progress:
+class Progress:
     """Runs done, failed, running, rate and time left: a bar on a terminal, else a line every ten seconds."""
 
     every = 10.0

@@ -1,9 +1,8 @@
 """`clearance view`: a page on which runs move, and a map whose points open their runs."""
 
 import argparse
-from pathlib import Path
 
-from clearance.commands.common import DONE, add_command, json_text, listed, number
+from clearance.commands.common import DONE, add_command, existing, json_text, listed, number
 
 EXAMPLES = """\
   clearance view run.h5                              mechanism, clearances, curves, pressure fields
@@ -60,12 +59,8 @@ def run(options) -> int:
     """
     from clearance.postprocess.view import view
 
-    for path in map(Path, options.inputs):
-        if not path.exists():
-            raise FileNotFoundError(f"no file or directory {path}")
-    page = view(
-        options.inputs, options.output, channels=listed(options.channels), settle=options.settle
-    )
+    inputs = [existing(path) for path in options.inputs]
+    page = view(inputs, options.output, channels=listed(options.channels), settle=options.settle)
     size = page.stat().st_size
     if options.json:
         print(json_text({"status": "complete", "page": str(page), "bytes": size}))

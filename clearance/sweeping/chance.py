@@ -29,9 +29,9 @@ def scatter(
     laws = {n: law if isinstance(law, Distribution) else _law(n, law) for n, law in spread.items()}
     chosen, n = design(laws, points, seed)
     swept = sweep(case, chosen, folder, channels=list(channels), **options)
-    found = Scatter(swept, laws, n, {m: checks.finite(f"limit of {m}", v) for m, v in (limits or {}).items()})
-    write(found, Path(folder))
-    return found
+    result = Scatter(swept, laws, n, {m: checks.finite(f"limit of {m}", v) for m, v in (limits or {}).items()})
+    write(result, Path(folder))
+    return result
 
 
 def _law(name: str, text: str) -> Distribution:

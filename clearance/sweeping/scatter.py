@@ -187,8 +187,8 @@ def indices(values: np.ndarray, names: list[str], seed: int = 0) -> dict[str, In
     again = np.array([_indices(rows[:, random.integers(0, count, count)]) for _ in range(RESAMPLED)])
     tail = 0.5 * (1.0 - CONFIDENCE)
     low, high = np.quantile(again, [tail, 1.0 - tail], axis=0)
-    found = np.stack([_indices(rows), low, high], axis=-1)
-    return {n: Indices(*(Estimate(*map(float, part[j])) for part in found)) for j, n in enumerate(names)}
+    estimates = np.stack([_indices(rows), low, high], axis=-1)
+    return {n: Indices(*(Estimate(*map(float, part[j])) for part in estimates)) for j, n in enumerate(names)}
 
 
 def _indices(rows: np.ndarray) -> np.ndarray:
@@ -216,8 +216,8 @@ class Scatter:
     def values(self, metric: str) -> np.ndarray:
         """Finite values at the points of A and B. Raises ValueError for a metric that there is not."""
         if metric not in self.sweep.metrics:
-            known = ", ".join(self.sweep.metrics) or "none, for no run ended"
-            raise ValueError(f"no metric {metric!r}{checks.meant(metric, self.sweep.metrics)}; there are {known}")
+            names = ", ".join(self.sweep.metrics) or "none, for no run ended"
+            raise ValueError(f"no metric {metric!r}{checks.meant(metric, self.sweep.metrics)}; there are {names}")
         values = self.sweep.metrics[metric][: 2 * self.n]
         return values[np.isfinite(values)]
 
@@ -238,7 +238,7 @@ class Scatter:
     def summary(self, metric: str) -> dict:
         """All of it as plain data."""
         values = self.values(metric)
-        found = {
+        summary = {
             "units": self.sweep.known.get(metric, ("?",))[0], "points": len(values),
             "mean": float(values.mean()), "deviation": float(values.std(ddof=1)),
             "quantiles": {f"{share:g}": vars(quantile(values, share)) for share in QUANTILES},
@@ -247,8 +247,8 @@ class Scatter:
             },
         }  # fmt: skip
         if metric in self.limits:
-            found |= {"limit": self.limits[metric], "beyond": vars(self.beyond(metric))}
-        return found
+            summary |= {"limit": self.limits[metric], "beyond": vars(self.beyond(metric))}
+        return summary
 
 
 def is_least(metric: str) -> bool:
@@ -256,10 +256,10 @@ def is_least(metric: str) -> bool:
     return "_min" in metric
 
 
-def write(found: Scatter, folder: Path) -> None:
+def write(result: Scatter, folder: Path) -> None:
     """Keep distributions, limits and the number of points in each sample beside the sweep, as `scatter.json`."""
-    spread = {name: {"kind": law.kind, "numbers": law.numbers} for name, law in found.spread.items()}
-    document = {"format_version": FORMAT_VERSION, "spread": spread, "n": found.n, "limits": found.limits}
+    spread = {name: {"kind": law.kind, "numbers": law.numbers} for name, law in result.spread.items()}
+    document = {"format_version": FORMAT_VERSION, "spread": spread, "n": result.n, "limits": result.limits}
     with replacing(folder / "scatter.json") as temporary:
         temporary.write_text(json.dumps(document, indent=1))
 
